@@ -9,9 +9,9 @@ import pytest
 from oracles.integer_worlds import COMPLETE, differences, meet, meet_exactly, world_of
 from oracles.separating_axes import meets_by_axes
 
-QUICK_SEEDS = range(12)
-SLOW_SEEDS = range(12, 312)
-LATTICE_PAIRS = 300
+QUICK_SEEDS = range(5)
+SLOW_SEEDS = range(5, 312)
+LATTICE_PAIRS = 120
 
 
 def lattice_pairs(seed, size):
@@ -25,7 +25,7 @@ def lattice_pairs(seed, size):
 def test_reference_agrees_with_scalar_separating_axes(size, scale):
     pairs = lattice_pairs(seed=size, size=size) * scale
     expected = [bool(meets_by_axes(pair)) for pair in pairs]
-    assert 20 < sum(expected) < LATTICE_PAIRS - 5
+    assert 8 < sum(expected) < LATTICE_PAIRS - 2
     assert meet_exactly(pairs).tolist() == expected
     assert meet(pairs)[0].tolist() == expected
 

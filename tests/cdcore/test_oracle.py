@@ -80,8 +80,9 @@ def test_complete_detectors_list_exactly_the_meeting_faces(name, worlds):
     assert sum(assert_true(world, name) for world in worlds) > 100
 
 
-@pytest.mark.parametrize("far", GONE)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["exact", "aabb", "solid-style"])
+@pytest.mark.parametrize("far", GONE)
 def test_a_corrupt_pose_changes_no_other_frame(name, far):
     assert assert_true(("corrupt", far), name, frames=(0, 3, 4, 5, 7, 8, 9, 12)) > 0
 

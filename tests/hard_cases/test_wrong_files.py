@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.processes import environment
 from support.wrong_files import BOMBS, WRONG, chunk, contradictions, good_files, message, plus, verbs, wrong_bytes
@@ -27,13 +27,14 @@ def test_good_session_file_is_accepted_by_four_commands(good, tmp_path):
     assert all(accepted for accepted, _ in answers.values()), answers
 
 
-@pytest.mark.sampled(5)
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("case", WRONG)
 def test_four_verbs_agree_about_a_wrong_file(good, tmp_path, case):
     data = WRONG[case](good["own"])
     assert data != good["own"] and contradictions(data, tmp_path) == []
 
 
+@settings(max_examples=max(4, settings.default.max_examples // 3))
 @given(data=st.data())
 def test_four_commands_do_not_contradict_each_other_on_damaged_files(good, folder, data):
     assert contradictions(data.draw(wrong_bytes(good)), folder) == []

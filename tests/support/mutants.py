@@ -272,7 +272,7 @@ def removal(out, chance):
     return f"{file.name} gone"
 
 
-MUTANTS = [6, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "200")), marks=pytest.mark.slow)]
+MUTANTS = [3, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "200")), marks=pytest.mark.slow)]
 LONGEST_S = 10.0
 FOR_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 CHANGES = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.symlink")

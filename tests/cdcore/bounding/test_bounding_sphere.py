@@ -41,7 +41,7 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 
 
 @given(meshes)
-@settings(max_examples=100)
+@settings(max_examples=max(30, settings.default.max_examples))
 @example(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
 @example(shift_mesh(box_mesh(), [1e6, -1e6, 1e6]))
 @example(beaker_mesh())

@@ -31,7 +31,7 @@ def boxes_touch_a_point(box_a, pose_a, box_b, pose_b):
 
 def test_the_fifteen_axes_agree_with_a_linear_programme():
     rng = np.random.default_rng(0)
-    count = 250
+    count = 100
     boxes = []
     for _ in range(2):
         half = rng.uniform(0.05, 1.0, 3)
@@ -42,7 +42,7 @@ def test_the_fifteen_axes_agree_with_a_linear_programme():
         boxes_touch_a_point(boxes[0], (rotations[k, 0], positions[k, 0]), boxes[1], (rotations[k, 1], positions[k, 1]))
         for k in range(count)
     ]
-    assert 40 < sum(expected) < count - 40
+    assert 15 < sum(expected) < count - 15
     assert answers.tolist() == expected
 
 

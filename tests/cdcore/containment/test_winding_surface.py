@@ -65,6 +65,7 @@ def test_up_to_three_flat_sheets_cannot_enclose_a_volume():
     assert winding_surface(merge_meshes(*sheets)).kinds.tolist() == [ComponentKind.OPEN]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(20))
 def test_capped_components_are_closed_with_lost_or_reversed_faces(seed):
     rng = np.random.default_rng(seed)

@@ -120,7 +120,7 @@ def between(motion, components):
 @pytest.mark.parametrize("block", [1, 3, 40])
 def test_continuous_detector_in_blocks_equals_the_whole_motion(block):
     """``toi`` has the times of impact."""
-    bodies, motion = lab(60, seed=2)
+    bodies, motion = lab(30, seed=2)
     whole = detect(motion, bodies)
     joined = join(create_detector("continuous", bodies).stream(motion.blocks(block)))
     assert joined.toi == whole.toi

@@ -17,7 +17,7 @@ from support.shapes import (
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 
-FRAMES = 30
+FRAMES = 20
 TWO_BALLS = merge_meshes(ball_mesh(0.1), shift_mesh(ball_mesh(0.1), [0.9, 0, 0]))
 THREE_BALLS = merge_meshes(*(shift_mesh(ball_mesh(0.08), [0.5 * k, 0.1 * k, 0]) for k in range(3)))
 

@@ -72,7 +72,7 @@ def corrupt_pose_then_rest():
 @pytest.mark.parametrize(
     ("name", "recording"),
     [("exact", jumps_then_rest), pytest.param("exact", an_hour_of_jumps_then_rest, marks=pytest.mark.slow)]
-    + [(name, corrupt_pose_then_rest) for name in ("exact", "aabb", "obb", "rapid-style", "solid-style", "hybrid")],
+    + [(name, corrupt_pose_then_rest) for name in ("exact", "obb", "solid-style")],
 )
 def test_contact_after_a_long_path_starts_in_its_frame(name, recording):
     bodies, pairs, motion, meets = recording()

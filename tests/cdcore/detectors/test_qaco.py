@@ -15,13 +15,13 @@ VARIANTS = ("memetic", "corrected", "local", "random", "printed")
 
 @cache
 def truth():
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     return create_detector("exact", bodies).detect(motion, faces=True)
 
 
 @cache
 def searched(variant):
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     budget = 100 if variant == "printed" else 2000
     return create_detector("qaco", bodies, variant=variant, budget=budget).detect(motion, faces=True)
 
@@ -40,7 +40,7 @@ def test_every_contact_and_every_face_pair_is_true(variant):
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_ant_search_answers_not_found_instead_of_clear(variant):
     """A search without a hit proves nothing where bounding spheres overlap; elsewhere the spheres prove clear."""
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     candidate = create_detector("sphere", bodies).detect(motion).verdict == Verdict.CANDIDATE
     verdicts = searched(variant).verdict[candidate]
     assert set(np.unique(verdicts).tolist()) <= {Verdict.CONTACT, Verdict.NOT_FOUND}
@@ -68,7 +68,7 @@ def test_the_equations_as_printed_are_counted_as_broken():
 
 @cache
 def detected(name, **settings):
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     return create_detector(name, bodies, **settings).detect(motion, faces=True)
 
 
@@ -80,7 +80,7 @@ def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
 
 
 def test_explanation_of_a_contact_reports_overlapping_spheres():
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     contact = detected("hybrid").verdict != Verdict.CLEAR
     pair = int(contact.any(axis=0).argmax())
@@ -89,7 +89,7 @@ def test_explanation_of_a_contact_reports_overlapping_spheres():
 
 
 def test_search_hits_need_no_mesh_query_without_faces():
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     plain = detector.detect(motion)
     assert plain.digest == detected("hybrid").digest
@@ -97,7 +97,7 @@ def test_search_hits_need_no_mesh_query_without_faces():
 
 
 def test_hybrid_takes_faces_of_the_search_where_meshes_have_none():
-    bodies, motion = lab(150)
+    bodies, motion = lab(80)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     by_search, by_meshes = detected("hybrid-qaco"), detected("hybrid")
     blind_pairs = 3  # the first three, in which the meshes find nothing

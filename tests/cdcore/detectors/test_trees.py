@@ -31,7 +31,7 @@ def test_distant_bodies_cost_obb_a_test_per_move():
 
 def test_image_space_detector_has_no_false_contact():
     """Its pictures have a limited resolution: it may miss contacts, here fewer than 20 % of those that it decides."""
-    bodies, motion = lab(80)
+    bodies, motion = lab(40)
     truth = counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)
     detection = create_detector("image-space", bodies).detect(motion)
     answer = counts_as_contact(detection.verdict)
@@ -99,7 +99,7 @@ def test_sections_exist_for_every_contact():
 
 @pytest.mark.parametrize(("mode", "most"), [("all", None), ("first", 1)])
 def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most):
-    bodies, motion = lab(80)
+    bodies, motion = lab(40)
     every = create_detector("exact", bodies).detect(motion, faces=True).face_counts
     counts = create_detector("rapid-style", bodies, mode=mode).detect(motion, faces=True).face_counts
     assert every.max() > 1

@@ -16,7 +16,7 @@ NOTHING = np.zeros((0, 2), dtype=np.int64)
 
 def stages_that_failed(name, **settings):
     """The misses of a detector in ``lab``, and what it says of each."""
-    bodies, motion = lab(120)
+    bodies, motion = lab(60)
     detector = create_detector(name, bodies, **settings)
     exact = create_detector("exact", bodies).detect(motion, faces=True)
     missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
@@ -51,7 +51,7 @@ def test_where_meshes_decide_no_search_is_to_blame():
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_missing_sample_pairs_are_reported_exactly(name):
     bodies, motion, reported = stages_that_failed(name, samples=20)
-    assert {item.sample_meets for item in reported.values()} >= {False} and len(reported) > 20
+    assert {item.sample_meets for item in reported.values()} >= {False} and len(reported) > 10
     # the same draw, made into meshes of their own, which the exact detector decides
     components = []
     for body in bodies:

@@ -32,13 +32,13 @@ def marks_and_steps(samples, size):
     return marks, steps
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 5, 7, 64])
+@pytest.mark.parametrize("size", [1, 3, 64])
 def test_marks_of_jerky_steps_do_not_depend_on_blocks(size):
     teleports = 0
-    for seed in range(5):
+    for seed in range(3):
         samples = jerky_samples(seed)
         whole, in_blocks = marks_and_steps(samples, COUNT), marks_and_steps(samples, size)
         np.testing.assert_array_equal(in_blocks[0], whole[0])
         np.testing.assert_array_equal(in_blocks[1], whole[1])
         teleports += is_marked(whole[0], Mark.TELEPORT).sum()
-    assert 50 < teleports < 5 * COUNT / 2
+    assert 30 < teleports < 3 * COUNT / 2

@@ -56,6 +56,7 @@ def test_the_glass_itself_encloses_the_capacity(name):
     )
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", VESSELS)
 def test_glass_bends_by_little_more_than_90_degrees(name):
     """A wall or a rim that folds back turns by more."""

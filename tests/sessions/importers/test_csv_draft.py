@@ -21,18 +21,28 @@ POSITIONS, QUATERNIONS = np.split(np.loadtxt(LOGS / "poses.txt").reshape(2, COUN
 KINDS = tomllib.loads((LOGS / "logs.toml").read_text("utf-8"))
 
 
+def copied_log(folder, kind):
+    """A copy of the log of this kind, in a folder of its own."""
+    return Path(shutil.copy(LOGS / f"{kind}.csv", folder / "log.csv"))
+
+
 @pytest.mark.parametrize("kind", KINDS)
-def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
-    case, path = KINDS[kind], Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv"))
-    out, draft = tmp_path / "s.mcap", tmp_path / "log.columns.toml"
-    assert main(["import", "csv", str(path), "-o", str(out)]) == 1
-    output = " ".join(capsys.readouterr().err.split())
-    assert case["unknown"] in output and "--mapping" in output and str(draft) in output and not out.exists()
-    text = draft.read_text().replace('# convention = "unity"', 'convention = "openvr"').replace("# rate_hz", "rate_hz")
-    text = text.replace('# order = "XYZ"', 'order = "ZXY"').replace('# unit = "s"', 'unit = "s"')
-    draft.write_text(text)
-    assert main(["import", "csv", str(path), "--mapping", str(draft), "-o", str(out)]) == 0, capsys.readouterr().err
-    session = read_session(out)
+def test_completed_draft_gives_written_poses(tmp_path, kind):
+    case, path, mapping = KINDS[kind], copied_log(tmp_path, kind), tmp_path / "log.columns.toml"
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    assert case["unknown"] in " ".join(refusal.value.unknown)
+    answers = {
+        '# convention = "unity"': 'convention = "openvr"',
+        "# rate_hz": "rate_hz",
+        '# order = "XYZ"': 'order = "ZXY"',
+        '# unit = "s"': 'unit = "s"',
+    }
+    completed = refusal.value.draft
+    for question, answer in answers.items():
+        completed = completed.replace(question, answer)
+    mapping.write_text(completed)
+    session = import_session("csv", path, mapping=mapping)
     assert session.names == tuple(case["bodies"])
     for body, name in enumerate(session.names):
         track = session.tracks[name]
@@ -42,26 +52,41 @@ def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_convention_option_completes_a_draft_lacking_only_axes(tmp_path, capsys, kind):
-    path, out = Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv")), tmp_path / "s.mcap"
+def test_convention_option_completes_a_draft_lacking_only_axes(tmp_path, kind):
+    path = copied_log(tmp_path, kind)
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
     lacks_more = any("axes" not in item and "unit of lengths" not in item for item in refusal.value.unknown)
-    # A draft that nobody changed is no obstacle.
-    assert main(["import", "csv", str(path), "-o", str(out)]) == 1 and (tmp_path / "log.columns.toml").exists()
-    assert ("--convention" in capsys.readouterr().err) != lacks_more
-    code = main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)])
-    assert (code == 1) == lacks_more == (not out.exists())
-    if not lacks_more:
-        track = read_session(out).tracks[KINDS[kind]["bodies"][0]]
+    completed = refusal.value.draft_with_axes("openvr")
+    assert bool(completed) != lacks_more
+    if completed:
+        mapping = tmp_path / "log.columns.toml"
+        mapping.write_text(completed)
+        track = import_session("csv", path, mapping=mapping).tracks[KINDS[kind]["bodies"][0]]
         assert has_poses(track, POSITIONS[0], Rotation.from_quat(QUATERNIONS[0]))
-        # The draft is kept, to be checked, and the same command goes on from it; one of a person is never replaced.
-        draft = tmp_path / "log.columns.toml"
-        assert 'convention = "openvr"' in draft.read_text()
-        again = ["import", "csv", str(path), "--convention", "openvr", "--force", "-o", str(out)]
-        assert main(again) == 0
-        draft.write_text("mine")
-        assert main(again) == 1 and draft.read_text() == "mine"
+
+
+def test_command_writes_a_draft_and_goes_on_from_it(tmp_path, capsys):
+    path, out, draft = copied_log(tmp_path, "one-body"), tmp_path / "s.mcap", tmp_path / "log.columns.toml"
+    assert main(["import", "csv", str(path), "-o", str(out)]) == 1
+    output = " ".join(capsys.readouterr().err.split())
+    assert "--mapping" in output and "--convention" in output and str(draft) in output and not out.exists()
+    # A draft that nobody changed is no obstacle, and the option is noted in it, to be checked.
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
+    assert (
+        read_session(out).names == tuple(KINDS["one-body"]["bodies"]) and 'convention = "openvr"' in draft.read_text()
+    )
+    again = ["import", "csv", str(path), "--convention", "openvr", "--force", "-o", str(out)]
+    assert main(again) == 0
+    # One that a person wrote is never replaced.
+    draft.write_text("mine")
+    assert main(again) == 1 and draft.read_text() == "mine"
+
+
+def test_command_offers_no_convention_where_more_is_unknown(tmp_path, capsys):
+    path = copied_log(tmp_path, "kitti")  # its rate is unknown too
+    assert main(["import", "csv", str(path), "-o", str(tmp_path / "s.mcap")]) == 1
+    assert "--convention" not in capsys.readouterr().err
 
 
 def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):

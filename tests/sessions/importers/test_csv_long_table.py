@@ -46,10 +46,16 @@ def imported(path, draft):
     return import_session("csv", path, mapping=mapping, convention="canonical")
 
 
-@pytest.mark.parametrize("pose", [NAMED, BARE])
-@pytest.mark.parametrize("ids", [UIDS, TEXTS])
 @pytest.mark.parametrize(
-    "more", [{}, {"cameras": (0, 93_847)}, {"stagger": 1000}, {"by_body": True}, {"repeated": 2}], ids=str
+    ("ids", "pose", "more"),
+    [
+        (UIDS, NAMED, {}),
+        (UIDS, BARE, {"cameras": (0, 93_847)}),
+        (TEXTS, NAMED, {"stagger": 1000}),
+        (TEXTS, BARE, {"by_body": True}),
+        (UIDS, BARE, {"repeated": 2}),
+    ],
+    ids=str,
 )
 def test_six_objects_are_six_bodies_from_the_first_draft(tmp_path, ids, pose, more):
     path = long_table(tmp_path / "six.csv", ids=ids, pose=pose, **more)

@@ -9,6 +9,7 @@ import zipfile
 import pytest
 
 from sessions.errors import SceneSourceError
+from sessions.scene_formats import usd_trial
 from sessions.scene_formats.scene_source import read_scene_source
 
 pxr = pytest.importorskip("pxr")
@@ -33,6 +34,12 @@ def named_by(arc, name):
         more = 'variants = {\nstring v = "a"\n}\nprepend variantSets = "v"'
         return BALL + f'def "other" (\n{more}\n)\n{{\n{inner}}}\n', HEAD
     return BALL + f'def "other" ({arc} = @{name}@)\n{{\n}}\n', HEAD
+
+
+@pytest.fixture(autouse=True)
+def without_trial(monkeypatch):
+    """Binary layers are read at once: none of these files ends the library, and another process takes 0.4 s."""
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", lambda path, root: None)
 
 
 ARCS = ["references", "payload", "sublayer", "variant"]
@@ -92,7 +99,7 @@ def test_missing_layer_is_named(tmp_path, capfd, arc):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("where", ["working folder", "environment"])
+@pytest.mark.parametrize("where", ["working folder", pytest.param("environment", marks=pytest.mark.slow)])
 def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
@@ -216,8 +223,7 @@ def test_absence_of_the_library_is_explained(tmp_path, monkeypatch):
 
 
 def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
-    from sessions.scene_formats import usd_trial
-
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", usd_trial.try_scene)
     (tmp_path / "part.usdc").write_bytes(b"PXR-USDC")
     path = scene(tmp_path, BALL + 'def "other" (references = @part.usdc@)\n{\n}\n')
     # The interpreter that dies stands for the library, which does so on few mutants alone.
@@ -231,8 +237,6 @@ def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
 
 
 def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
-    from sessions.scene_formats import usd_trial
-
     layer = pxr.Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
     layer.DefinePrim("/a", "Sphere")
     layer.Save()

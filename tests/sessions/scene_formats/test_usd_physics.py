@@ -17,6 +17,12 @@ FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 4), (2, 3, 4), (3, 1, 4)]
 UNIT = 0.01
 
 
+@pytest.fixture(autouse=True)
+def without_trial(monkeypatch):
+    """Binary layers are read at once: none of these files ends the library, and another process takes 0.4 s."""
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", lambda path, root: None)
+
+
 def new_stage(path, *, up="Z", unit=UNIT):
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, up)

@@ -1,5 +1,7 @@
 """Facts of an experiment follow from its recorded poses by another route."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -14,10 +16,10 @@ def delivered(run):
     arm = rotated_vectors(run.poses["stopcock"][1], np.array([1.0, 0.0, 0.0]))
     opened = np.arctan2(arm[:, 1], arm[:, 0]) / np.radians(effect.settings["full_angle_deg"])
     area = effect.settings["full_area_m2"] * opened
+    steps = np.diff(run.times) * 0.5 * (area[1:] + area[:-1])
     head, volume = cavity["mark"], [0.0]
-    for k in range(1, len(run.times)):
-        step = (run.times[k] - run.times[k - 1]) * 0.5 * (area[k] + area[k - 1])
-        flow = effect.settings["discharge"] * np.sqrt(2.0 * 9.80665 * head) * step
+    for step in steps.tolist():
+        flow = effect.settings["discharge"] * math.sqrt(2.0 * 9.80665 * head) * step
         head -= flow / section
         volume.append(volume[-1] + flow)
     return np.array(volume) * 1e6
