@@ -1,7 +1,8 @@
 """Solids and gases of a scene: PHREEQC's, salts with a solubility, and those that only an equation takes."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -94,11 +95,8 @@ class Phases:
         own_makeup, water = dry_components(components), components.get(WATER, 0)
         fitting_entries = [
             entry
-            for name, entry in phases.items()
-            if own_makeup
-            and dry_components(entry.makeup) == own_makeup
-            and entry.makeup.get(WATER, 0.0) >= water
-            and not name.endswith(GAS)
+            for name, entry in _phases_by_ions(self.database).get(frozenset(own_makeup.items()), ())
+            if own_makeup and entry.makeup.get(WATER, 0.0) >= water and not name.endswith(GAS)
         ]
         # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
         return max(fitting_entries, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
@@ -144,3 +142,12 @@ class Phases:
         assert self.database is not None
         species = (entry for entry in self.database.species.values() if dict(entry.makeup) == {component: 1.0})
         return next((entry.log_k for entry in species), 0.0)
+
+
+@cache
+def _phases_by_ions(database: Database) -> Mapping[frozenset[tuple[str, float]], Sequence[tuple[str, Entry]]]:
+    """Ions of a phase without its water -> names and entries of the phases that are made of them."""
+    phases: dict[frozenset[tuple[str, float]], list[tuple[str, Entry]]] = {}
+    for name, entry in database.phases.items():
+        phases.setdefault(frozenset(dry_components(entry.makeup).items()), []).append((name, entry))
+    return phases

@@ -117,6 +117,13 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
     ions_present = _ions_present(salt, column, amounts)
     most = np.min([amount / many for many, amount in ions_present], axis=0)
     saturated = salt.saturation(celsius)
+    shares = np.array([amount / many for many, amount in ions_present])
+    counts = np.array([many for many, _ in ions_present])
+    with np.errstate(divide="ignore"):
+        beyond = counts @ np.log(shares) > counts.sum() * np.log(np.maximum(saturated * water * WATER_KG, 1e-300))
+    # Less is dissolved with each mol of solid: below saturation nothing falls out, unless its water leaves first.
+    if not (beyond | (bound * np.max(shares, axis=0) > water)).any():
+        return np.zeros(len(amounts))
     # Logarithms of the product of what is dissolved, each ion as a share of what saturation has of it.
     lower, upper = np.zeros(len(amounts)), np.maximum(most, 0.0)
     with np.errstate(divide="ignore"):

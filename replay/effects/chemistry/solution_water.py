@@ -6,6 +6,7 @@ temperature it holds as much more or less as water does.
 """
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -111,7 +112,8 @@ def _strong_volume(formula: str, molar: float) -> float:
     return strongest if dilute is None else dilute + (strongest - dilute) * fraction
 
 
-def _species(formula: str) -> list[tuple[str, int, int]] | None:
+@cache
+def _species(formula: str) -> tuple[tuple[str, int, int], ...] | None:
     """Species of a mol of a formula: component, its number, protons on each; ``None``: one has no volume."""
     counts = components_of(formula)
     if counts is None:
@@ -125,7 +127,7 @@ def _species(formula: str) -> list[tuple[str, int, int]] | None:
             protons -= bound * count
             species.append((component, count, bound))
     present = {component for component, _, _ in species}
-    return species if present >= set(counts) - {PROTON, WATER} else None
+    return tuple(species) if present >= set(counts) - {PROTON, WATER} else None
 
 
 def _volume(formula: str) -> float | None:
@@ -139,7 +141,7 @@ def _volume(formula: str) -> float | None:
 
 def _ionic_strength(formula: str) -> float:
     """Ionic strength of a mol in a litre."""
-    species = _species(formula) or []
+    species = _species(formula) or ()
     ions = [(count, charge_of(component) + bound) for component, count, bound in species]
     charges = sum(count * charge for count, charge in ions)
     # What the ions lack are protons or hydroxide.
