@@ -125,8 +125,12 @@ def kilojoule(source, reaction):
     return -1e-3 * GAS_CONSTANT * math.log(10.0) * (warmer - cooler) / inverse
 
 
-def enthalpies():
-    """(is a phase, atoms, charge) -> kJ/mol of formation by data base, from the comments of llnl.dat and sit.dat."""
+def enthalpies(formulas):
+    """(is a phase, atoms, charge) -> kJ/mol of formation by data base, from the comments of llnl.dat and sit.dat.
+
+    ``formulas``: entries of other elements than one of these has are left out; to read them all takes seconds.
+    """
+    elements_of_formulas = {_elements(formula) for formula in formulas}
     table = {}
     for source in ("llnl", "sit"):
         equation, phases = "", False
@@ -140,10 +144,14 @@ def enthalpies():
                 left, _, right = equation.partition("=")
                 name = re.sub(r"^\d[\d.]*\s*", "", (left if phases else right).split(" + ")[0].strip())
                 value = float(match[1]) * (4.184 if match[2].startswith("kcal") else 1.0)
-                key = _makeup(name)
+                key = _makeup(name) if _elements(name) in elements_of_formulas else None
                 if key is not None and value:
                     table.setdefault((phases, *key), {}).setdefault(source, []).append(value)
     return table
+
+
+def _elements(formula):
+    return frozenset(re.findall(r"[A-Z][a-z]?", formula))
 
 
 def _makeup(name):
