@@ -74,6 +74,9 @@ UNREACHED_RATIO: Final = 1.25
 LEAST_REACTED_FRACTION: Final = 0.9
 """Share of two equivalent reagents that must have reacted for an end point: an indicator or a colour shows it then."""
 
+LEAST_TOLD_FRACTION: Final = 1e-4
+"""The same of reagents that are said not to have reacted; of less the equation says that it does not proceed."""
+
 LEAST_REACTED_BESIDE_PARTNER: Final = 0.99
 """The same where another partner of the ion is there: calcium beside magnesium shows no end point of its own."""
 
@@ -164,7 +167,9 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
         and (history.added_ml[point.crossing.row_after] > history.added_ml[point.crossing.row_before]).any()
     ]
     events = [
-        _incomplete_event(matter, vessel, point) for point in equivalents if point.reacted < LEAST_REACTED_FRACTION
+        _incomplete_event(matter, vessel, point)
+        for point in equivalents
+        if LEAST_TOLD_FRACTION <= point.reacted < LEAST_REACTED_FRACTION
     ]
     events += [
         _end_point_event(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)
@@ -179,9 +184,13 @@ def _time_of(crossing: _Crossing, times: FloatArray) -> float:
 
 def _incomplete_event(matter: Matter, vessel: str, point: _Equivalent) -> EffectEvent:
     """Event of reagents that are equivalent before they have reacted: a slow reaction."""
+    history, crossing = matter.histories[vessel], point.crossing
+    is_source = history.added_ml[crossing.row_after] > history.added_ml[crossing.row_before]
+    volume = float(crossing.interpolate(history.added_ml[:, is_source].sum(axis=1)))
+    after = f" after {words.decimal(volume, 2)} mL" if is_source.any() else ""
     message = (
-        f"{point.left} and {point.right} are equivalent in {vessel}, but {words.as_percentage(point.reacted)} of them "
-        "have reacted: no end point"
+        f"{point.left} and {point.right} are equivalent in {vessel}{after}, but "
+        f"{words.as_percentage(point.reacted)} of them have reacted: no end point"
     )
     time = _time_of(point.crossing, matter.histories[vessel].times)
     return EffectEvent(time, "incomplete", (vessel,), None, {"reacted": point.reacted}, message, "warning")

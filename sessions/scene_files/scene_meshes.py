@@ -258,6 +258,11 @@ def checked_scene(
             read_colliders(folder / scene.colliders, None)
         except MeshFileError as error:
             faults.append(f"{file}: [scene]: {error}")
-    # What an effect names is looked up twice, in other words.
-    faults += [fault for fault in planned(scene) if fault.replace("between: no body", "no body") not in faults]
+    # What an effect names is looked up twice, in other words, and so is an instrument that is also a vessel.
+    refused = tuple(f"{file}: body {body} has a cavity that cannot be made" for body in (name[1:-1] for name in faulty))
+    faults += [
+        fault
+        for fault in planned(scene)
+        if fault.replace("between: no body", "no body") not in faults and not fault.startswith(refused)
+    ]
     return scene, meshes, faults

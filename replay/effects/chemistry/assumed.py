@@ -21,6 +21,12 @@ LEAST_MOL: Final = 1e-9
 LEAST_CHLORINE_MOLAR: Final = 1e-4
 """Of dissolved chlorine, mol/L, from which its acid is told."""
 
+MOST_PERMANGANATE_PH: Final = 4.0
+"""From which on permanganate becomes manganese dioxide; chosen by us. In 0.5 mol/L of acid it becomes manganese(II).
+
+Source: Vogel, Quantitative Chemical Analysis, 5th ed., 10.90.
+"""
+
 HOT_C: Final = 45.0
 LEAST_DISSOLVED_FRACTION: Final = 0.05
 """A constant with an enthalpy alone is taken without a word up to 20 K from its 25 degC, and where less of its solid
@@ -48,6 +54,7 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
     yield from _early_stops(matter)
     yield from _hot_solids(matter)
     yield from _chlorine(matter)
+    yield from _permanganate(matter)
     for vessel, history in matter.histories.items():
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
         # Iodide takes up one iodine each, as triiodide.
@@ -81,6 +88,26 @@ def _chlorine(matter: Matter) -> Iterator[EffectEvent]:
             )
             values: dict[str, float | str] = {"formula": "Cl2"}
             yield EffectEvent(float(history.times[moments[0]]), "assumed", (vessel,), None, values, text, "warning")
+
+
+def _permanganate(matter: Matter) -> Iterator[EffectEvent]:
+    """Event of permanganate that became manganese(II) in so little acid that it makes manganese dioxide."""
+    for row, process in enumerate(matter.ledger.processes):
+        if not process.changes.get("MnO4-", 0.0) < 0.0 < process.changes.get("Mn^2+", 0.0) or matter.solver is None:
+            continue
+        for vessel, history in matter.histories.items():
+            running_rows = np.flatnonzero(np.diff(history.extents[:, row]) > LEAST_MOL) + 1
+            times = history.times[running_rows]
+            wet, equilibria = matter.equilibria(vessel, times) if len(times) else (running_rows, None)
+            weak = np.flatnonzero(equilibria.ph > MOST_PERMANGANATE_PH) if equilibria is not None else running_rows
+            if equilibria is not None and len(weak):
+                text = (
+                    f"{process.text} is computed in {vessel} up to a pH of "
+                    f"{words.decimal(float(equilibria.ph[weak].max()), 1)}, but in so little acid permanganate makes "
+                    "MnO2: add acid, or write the equation with MnO2"
+                )
+                time, values = float(times[wet[weak[0]]]), {"equation": process.text}
+                yield EffectEvent(time, "assumed", (vessel,), None, values, text, "warning")
 
 
 def _hot_solids(matter: Matter) -> Iterator[EffectEvent]:

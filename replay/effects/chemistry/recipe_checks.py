@@ -25,6 +25,7 @@ from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import COMMON_FORMULAS, atoms, charge_of, crystal_water
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH, WITHOUT_HEAT_C
 from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.recipe import UNKNOWN_SOLUBILITY, Reaction, Recipe, Tables, recipe_of
 from replay.effects.chemistry.salts import anhydrous
 from replay.effects.colour_tables import coloured_species
@@ -284,14 +285,22 @@ def _check_decided(recipe: Recipe) -> None:
     for reaction, process in at_once:
         has_equilibrium = np.isfinite(process.log_k) and not any(name.endswith(GAS) for name in process.changes)
         rivals = equations if has_equilibrium else equations + phases
-        solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
-        missing = f"{solid.removesuffix(SOLID)!r} is not in PHREEQC's data" if solid else "rate_per_s is missing"
         for text, changes in rivals:
             own = text.strip("'") in reaction.equation.formulas
             shared = sorted(_consumed_columns(process.changes) & _consumed_columns(changes))
             if shared and changes is not process.changes and not own:
-                problem = f"{text} wants {shared[0]} too, and nothing says which gets it"
-                raise reaction.declared.fail(f"{missing}: {problem}")
+                formula = recipe.reagent(reaction.process, shared[0]).removesuffix(SOLID)
+                raise reaction.declared.fail(
+                    f"{text} uses {formula} at once too, and nothing says which comes first; "
+                    f"give {_missing_key(process)}, or leave one of them out"
+                )
+
+
+def _missing_key(process: Process) -> str:
+    """What would part a process from others that use the same: the constant of a solid of dissolved ions, or a rate."""
+    solids = [column for column in process.changes if column.endswith(SOLID)]
+    is_precipitation = len(solids) == 1 and process.changes[solids[0]] > 0.0
+    return f"the log_k of {solids[0].removesuffix(SOLID)} in phreeqc" if is_precipitation else "rate_per_s"
 
 
 def _consumed_columns(changes: Mapping[str, float]) -> set[str]:

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import BoolArray
+from cdcore.numerics import BoolArray, FloatArray
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, solute_components
 from replay.effects.chemistry.formulas import charge_of
@@ -13,6 +13,7 @@ from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX
 from replay.effects.chemistry.limits import Cause
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.recipe import Reaction
 from replay.effects.output import EffectEvent
 
@@ -23,7 +24,10 @@ SOLID_ROUNDING: Final = 1e-9
 """Of a solid's amount: what differs by less did not dissolve."""
 
 LEAST_DISSOLVED_FRACTION: Final = 1e-4
-"""Of a solid that was brought: less did not dissolve to speak of."""
+"""Of a solid that was brought: less did not dissolve to speak of; of the scarcer reagent: less did not react."""
+
+PERMANGANATE, MANGANESE = "MnO4-", "Mn^2+"
+DIOXIDE_ADVICE: Final = "; permanganate without acid makes MnO2: write the equation with MnO2, or add acid"
 
 CAUSES_IN_WATER: Final = (Cause.ACID, Cause.HYDROXIDE)
 """What an equation may lack while all of its reagents are there."""
@@ -58,7 +62,7 @@ def stop_events(matter: Matter) -> Iterator[EffectEvent]:
     yield from _equilibrium_events(matter)
     for row, process in enumerate(matter.recipe.processes):
         for vessel, history in matter.histories.items():
-            extent, amounts = history.extents[-1, row], history.amounts[-1]
+            extent, amounts = history.extents[-1, row], _dissolved_amounts(matter, vessel)
             if not extent > 0.0:
                 continue
             limit_of_cause = matter.ledger.limits.by_cause(row, amounts)
@@ -69,7 +73,7 @@ def stop_events(matter: Matter) -> Iterator[EffectEvent]:
                 if cause in limit_of_cause and limit_of_cause[cause] <= SOLID_ROUNDING * extent
             ]
             has_remainder = all(limit > LEAST_FORMED_FRACTION * (limit + extent) for limit in reagents.values())
-            if len(reagents) < 2 or not causes_of_end or not has_remainder:
+            if len(reagents) < 2 or not causes_of_end or not has_remainder or _is_nothing(matter, row, vessel):
                 continue
             remaining_texts = [
                 f"{words.quantity(-1e3 * limit * process.changes[column], 'mmol')} {matter.recipe.reagent(row, column)}"
@@ -77,7 +81,7 @@ def stop_events(matter: Matter) -> Iterator[EffectEvent]:
             ]
             message = (
                 f"{process.text} stops in {vessel} for want of {causes_of_end[0]}: "
-                f"{' and '.join(remaining_texts)} are left"
+                f"{' and '.join(remaining_texts)} are left{_dioxide_advice(process, causes_of_end[0])}"
             )
             event_values = {"equation": process.text}
             yield EffectEvent(float(history.times[-1]), "stopped", (vessel,), None, event_values, message, "warning")
@@ -90,7 +94,7 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
         if process.rate is not None or not ledger.limits.has_equilibrium(row):
             continue
         for vessel, history in matter.histories.items():
-            extent, amounts = float(history.extents[-1, row]), history.amounts[-1]
+            extent, amounts = float(history.extents[-1, row]), _dissolved_amounts(matter, vessel)
             extent_to_end = float(ledger.limits.extent_to_the_end(row, amounts))
             if not extent > 0.0 or extent_to_end <= LEAST_FORMED_FRACTION * (extent_to_end + extent):
                 continue
@@ -99,6 +103,27 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
             message = f"{process.text} stops at its equilibrium in {vessel}: {share} has reacted, by its free energy"
             event_values: dict[str, float | str] = {"equation": process.text, "log_k": process.log_k}
             yield EffectEvent(float(history.times[-1]), "equilibrium", (vessel,), None, event_values, message)
+
+
+def _dissolved_amounts(matter: Matter, vessel: str) -> FloatArray:
+    """Amounts (columns,) of a vessel at the end with PHREEQC's solids dissolved, as equations at once find them."""
+    reactions, amounts = matter.ledger.reactions, matter.histories[vessel].amounts[-1]
+    return np.asarray(amounts - (amounts[reactions.phases] * ~reactions.gas) @ reactions.formation)
+
+
+def _is_nothing(matter: Matter, row: int, vessel: str) -> bool:
+    """Whether less than a trace of a process ran in a vessel, of what its scarcest reagent would give."""
+    extent = float(matter.histories[vessel].extents[-1, row])
+    limits = matter.ledger.limits.by_cause(row, _dissolved_amounts(matter, vessel))
+    scarcest = min((float(limit) for cause, limit in limits.items() if not isinstance(cause, Cause)), default=0.0)
+    return extent <= LEAST_DISSOLVED_FRACTION * (extent + scarcest)
+
+
+def _dioxide_advice(process: Process, cause: str | Cause) -> str:
+    """Advice where permanganate lacks the acid to become manganese(II); ``""``: anything else is lacking."""
+    changes = process.changes
+    lacks_acid = cause is Cause.ACID and changes.get(PERMANGANATE, 0.0) < 0.0 and changes.get(MANGANESE, 0.0) > 0.0
+    return DIOXIDE_ADVICE if lacks_acid else ""
 
 
 def _reason_for_nothing(matter: Matter, reaction: Reaction, has_formed: bool) -> str:
@@ -134,7 +159,13 @@ def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
         and -(extents + pending_extent) * process.changes[process.dissolving_solid]
         < LEAST_DISSOLVED_FRACTION * brought_solid
     )
-    if extents > 0.0 and not is_hardly_dissolved:
+    is_at_once = process.rate is None
+    has_run = any(
+        history.extents[-1, reaction.process] > 0.0
+        and not (is_at_once and _is_nothing(matter, reaction.process, vessel))
+        for vessel, history in matter.histories.items()
+    )
+    if has_run and not is_hardly_dissolved:
         return ""
     missing_text = _missing_reagents_text(matter, reaction)
     if missing_text:
@@ -153,7 +184,12 @@ def _reason_in_vessel(matter: Matter, reaction: Reaction, vessel: str) -> str:
     history = matter.histories[vessel]
     wet_rows = np.flatnonzero(history.volume_ml > 0.0)
     limit_of_cause = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet_rows])
-    is_lacking = {cause: np.broadcast_to(limit <= 0.0, wet_rows.shape) for cause, limit in limit_of_cause.items()}
+    # What is lacking may be there in traces, as hydroxide of a weak base.
+    most = np.max([limit for limit in limit_of_cause.values() if np.isfinite(limit).all()], axis=0, initial=0.0)
+    is_lacking = {
+        cause: np.broadcast_to(limit <= LEAST_DISSOLVED_FRACTION * most, wet_rows.shape)
+        for cause, limit in limit_of_cause.items()
+    }
     # The moment at which the least was lacking.
     row = int(np.argmin(np.sum(list(is_lacking.values()), axis=0)))
     causes = [cause for cause, is_lacking_in_row in is_lacking.items() if is_lacking_in_row[row]]
@@ -172,9 +208,10 @@ def _cause_text(matter: Matter, reaction: Reaction, vessel: str, cause: str | Ca
     if cause is Cause.SATURATION and process.salt is not None:
         return f"{vessel} is saturated with {process.salt.formula}"
     if cause is Cause.ACID or (cause is Cause.CATALYST and PROTON in process.catalysts):
+        advice = _dioxide_advice(process, cause)
         if not _was_added(matter, vessel, proton_sign=1):
-            return f"it needs acid, and none came into {vessel}"
-        return f"it needs acid, and none is free in {vessel}: a base takes it up, or the acid is too weak"
+            return f"it needs acid, and none came into {vessel}{advice}"
+        return f"it needs acid, and none is free in {vessel}: a base takes it up, or the acid is too weak{advice}"
     if cause is Cause.HYDROXIDE:
         if not _was_added(matter, vessel, proton_sign=-1):
             return f"it needs hydroxide, and none came into {vessel}"

@@ -78,6 +78,20 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
     tried(path, count, read, path.name)
 
 
+def test_a_wrong_instrument_of_a_vessel_is_named_once():
+    text = """
+[[body]]
+id = "flask"
+instrument = "erlenmeyer_flas"
+properties = { liquid = { volume_ml = 25.0 } }
+[[effect]]
+kind = "mixing"
+in = ["flask"]
+"""
+    (fault,) = checked_scene(text, "scene.toml", plan_faults)[2]
+    assert fault.endswith("no instrument 'erlenmeyer_flas'; did you mean 'erlenmeyer_flask'?")
+
+
 def test_given_scene_replaces_all_of_the_recorded_scene(files):
     own, other = (
         replay.run(files / "s.mcap", detectors="exact", oracle="none", **more)

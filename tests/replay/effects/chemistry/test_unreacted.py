@@ -12,6 +12,9 @@ SULFITE = "Na2SO3 + 2 HCl -> 2 NaCl + H2O + SO2"
 IODATE = "3 I2 + 6 OH- -> 5 I- + IO3- + 3 H2O"
 NONE_CAME = "it needs acid, and none came into flask"
 NONE_FREE = "it needs acid, and none is free in flask: a base takes it up, or the acid is too weak"
+DIOXIDE = "; permanganate without acid makes MnO2: write the equation with MnO2, or add acid"
+OXALATE = "2 MnO4- + 5 C2O42- + 16 H+ -> 2 Mn2+ + 10 CO2 + 8 H2O"
+IN_LYE = "2 MnO4- + 3 C2O42- + 4 OH- -> 2 MnO2 + 6 CO32- + 2 H2O"
 IODINE = {"I2": 0.0005, "KI": 0.1}
 
 
@@ -27,7 +30,8 @@ def run(flask, burette, *equations):
 
 
 STATES = [
-    ({"FeSO4": 0.05}, {"KMnO4": 0.02}, IRON, NONE_CAME),
+    ({"FeSO4": 0.05}, {"KMnO4": 0.02}, IRON, NONE_CAME + DIOXIDE),
+    ({"Na2C2O4": 0.05}, {"KMnO4": 0.02}, IN_LYE, "it needs hydroxide, and none came into flask"),
     ({"FeSO4": 0.05, "H2SO4": 0.05, "NaOH": 0.2}, {"KMnO4": 0.02}, IRON, NONE_FREE),
     ({"KI": 0.05}, {"H2O2": 0.02}, PEROXIDE, NONE_CAME),
     ({"KI": 0.05, "NaOH": 0.1}, {"H2O2": 0.02}, PEROXIDE, NONE_CAME),
@@ -60,7 +64,7 @@ def test_reaction_stops_when_acid_runs_out_with_iron_left():
     """0.1 mmol of protons for 0.5 mmol of iron(II), which needs 0.8 mmol: an eighth reacts."""
     run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON)
     (event,) = run_of.output.events_named("stopped")
-    assert "stops in flask for want of acid: 0.438 mmol Fe^2+ and" in event.text
+    assert "stops in flask for want of acid: 0.438 mmol Fe^2+ and" in event.text and event.text.endswith(DIOXIDE)
     assert "flask/potential" in run_of.series  # while iron alone has both its forms
     assert run_of.series["flask/potential"].times[-1] < run_of.series["flask/pH"].times[-1]
 
@@ -81,3 +85,18 @@ def test_what_happens_to_a_solid_is_said(solid, solutes, equation, words):
     (event,) = [event for name in ("reacted", "no-reaction") for event in effects["reaction"].output.events_named(name)]
     assert event.text.startswith(equation) and words in event.text
     assert leading_event(effects) == event
+
+
+def test_acid_freed_by_a_hydroxide_is_no_equilibrium():
+    """Iron(III) hydroxide falls out and frees acid again: the equation had stopped for want of it."""
+    run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON, "Fe3+ + 3 H2O -> Fe(OH)3 + 3 H+")
+    assert run_of.output.events_named("stopped") and not run_of.output.events_named("equilibrium")
+
+
+@pytest.mark.parametrize(("acid", "is_reported"), [(0.02, True), (0.5, False)])
+def test_permanganate_in_too_little_acid_is_reported(acid, is_reported):
+    """In weak acid it becomes MnO2. Source: Vogel, Quantitative Chemical Analysis, 5th ed., 10.90."""
+    run_of = run({"Na2C2O4": 0.05, "H2SO4": acid}, {"KMnO4": 0.005}, OXALATE)
+    assert ["permanganate makes MnO2" in event.text for event in run_of.output.events_named("assumed")] == [
+        True
+    ] * is_reported
