@@ -1,17 +1,18 @@
 """Imports of PHREEQC, and the sentence of a scene where the extra is not installed."""
 
+import importlib.util
+
 import pytest
 from support import liquid_worlds as proofs
 
 from replay.effects.chemistry import database
 from replay.effects.effect_plan import plan
 from replay.errors import PlanError
-from replay.studies.synthetic_sessions import synthetic_session
+from sessions.synthetic.experiments.record import experiment
 
-ASK = {"titration", "silver-chloride", "carbonate-titration", "marble", "ammonia-calorimetry"}
+WITH_EQUILIBRIUM = ("titration", "silver-chloride", "carbonate-titration", "marble", "ammonia-calorimetry")
 """Made-up experiments with a reaction without a rate, a precipitation or an indicator."""
 
-QUICK = {"titration", "silver-chloride"}
 SENTENCE = "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
 
 WITHOUT_CHEMISTRY = {
@@ -25,37 +26,36 @@ WITHOUT_CHEMISTRY = {
 }
 
 
-def test_scenes_without_equilibrium_import_no_phreeqc():
+def test_only_scenes_with_an_equilibrium_import_phreeqc():
+    """One program runs all scenes that need no PHREEQC, and then one that does."""
     runs = "\n".join(WITHOUT_CHEMISTRY.values())
-    loaded = proofs.modules_after(f"from support.liquid_worlds import MIX, glass, poured, run_in\n{runs}")
-    assert {"replay.effects.pour", "replay.effects.burette"} <= set(loaded)
-    assert not {name for name in loaded if name.partition(".")[0] in ("phreeqc", "_phreeqc")}
+    loaded = proofs.modules_after(
+        f"from support.liquid_worlds import MIX, NEUTRAL, glass, poured, run_in\n{runs}\n"
+        "assert {'replay.effects.pour', 'replay.effects.burette'} <= set(sys.modules)\n"
+        "assert not {name for name in sys.modules if name.partition('.')[0] in ('phreeqc', '_phreeqc')}\n"
+        "run_in([0.0, 90.0, 90.0], MIX, NEUTRAL)"
+    )
+    assert "phreeqc" in loaded
 
 
-def test_a_scene_with_an_equilibrium_imports_phreeqc():
-    code = "from support.liquid_worlds import MIX, NEUTRAL, run_in\nrun_in([0.0, 90.0, 90.0], MIX, NEUTRAL)"
-    assert "phreeqc" in proofs.modules_after(code)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "titration",
-        "silver-chloride",
-        "acid-dilution",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in sorted({*ASK, "gas-collection"} - QUICK)),
-    ],
-)
-def test_without_the_extra_a_scene_gets_a_sentence(name, monkeypatch):
-    scene = synthetic_session(name)[0].scene
-    monkeypatch.setattr(database.importlib.util, "find_spec", lambda _: None)
+@pytest.fixture
+def phreeqc_not_installed(monkeypatch):
+    """The extra is not there, and no data base that was read before is remembered."""
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     database.database_of.cache_clear()
-    try:
-        if name not in ASK:
-            assert plan(scene).effects
-            return
-        with pytest.raises(PlanError) as refused:
-            plan(scene)
-        assert len(refused.value.faults) == 1 and refused.value.faults[0].endswith(SENTENCE)
-    finally:
-        database.database_of.cache_clear()
+    yield
+    database.database_of.cache_clear()
+
+
+@pytest.mark.usefixtures("phreeqc_not_installed")
+@pytest.mark.parametrize("name", WITH_EQUILIBRIUM)
+def test_without_the_extra_a_scene_gets_a_sentence(name):
+    with pytest.raises(PlanError) as refused:
+        plan(experiment(name).scene())
+    assert len(refused.value.faults) == 1 and refused.value.faults[0].endswith(SENTENCE)
+
+
+@pytest.mark.usefixtures("phreeqc_not_installed")
+@pytest.mark.parametrize("name", ["acid-dilution", "gas-collection"])
+def test_scene_without_equilibrium_is_planned_without_the_extra(name):
+    assert plan(experiment(name).scene()).effects
