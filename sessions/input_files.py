@@ -24,6 +24,8 @@ MOST_FAULTS, MOST_NAMED = 100, 500
 """So many faults are listed, and a nearest name is looked for among so many: both take time for each of them."""
 # A key of 32 names: the parser's time grows with the square of a key's length.
 _DEEP_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
+_POINTER = b"version https://git-lfs.github.com/spec/"
+"""A repository that keeps large files with Git LFS holds such text in place of a file that was not fetched."""
 QUOTED_CHARACTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
 
 
@@ -54,6 +56,9 @@ def open_input(path: str | Path, what: str, error: type[Exception]) -> Iterator[
     check_regular(path, what, error)
     try:
         with _as_path(path).open("rb") as stream:
+            if stream.read(len(_POINTER)) == _POINTER:
+                raise error(f"{what} {path} is a pointer of Git LFS, not the file itself; fetch it: git lfs pull")
+            stream.seek(0)
             yield stream
     except FileNotFoundError:
         raise error(f"{what} {path} does not exist; check the path") from None

@@ -360,14 +360,14 @@ def _by_row(head: CsvHead, table: CsvTable, names: Collection[str], bodies: Coll
         elif words & seen or (
             words & states
             and all(is_yes(cell) is not None for cell in head.cells(column))
-            and (not head.numbers(column) or "".join(_words_beside(column, states)) in names_of_bodies)
+            and (not head.numbers(column) or "".join(_tokens_besides(column, states)) in names_of_bodies)
         ):
             yield f"whether column {column!r} says which poses are lost (valid takes a column of 1 and 0)"
 
 
-def _words_beside(column: str, words: Collection[str]) -> list[str]:
-    """The words of a column's name, in small letters, without some."""
-    return [word.lower() for word in name_tokens_of(column) if word.lower() not in words]
+def _tokens_besides(column: str, tokens: Collection[str]) -> list[str]:
+    """Returns the words of a column's name, in small letters, without some."""
+    return [token.lower() for token in name_tokens_of(column) if token.lower() not in tokens]
 
 
 def _flag_columns(head: CsvHead, bodies: Collection[str]) -> dict[str, list[str]]:
@@ -469,7 +469,7 @@ def clock_of(head: CsvHead) -> Clock:
     column = next(iter(_columns_with_words(head, TIME)), "")
     if not column:
         return Clock("", "")
-    form = next(map(text_format, head.cells(column)), None)
+    form = text_format(head.cells(column))
     if form is not None:
         return Clock(column, TEXT, form)
     values, unit = head.numbers(column), head.stated_unit(column)
@@ -506,13 +506,25 @@ def _clock(head: CsvHead, clock: Clock, gaps: _Gaps) -> Iterator[str]:
             gaps.guessed.append(Guessable.TIME_FORMAT)
         return
     if not clock.unit:
-        gaps.unknown.append("the unit of time")
+        gaps.unknown.append(f"the unit of time{_unclear_clock(head, clock.column)}")
     elif clock.unit != head.stated_unit(clock.column):
         gaps.guessed.append(Guessable.TIME_UNIT)
     yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns, min, h or ticks (.NET)'
     values = head.numbers(clock.column)
     if values and values[0] < 0:
         yield f"offset = {-values[0]!r}   # in that unit: no stamp of a session lies before 0"
+
+
+def _unclear_clock(head: CsvHead, column: str) -> str:
+    """Why the first rows do not tell the unit of a clock, where it is more than a rate that several units may have."""
+    values = head.numbers(column)
+    if not head.rows:
+        return f": there are no rows below the names of {len(head.columns)} columns"
+    if not values:
+        return f": {head.cells(column)[0]!r} is of no known format of times (format)"
+    if len(values) > 1 and max(np.diff(values)) <= 0:
+        return f": {column!r} increases in none of the first {len(values)} rows"
+    return ""
 
 
 def _names_of_bodies(

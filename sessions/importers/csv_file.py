@@ -316,7 +316,7 @@ def _time_unit(table: CsvTable, plan: CsvMapping) -> tuple[Assumption, ...]:
     if plan.unit not in CLOCK_NS:
         origin = _origin(plan, Guessable.TIME_FORMAT, is_stated=not form)
         confidence = Confidence.OPEN if origin is Origin.GUESS else Confidence.SURE
-        reason = "the first format that fits" if origin is Origin.GUESS else ""
+        reason = "it fits the first rows" if origin is Origin.GUESS else ""
         return (Assumption(Subject.TIME_UNIT, form or "ISO 8601", origin, confidence, reason=reason),)
     if plan.kind:
         return (Assumption(Subject.TIME_UNIT, plan.unit, Origin.FORMAT),)

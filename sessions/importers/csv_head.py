@@ -10,7 +10,6 @@ import re
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -23,7 +22,15 @@ from sessions.importers.csv_columns_and_units import (
     unit_in_cell,
     unit_in_name,
 )
-from sessions.importers.csv_table import NUMBER, check_encoding, excel_separator, named_encoding, split_lines
+from sessions.importers.csv_table import (
+    NUMBER,
+    check_encoding,
+    ends_empty,
+    excel_separator,
+    named_encoding,
+    split_lines,
+)
+from sessions.importers.wall_clock import wall_clock_ns
 from sessions.input_files import open_input
 
 HEAD_BYTES: Final = 200_000
@@ -31,7 +38,7 @@ FIRST_ROWS: Final = 200
 """Rows by which a draft tells units and kinds of columns."""
 LINES_ABOVE: Final = 50
 """Lines above the rows that are looked for a header, beside ``FIRST_ROWS``."""
-DELIMITERS: Final = (",", ";", "\t", " ")
+DELIMITERS: Final = (",", ";", "\t", "|", " ")
 SPREADSHEET_DELIMITERS: Final = (",", ";", "\t", "|")
 """Characters that spreadsheets put between columns; where the decimal comma is usual, Excel writes semicolons."""
 
@@ -101,6 +108,8 @@ def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
         cells = split_lines(lines[skipped:], delimiter)
         if known and cells and {*known} <= {*cells[0]}:
             rows = tuple(tuple(row) for row in cells[1:] if len(row) == len(cells[0]))[:FIRST_ROWS]
+            if any(map(any, cells[1:])) and not rows:  # other characters stand between the cells of the rows
+                continue
             return CsvHead(source, _layout(delimiter, rows, skipped), tuple(cells[0]), rows)
     for delimiter in delimiters:
         cells = split_lines(lines[skipped:], delimiter)
@@ -116,6 +125,8 @@ def _of_rows(
 ) -> CsvHead:
     """The head of a file whose rows begin at the line ``first`` of those that are not skipped."""
     width, above, units = len(cells[first]), first - 1, tuple[str, ...]()
+    while above > 0 and not any(cells[above]):  # empty lines
+        above -= 1
     if above > 0 and is_row_of_units(cells[above]) and len(cells[above - 1]) == width:
         units = tuple(cells[above])
         above -= 1
@@ -127,6 +138,8 @@ def _of_rows(
         if len(columns) != width:
             columns = list(NAMELESS.get(width, _numbered_columns(width)))
         own = tuple(columns)
+    if not own and len(columns) == width - 1 and columns[-1] and ends_empty(cells[first]):
+        columns = [*columns, ""]
     rows = [tuple(row) for row in cells[first : first + FIRST_ROWS] if len(row) == len(columns)]
     layout = _layout(delimiter, rows, skipped + max(above, 0), own)
     return CsvHead(source, layout, tuple(columns), tuple(rows), units)
@@ -141,18 +154,32 @@ def _layout(delimiter: str, rows: Sequence[Sequence[str]], skip_lines: int, colu
     return CsvLayout(delimiter, decimal_letter(delimiter, rows[:1]), skip_lines=skip_lines, columns=columns)
 
 
-def text_format(cell: str) -> str | None:
-    """The format of a wall-clock text: "" for ISO 8601, else as ``strptime`` takes it; ``None`` where it is none."""
-    for form in ("", *VOCABULARY["formats"]) if not NUMBER.fullmatch(cell) else ():
-        with suppress(ValueError):
-            _ = datetime.strptime(cell, form) if form else datetime.fromisoformat(cell)
-            return form
+def text_format(cells: Sequence[str]) -> str | None:
+    """The format of the wall-clock texts of a column: "" for ISO 8601, else as ``strptime`` takes it.
+
+    ``None``: the first text is none. Of several formats that most texts fit, such as those with day and month in either
+    order, it is the one by which their times are closest together.
+    """
+    if not cells or NUMBER.fullmatch(cells[0]):
+        return None
+    best, fitting_best = None, (0, 0)
+    for form in ("", *VOCABULARY["formats"]):
+        stamps = [stamp for stamp in (_stamp_or_none(cell, form) for cell in cells) if stamp is not None]
+        fitting = (len(stamps), min(stamps) - max(stamps)) if stamps else (0, 0)
+        if fitting > fitting_best and _stamp_or_none(cells[0], form) is not None:
+            best, fitting_best = form, fitting
+    return best
+
+
+def _stamp_or_none(cell: str, form: str) -> int | None:
+    with suppress(ValueError):
+        return wall_clock_ns(cell, form)
     return None
 
 
 def is_date_or_time(cell: str) -> bool:
     """Returns whether a text is a date, a time of day, or both."""
-    return DATE.fullmatch(cell) is not None or text_format(cell) is not None
+    return DATE.fullmatch(cell) is not None or text_format([cell]) is not None
 
 
 def _numbers(row: Sequence[str]) -> int:

@@ -63,12 +63,12 @@ def column_of_separate_bodies(table: CsvTable, position: Collection[str], used: 
     except ImportFileError:  # the import by the mapping says which cell is no number
         return ""
     for column in _candidates(table, used):
-        if is_interleaved(table, column) and _are_apart(positions, [*table.rows_by_text(column).values()]):
+        if is_interleaved(table, column) and _jumps_between_groups(positions, [*table.rows_by_text(column).values()]):
             return column
     return ""
 
 
-def _are_apart(positions: Numbers, groups: Collection[Rows]) -> bool:
+def _jumps_between_groups(positions: Numbers, groups: Collection[Rows]) -> bool:
     """Whether positions (n, 3) jump from a row to the next much farther than from a row of a group to its next."""
     steps_within = np.concatenate([_step_lengths(positions[rows]) for rows in groups])
     return bool(np.nanmedian(_step_lengths(positions)) > JUMPS * np.nanmedian(steps_within))

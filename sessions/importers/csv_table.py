@@ -56,10 +56,24 @@ ENCODINGS: Final = {
 """First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
 FIRST_BYTES: Final = 200
 """Bytes of a file in which a text of two bytes a letter has zeros."""
+OTHER_FILES: Final = {
+    b"PK\x03\x04": "a workbook of a spreadsheet, or another archive; save its table as CSV",
+    b"\xd0\xcf\x11\xe0": "a workbook of an old Excel; save its table as CSV",
+    b"\x1f\x8b": "compressed by gzip; unpack it first",
+    b"7z\xbc\xaf": "compressed by 7-Zip; unpack it first",
+    b"PAR1": "a Parquet file; write its table as CSV",
+    b"ARROW1": "an Arrow file; write its table as CSV",
+    b"\x89HDF": "an HDF5 file; write its tables as CSV",
+    b"MATLAB 5.0": "a file of MATLAB; write its table as CSV",
+    b"\x93NUMPY": "an array of NumPy; write it as CSV",
+}
+"""First bytes of tables that are no text -> what the file is, and what to do."""
 EMPTY_CELLS: Final[tuple[str, ...]] = tuple(VOCABULARY["empty_cells"])
 """Cells that say: no number here."""
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
+GROUPS: Final = re.compile("[-+]?[0-9]{1,3}([.,'’ ][0-9]{3})+([.,][0-9]*)?")
+"""A number with separators between groups of three digits."""
 EMPTY_LINE: Final = re.compile(rb"\n[ \t]*\r?\n")
 SPACES: Final = re.compile(rb"[ \t]+")
 ENDS_OF_LINES: Final = re.compile(rb"^ | (?=\r?$)", re.MULTILINE)
@@ -130,6 +144,8 @@ class CsvTable:
             self._units = dict(zip(self.columns, units[0], strict=True))
             start = stream.tell()
         rows = text[start:]
+        if not layout.columns and units and self._lacks_last_name(units[0]):
+            self._add_unnamed_column()
         if layout.delimiter == " ":
             return ENDS_OF_LINES.sub(b"", SPACES.sub(b" ", rows))
         return rows
@@ -171,6 +187,14 @@ class CsvTable:
             raise ImportFileError(f"{self.source}: line {self._above}: column {repeated[0]!r} occurs twice; rename one")
         names = [f"{name} (column {at})" if name in repeated else name for at, name in enumerate(names, start=1)]
         self.columns = tuple(names)
+
+    def _lacks_last_name(self, row: Sequence[str]) -> bool:
+        """Whether a delimiter stands behind the last cell of a row, but not behind the header."""
+        return len(row) == len(self.columns) + 1 and bool(self.columns[-1]) and ends_empty(row)
+
+    def _add_unnamed_column(self) -> None:
+        self.columns = (*self.columns, "")
+        self.heads = [[*head, ""] for head in self.heads]
 
     def _split_tables(self, text: bytes) -> tuple[bytes, dict[str, int]]:
         """The rows of the first table, and how many lines of another one stand below it, by the reason to leave them.
@@ -237,7 +261,7 @@ class CsvTable:
                 "in the numbers; export numbers with decimal points, or semicolons between the cells"
             )
         if len(self._table) < self._ragged_rows and 1 < width < widest:
-            cure = "export numbers with decimal points, or semicolons between the cells"
+            cure = "give every cell of a row a column in that line"
             cure = "check delimiter and skip_lines of the mapping" if self._mapped else cure
             raise ImportFileError(f"{where}; {cure}")
 
@@ -338,6 +362,7 @@ class CsvTable:
         """The cells of a column with decimal points, null where one says that there is no number."""
         cells = self._cells(column, rows)
         if self._layout.decimal != ".":
+            self._refuse_two_decimals(column, cells, rows)
             cells = pc.replace_substring(cells, self._layout.decimal, ".")
         return pc.if_else(pc.is_in(cells, text_array(EMPTY_CELLS)), text_scalar(None), cells)
 
@@ -348,13 +373,30 @@ class CsvTable:
         values = []
         for row, cell in enumerate(pc.fill_null(cells, text_scalar("nan")).to_pylist()):
             try:
-                values.append(float(cell))
+                values.append(_number(cell))
             except ValueError:
                 text = self.texts(column, rows)[row]
-                cure = 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
-                cure = cure if text.count(",") == 1 else "repair the cell"
-                raise self._cell_error(column, rows, row, f"{text[:40]!r} is no number; {cure}") from None
+                message = f"{text[:40]!r} is no number; {self._cure_of_number(text)}"
+                raise self._cell_error(column, rows, row, message) from None
         return np.array(values)
+
+    def _cure_of_number(self, text: str) -> str:
+        """Returns the cure of a cell that is no number."""
+        separators = re.findall("[.,'’ ]", text)
+        if GROUPS.fullmatch(text) and (len(separators) > 1 or separators[0] not in ".,"):
+            return "export numbers without separators of thousands"
+        if text.count(",") != 1:
+            return "repair the cell"
+        return 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
+
+    def _refuse_two_decimals(self, column: str, cells: Any, rows: Rows | None) -> None:
+        """Refuse a column with decimal commas and points: ``1.500`` beside ``1,5`` is likely fifteen hundred."""
+        has_point = bool_values(pc.match_substring(cells, "."))
+        if has_point.any() and pc.any(pc.match_substring(cells, self._layout.decimal)).as_py():
+            row = int(has_point.argmax())
+            text = self.texts(column, rows)[row]
+            message = f"{text[:40]!r} has a point, and other cells of the column decimal commas; export one of them"
+            raise self._cell_error(column, rows, row, message)
 
     def _cell_error(self, column: str, rows: Rows | None, index: int, message: str) -> ImportFileError:
         """The error of a cell, by its index among some rows."""
@@ -453,6 +495,13 @@ class CsvTable:
         return PoseTable(stamps, numbers[:, :3], columns.quaternions(numbers[:, 3:]), valid)
 
 
+def _number(cell: str) -> float:
+    """The number in a cell; ValueError: it is none, such as ``1_0``, which Python reads as 10."""
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell)
+
+
 def is_yes(text: str) -> bool | None:
     """Whether a cell says yes; ``None``: it says neither yes nor no."""
     word = text.lower()
@@ -475,10 +524,17 @@ def _utf8(source: Path) -> bytes:
 
 
 def check_encoding(source: Path, data: bytes) -> None:
-    """Refuse text in another encoding than UTF-8 that says so by its first bytes, or by zeros between its letters."""
+    """Refuse what is no text, and text in another encoding than UTF-8, by its first bytes or zeros between letters."""
     first = data[:FIRST_BYTES]
+    if other := other_file(data):
+        raise ImportFileError(f"{source}: this is no CSV but {other}")
     if encoding := named_encoding(data) or ("UTF-16" if 4 * first.count(0) > len(first) else ""):
         raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
+
+
+def other_file(data: bytes) -> str:
+    """Returns what a table is that is no text, and what to do about it, or ``""``."""
+    return next((text for start, text in OTHER_FILES.items() if data.startswith(start)), "")
 
 
 def named_encoding(data: bytes) -> str:
@@ -496,6 +552,11 @@ def split_lines(lines: Sequence[str], delimiter: str) -> list[list[str]]:
     """Returns the cells of lines, without spaces around them; spaces between cells may be several."""
     texts = (" ".join(line.split()) for line in lines) if delimiter == " " else lines
     return [[cell.strip() for cell in row] for row in csv.reader(texts, delimiter=delimiter)]
+
+
+def ends_empty(row: Sequence[str]) -> bool:
+    """Whether a delimiter stands behind the last cell of a row, as some loggers write it below a header without."""
+    return len(row) > 1 and not row[-1]
 
 
 def has_decimal_commas(row: str, width: int) -> bool:

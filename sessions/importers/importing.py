@@ -30,7 +30,7 @@ from sessions.importers.given_meshes import (
     placed_meshes,
 )
 from sessions.importers.ledger import FACT, Ledger, Numbers, Rows, Stamps, increasing_rows, ledger_of
-from sessions.input_files import check_regular, parse_toml, read_text
+from sessions.input_files import check_regular, open_input, parse_toml, read_text
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS, Convention, pose_axes_alternatives
 from sessions.meshes.conventions import convention as convention_named
@@ -158,6 +158,9 @@ def _taken_for(format: str, path: Path, *, is_mapped: bool = False) -> tuple[str
         if not path.is_dir():
             check_regular(path, "recording", ImportFileError)
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
+    if path.is_file():
+        with open_input(path, "recording", ImportFileError):
+            pass
     if format == AUTO:
         return recognised_format(path)
     joints = joints_in(path) if format == "csv" and not is_mapped else ""
@@ -320,10 +323,25 @@ def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) ->
     quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
     claimed = np.ones(len(positions), dtype=np.bool_) if table.valid is None else table.valid[keep]
     pose = np.isfinite(positions).all(axis=1) & is_rotation(quaternions)
-    flagged = int((claimed & ~pose).sum())
-    if flagged:
-        notes.append(f"{name}: {flagged} rows flagged as lost that hold no pose (missing number, no unit quaternion)")
+    flagged = claimed & ~pose
+    if flagged.any():
+        why = _no_pose_reasons(positions[flagged], quaternions[flagged])
+        count = int(flagged.sum())
+        notes.append(f"{name}: {count:,} row{'s' if count > 1 else ''} flagged as lost that hold no pose ({why})")
     return Track(table.times_ns[keep], positions, quaternions, claimed & pose), notes
+
+
+def _no_pose_reasons(positions: Numbers, quaternions: Numbers) -> str:
+    """Why rows hold no pose, each reason with its count: positions (n, 3) and quaternions (n, 4)."""
+    is_missing = ~(np.isfinite(positions).all(axis=1) & np.isfinite(quaternions).all(axis=1))
+    reasons = [f"{int(is_missing.sum()):,} with a missing number"] if is_missing.any() else []
+    if not is_missing.all():
+        with np.errstate(over="ignore"):
+            lengths = np.sqrt((quaternions[~is_missing] ** 2).sum(axis=1))
+        shortest, longest = (number_text(float(value), digits=4) for value in (lengths.min(), lengths.max()))
+        span = shortest if shortest == longest else f"{shortest} to {longest}"
+        reasons.append(f"{len(lengths):,} with a quaternion of length {span} in place of 1")
+    return ", ".join(reasons)
 
 
 def is_rotation(quaternions: Numbers) -> Rows:

@@ -5,6 +5,7 @@ from typing import Final
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_head import read_head
+from sessions.importers.csv_table import other_file
 from sessions.importers.hands.hand_columns import hand_layout
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
@@ -46,6 +47,8 @@ def recognised_format(source: Path) -> tuple[str, str]:
             return name, why
     if head.startswith(b"PK\x03\x04") and source.suffix.lower() == ".usdz":
         return "usd", "it is a package of USD"
+    if other := other_file(head):
+        raise ImportFileError(f"{source}: it is {other}")
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
     if b"\x00" not in head and (joints := joints_in(source)):
         return "hands", joints

@@ -65,16 +65,16 @@ def test_right_hand_often_left_of_head_is_reported(count, codes):
 
 
 @pytest.mark.parametrize(
-    ("place", "shift", "is_reported"),
+    ("position", "shift", "is_reported"),
     [
         ((0.3, 0.9, -0.4), (1.5, 0.9, -2.0), True),
         ((0.3, 0.9, -0.4), (0.2, 0, 0), False),
         ((0, 0, 0), (1.5, 0.9, 0), False),
     ],
 )
-def test_mesh_drawn_where_it_stood_is_reported(place, shift, is_reported):
+def test_mesh_drawn_where_it_stood_is_reported(position, shift, is_reported):
     unit = cube()
     mesh = MeshData([*(0.1 * (unit.vertices - unit.bounds.mean(axis=0)) + shift), [1e6, 0, 0]], unit.faces)
-    poses = {"cup": (np.tile(place, (200, 1)).astype(float), np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}
+    poses = {"cup": (np.tile(position, (200, 1)).astype(float), np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}
     outcome = run_pose_pass([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
     assert [item.code for item in pivot_findings(outcome, {"cup": mesh}, ["cup"])] == ["mesh-pivot"] * is_reported

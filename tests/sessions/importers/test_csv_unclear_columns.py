@@ -64,6 +64,52 @@ def test_date_column_beside_times_is_not_read_as_bodies(tmp_path, form):
     check_clock(session.tracks["log"])
 
 
+@pytest.mark.parametrize(
+    "form", ["%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f", "%m/%d/%Y %I:%M:%S.%f %p", "%I:%M:%S.%f %p"]
+)
+def test_day_and_month_are_read_as_rows_follow_each_other(tmp_path, form):
+    midnight = datetime(2026, 4, 3, 23, 59, 59, 800_000)
+    cells = [(midnight + timedelta(seconds=float(seconds))).strftime(form) for seconds in SECONDS]
+    rows = [row(cell, pose(step)) for step, cell in enumerate(cells)]
+    check_clock(import_csv(tmp_path, f"time,{POSE}", *rows).tracks["log"])
+
+
+@pytest.mark.parametrize("change", ["pipes", "ends", "empty lines"])
+def test_table_of_loggers_is_drafted_and_read(tmp_path, change):
+    rows = [row(f"{SECONDS[step]:.6f}", pose(step)) for step in range(COUNT)]
+    lines = {
+        "pipes": [line.replace(",", "|") for line in (f"time,{POSE}", *rows)],
+        "ends": [f"time,{POSE}", *(f"{line}," for line in rows)],
+        "empty lines": [f"time,{POSE}", "", *rows],
+    }
+    check_clock(import_csv(tmp_path, *lines[change]).tracks["log"])
+
+
+@pytest.mark.parametrize(
+    ("cells", "text"),
+    [
+        (("0;1.500,5", "0;1,5"), "decimal commas; export one of them"),
+        (("0;1.500", "0;1,5"), "decimal commas; export one of them"),
+        (('0,"1,500.25"', "0,1.5"), "export numbers without separators of thousands"),
+        (("0,1_0", "0,1"), "'1_0' is no number; repair the cell"),
+    ],
+)
+def test_number_of_two_readings_is_refused(tmp_path, cells, text):
+    path, delimiter = tmp_path / "log.csv", cells[0][1]
+    rest = delimiter.join(["1", "0", "0", "0", "0", "1"])
+    rows = [f"{delimiter.join([cell, rest])}" for cell in cells]
+    path.write_text("\n".join([delimiter.join(f"time,{POSE}".split(",")), *rows, ""]))
+    mapping = tmp_path / "log.columns.toml"
+    decimal = "," if delimiter == ";" else "."
+    mapping.write_text(
+        f"""convention = "openvr"\ndelimiter = "{delimiter}"\ndecimal = "{decimal}"
+        [time]\ncolumn = "time"\nunit = "s"\n[bodies.cup]
+        position = ["x", "y", "z"]\nquaternion_xyzw = ["qx", "qy", "qz", "qw"]\n"""
+    )
+    with pytest.raises(ImportFileError, match=text):
+        import_session("csv", path, mapping=mapping)
+
+
 @pytest.mark.parametrize("in_blocks", [False, True])
 def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
     cells = [(step, body) for step in range(COUNT) for body in range(2)]

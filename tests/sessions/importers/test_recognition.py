@@ -84,3 +84,18 @@ def test_other_bags_are_refused_with_the_converting_command(tmp_path, start):
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
     with pytest.raises(ImportFileError, match=r"bag of ROS 2: name the .mcap file in it"):
         recognised_format(tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["csv", "auto"])
+@pytest.mark.parametrize(
+    ("start", "text"),
+    [
+        (b"PK\x03\x04" + bytes(200), "a workbook of a spreadsheet, or another archive; save its table as CSV"),
+        (b"PAR1" + bytes(200), "a Parquet file; write its table as CSV"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
+    ],
+)
+def test_files_that_are_no_text_are_named(tmp_path, kind, start, text):
+    (tmp_path / "log.csv").write_bytes(start)
+    with pytest.raises(ImportFileError, match=text):
+        import_session(kind, tmp_path / "log.csv")
