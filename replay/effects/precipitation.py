@@ -8,7 +8,7 @@ import numpy as np
 
 from replay import words
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.matter import matter_of
+from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.colour_tables import SOLID_COLOURS
 from replay.effects.declaring import Declaration
@@ -62,7 +62,24 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
                 cloud_rgba = blend_colours(WATERY, COLOURS[colour_of(declared)], amount / litres / CLOUDY_MOL_L)
                 findings.liquids[vessel] = replace(mixed_liquids[vessel], rgba=cloud_rgba)
+    findings.events += _absent_solids(inputs, matter)
     return findings.output()
+
+
+def _absent_solids(inputs: EffectInputs, matter: Matter) -> Iterator[EffectEvent]:
+    """An event ``no-precipitate`` for each declared solid that never stood in a vessel, unless a reaction says why."""
+    reasons = [event.values["equation"] for event in inputs.output("reaction").events_named("no-reaction")]
+    for declared in inputs.declared:
+        solid = declared["solid"]
+        amounts = {vessel: matter.amount(vessel, solid + SOLID) for vessel in matter.histories}
+        is_brine = any(solid + SOLID in matter.brines(vessel) for vessel in matter.histories)
+        if is_brine or any(amount.any() for amount in amounts.values()):
+            continue
+        if any(solid in str(equation) for equation in reasons):
+            continue
+        last_time = max((float(history.times[-1]) for history in matter.histories.values()), default=0.0)
+        text = f"no {solid} falls out: the solutions never hold more of it than dissolves"
+        yield EffectEvent(last_time, "no-precipitate", (), None, {"formula": solid}, text, "warning")
 
 
 def _solid_events(
@@ -156,7 +173,9 @@ def colour_of(declared: Declaration) -> str:
 
 def _check(declared: Declaration, _scene: Scene) -> None:
     if not colour_of(declared):
-        raise declared.fail(f"colour is missing: no table knows that of {declared['solid']}")
+        raise declared.fail(
+            f'colour is missing: no table knows that of {declared["solid"]}; give it, as in colour = "white"'
+        )
 
 
 SPEC = spec_of("precipitation", compute, check=_check)

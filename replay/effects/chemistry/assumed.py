@@ -6,11 +6,14 @@ from typing import Final
 import numpy as np
 
 from replay import words
-from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, solute_components
 from replay.effects.chemistry.contents import MOST_DISSOLVED_MOLAR
+from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.phases import Phases
 from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.salts import solubility_of
 from replay.effects.chemistry.spontaneity import stops_early
 from replay.effects.output import EffectEvent
 from replay.words import quantity
@@ -51,6 +54,7 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
                 "to have some stay dissolved, give its log_k, phreeqc = '''PHASES ...'''"
             )
             yield EffectEvent(min(begin_times), "assumed", (), None, {"formula": solid}, message)
+    yield from _dissolved_complexes(matter)
     yield from _early_stops(matter)
     yield from _hot_solids(matter)
     yield from _chlorine(matter)
@@ -71,6 +75,37 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
                 )
                 time = float(history.times[moments[0]])
                 yield EffectEvent(time, "beyond", (vessel,), None, {"formula": formula}, message, "warning")
+
+
+def _dissolved_complexes(matter: Matter) -> Iterator[EffectEvent]:
+    """Event of a salt that an equation makes of ions, and that the data know as a dissolved complex alone.
+
+    Zinc oxalate falls out; magnesium sulfate does not. No data say which.
+    """
+    for reaction in matter.recipe.reactions:
+        formulas = reaction.equation.formulas
+        settles = reaction.process >= 0 or any(reaction.phases.get(formula) in ("s", "g") for formula in formulas)
+        if settles or any({PROTON, "NH3"} & set(dissolved_components(formula)) for formula in formulas):
+            continue
+        salts = [
+            formula
+            for formula in reaction.equation.products
+            if not charge_of(formula) and len(solute_components(formula)) > 1 and _is_complex_alone(matter, formula)
+        ]
+        if salts and all(charge_of(formula) for formula in reaction.equation.reagents):
+            text = (
+                f"{salts[0]} is counted as a dissolved complex: no data know it as a solid. If it falls out, "
+                f"write {salts[0]}(s) in the equation"
+            )
+            first_time = min(float(history.times[0]) for history in matter.histories.values())
+            yield EffectEvent(first_time, "assumed", (), None, {"formula": salts[0]}, text, "warning")
+
+
+def _is_complex_alone(matter: Matter, formula: str) -> bool:
+    """Whether PHREEQC's data know a formula as it stands dissolved, and no data know its solid."""
+    if matter.solver is None or matter.solver.mixture.row_of(formula) is None or solubility_of(formula) is not None:
+        return False
+    return Phases(matter.solver.mixture.database, {}, frozenset()).entry(formula, "s") is None
 
 
 def _chlorine(matter: Matter) -> Iterator[EffectEvent]:

@@ -27,6 +27,7 @@ PHASE_NAMES: Final[Mapping[str, str]] = _TABLES["solids"]
 FRESH_FORMULAS: Final = tuple(_TABLES["fresh"]["formulas"])
 INERT_FORMULAS: Final = frozenset(_TABLES["inert"]["formulas"])
 GASES: Final = frozenset(_TABLES["phases"]["gases"])
+UNSOUND_PHASES: Final = frozenset(_TABLES["unsound"]["phases"])
 SOLIDS: Final = frozenset(_TABLES["phases"]["solids"])
 
 ORGANIC_BASES: Final = BASES - {"NH3"}

@@ -11,6 +11,7 @@ from replay.effects.chemistry.components import (
     FRESH_FORMULAS,
     PHASE_NAMES,
     PROTON,
+    UNSOUND_PHASES,
     WATER,
     components_of,
     dissolved_components,
@@ -89,14 +90,17 @@ class Phases:
         if phase == "g":
             return phases.get(formula + GAS)
         phase_name = PHASE_NAMES.get(formula, formula)
-        if phase_name in phases and components_of(formula) is not None:
+        if phase_name in phases and phase_name not in UNSOUND_PHASES and components_of(formula) is not None:
             return phases[phase_name]
         components = components_of(formula) or {}
         own_makeup, water = dry_components(components), components.get(WATER, 0)
         fitting_entries = [
             entry
             for name, entry in _phases_by_ions(self.database).get(frozenset(own_makeup.items()), ())
-            if own_makeup and entry.makeup.get(WATER, 0.0) >= water and not name.endswith(GAS)
+            if own_makeup
+            and name not in UNSOUND_PHASES
+            and entry.makeup.get(WATER, 0.0) >= water
+            and not name.endswith(GAS)
         ]
         # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
         return max(fitting_entries, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)

@@ -54,9 +54,11 @@ def reacted_events(
                 continue
             limit_of_cause = matter.ledger.limits.by_cause(row, history.amounts[-1])
             used_up = sorted(
-                matter.recipe.reagent(row, cause).removesuffix(SOLID)
-                for cause, limit in limit_of_cause.items()
-                if not isinstance(cause, Cause) and float(limit) <= USED_UP_FRACTION * run_mol
+                {
+                    matter.recipe.reagent(row, cause).removesuffix(SOLID)
+                    for cause, limit in limit_of_cause.items()
+                    if not isinstance(cause, Cause) and float(limit) <= USED_UP_FRACTION * run_mol
+                }
             )
             text = f"{process.text} runs in {vessel} by {quantity(1e3 * run_mol, 'mmol')}"
             if used_up:

@@ -55,6 +55,9 @@ UNKNOWN_SOLUBILITY: Final = (
     "nothing says how much {!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, to the body that holds it"
 )
 
+ROUND_BRACKETS: Final = str.maketrans("[]", "()")
+"""By which ``Fe4[Fe(CN)6]3`` is found in a table."""
+
 COMPLETE_LOG_K: Final = 15.0
 """log10 of a constant from which an equation of two reagents leaves less than a hundredth of 1 mmol/L."""
 
@@ -170,7 +173,8 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         own_states = {
             formula: "s"
             for formula in equation.formulas
-            if formula not in default_states and phases.is_sparingly_soluble(formula)
+            if formula not in default_states
+            and (phases.is_sparingly_soluble(formula) or formula.translate(ROUND_BRACKETS) in SOLIDS)
         }
         # A gas that a vessel holds dissolved, such as chlorine water, reacts as what is dissolved, and so does one that
         # acid frees there: sulfur dioxide of a sulfite.
@@ -409,7 +413,10 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
             raise table.fail(UNKNOWN_SOLUBILITY.format(unknown_solids[0]))
         can_settle = any(_can_settle(formula, phase) for formula in equation.formulas)
         if not can_settle and not _makes_neutral_complex(equation, phases):
-            raise table.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
+            raise table.fail(
+                "equation: by PHREEQC's data all of it stays dissolved; mark what falls out with (s), or leave the "
+                "equation out"
+            )
         if rate_per_s is not None:
             raise table.fail("rate_per_s: PHREEQC brings what the equation names to equilibrium at once; leave it out")
         if heat is not None and not _dissolved_solid(equation, phase, phases):

@@ -189,7 +189,9 @@ def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
         if charge_of(formula) and components_of(formula) is None and recipe.solver is not None:
             raise declared.fail(f"equation: PHREEQC's data do not know {formula!r}; take an ion that they know")
         if not (formula in available or mine in components or as_ions):
-            raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, available - {WATER})}")
+            others = available - {WATER}
+            advice = nearest(formula, others) if others else "; the vessels hold water alone"
+            raise declared.fail(f"equation: nobody brings {formula!r}{advice}")
 
 
 def _check_complexes(reaction: Reaction, recipe: Recipe) -> None:

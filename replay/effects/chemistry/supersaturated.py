@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 
 from replay import words
+from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.limits import NEUTRAL_PH
 from replay.effects.chemistry.matter import Matter
-from replay.effects.chemistry.mixture import SOLID, mixture_of
+from replay.effects.chemistry.mixture import SOLID, Phase, mixture_of
 from replay.effects.chemistry.recipe import undeclared_phases
 from replay.effects.chemistry.solver import Solver
 from replay.effects.output import EffectEvent
@@ -104,7 +105,16 @@ def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
         amounts = history.amounts[rows]
         celsius = matter.celsius(vessel, history.times[rows])
         indices = solver.saturation(amounts[:, columns], amounts[:, ledger.water], celsius)
+        metals_of_salts = {
+            name
+            for phase, values in zip(phases, indices.T, strict=True)
+            if len(_solutes(phase)) > 1 and (values > LEAST_SATURATION_INDEX).any()
+            for name in _solutes(phase)
+        }
         for phase, values in zip(phases, indices.T, strict=True):
+            # What takes the metal away leaves its oxide or hydroxide none to be beyond its solubility.
+            if len(_solutes(phase)) == 1 and _solutes(phase) <= metals_of_salts:
+                continue
             saturated_rows = np.flatnonzero(values > LEAST_SATURATION_INDEX)
             solid = phase.column.removesuffix(SOLID)
             if solid == "Cu(OH)2":
@@ -121,3 +131,8 @@ def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
             }
             time = float(history.times[rows[saturated_rows[0]]])
             yield EffectEvent(time, "supersaturated", (vessel,), None, event_values, message, "warning")
+
+
+def _solutes(phase: Phase) -> set[str]:
+    """Columns that a solid is made of, but for protons and water: the metal alone of an oxide or hydroxide."""
+    return set(phase.components) - {PROTON, WATER}

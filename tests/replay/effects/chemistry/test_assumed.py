@@ -60,3 +60,16 @@ def test_ions_of_a_solid_or_complex_have_an_end_point(burette, flask, equation, 
 
 def test_a_weak_complex_has_no_end_point():
     assert not reaction({"FeCl3": 0.1}, {"KSCN": 0.05, "HCl": 0.5}, "Fe3+ + SCN- -> FeSCN^2+").events_named("end-point")
+
+
+@pytest.mark.parametrize(
+    ("metal", "anion", "equation", "has_doubt"),
+    [
+        ({"ZnSO4": 0.1}, {"Na2C2O4": 0.05}, "Zn2+ + C2O4^2- -> ZnC2O4", True),
+        ({"MgCl2": 0.1}, {"Na2SO4": 0.05}, "Mg2+ + SO4^2- -> MgSO4", False),
+    ],
+)
+def test_a_salt_known_as_complex_alone_is_doubted(metal, anion, equation, has_doubt):
+    """Zinc oxalate falls out (solubility product 1.4e-9, CRC Handbook); magnesium sulfate is in the tables."""
+    events = reaction(metal, anion, equation).events_named("assumed")
+    assert [event.values["formula"] for event in events] == ["ZnC2O4"] * has_doubt
