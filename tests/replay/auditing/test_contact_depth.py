@@ -58,7 +58,7 @@ def test_open_bodies_make_the_gate_fail_with_the_reason():
     assert "the depth of misses of slow is unknown: b is open" in sentence
 
 
-@pytest.mark.parametrize(("limit", "code"), [("1mm", 4), ("0.4 m", 0), ("40cm", 0), ("3", 2), ("-1mm", 2)])
+@pytest.mark.parametrize(("limit", "code"), [("1mm", 4), ("0.4 m", 0), ("3", 2), ("-1mm", 2)])
 def test_gate_on_the_command_line_takes_a_length(limit, code, tmp_path, capsys):
     write_session(cubes(PATH), tmp_path / "s.mcap")
     command = ["run", str(tmp_path / "s.mcap"), "-o", str(tmp_path / "out"), "--no-picture", "--fix-time", "0"]
@@ -73,7 +73,7 @@ def spiked(frames, at, shallow, deep):
     return cubes({"a": [0.0] * (frames + 4), "b": [3, 3, *(1 - depths).tolist(), 3, 3]})
 
 
-@pytest.mark.parametrize("at", [1, 7, 18, 33, 59])
+@pytest.mark.parametrize("at", [1, 18, 59])
 def test_single_deep_frame_of_a_long_contact_is_found(at):
     result = run(spiked(60, at, 0.1, 0.35), detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact")
     (row,) = result.tables["episodes"].where(detector="exact").plain()

@@ -1,5 +1,7 @@
 """A made hand touches a glass in a known frame with a known finger, and every verdict is that of python-fcl."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from support.made_hands import FINGERS, made_hand, write_wide
@@ -46,11 +48,22 @@ def hand_size(joints):
     return sum(lengths) / sum(bone.length_m for bone in bones)
 
 
-@pytest.mark.sampled(3)
+@pytest.fixture(scope="module")
+def run_of_finger(tmp_path_factory):
+    """Returns the run of a hand that touches the glass with a finger; each is run once for all tests."""
+
+    @cache
+    def run(side, finger):
+        session = planted(tmp_path_factory.mktemp("hand"), side, finger)
+        return replay.run(session, detectors="exact", oracle="exact")
+
+    return run
+
+
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize(("side", "finger"), [*zip(["left", "right"] * 3, FINGERS, strict=False)])
-def test_first_touch_is_of_the_planted_finger_in_its_frame(tmp_path, side, finger):
-    session = planted(tmp_path, side, finger)
-    result = replay.run(session, detectors="exact", oracle="exact")
+def test_first_touch_is_of_the_planted_finger_in_its_frame(run_of_finger, side, finger):
+    result = run_of_finger(side, finger)
     assembly, verdict = result.assembly, result.detections["exact"].verdict
     contact = counts_as_contact(verdict)
     first = int(np.flatnonzero(contact.any(axis=1))[0])
@@ -61,9 +74,8 @@ def test_first_touch_is_of_the_planted_finger_in_its_frame(tmp_path, side, finge
     assert episode["members"] == f"{side} {finger} tip"
 
 
-def test_python_fcl_agrees_on_every_capsule(tmp_path):
-    session = planted(tmp_path, "right", "index")
-    result = replay.run(session, detectors="exact", oracle="exact")
+def test_python_fcl_agrees_on_every_capsule(run_of_finger):
+    result = run_of_finger("left", "thumb")
     assembly, contact = result.assembly, counts_as_contact(result.detections["exact"].verdict)
     meshes, motion = FclMeshes([body.mesh for body in assembly.bodies]), assembly.motion
     for frame in range(0, FRAMES, 5):

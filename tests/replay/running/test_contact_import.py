@@ -67,7 +67,7 @@ def test_a_file_about_other_bodies_is_refused(tmp_path):
         import_contacts(tmp_path / "x.csv", cubes(POSITIONS))
 
 
-TAPS = 40
+TAPS = 15
 FRAME_HZ = 90.0
 
 
@@ -105,7 +105,7 @@ def recorded_figures(session):
     return audit.contacts, audit.contacts_missed, audit.late_or_cut_short, audit.false_contact.count
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
     stamps, begins, ends = taps(seed)
     frames = [
@@ -136,6 +136,6 @@ def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
     elif not delay:
         # Fitted within a few milliseconds, so a few contacts more or less begin a frame late.
         assert not fit.is_own_clock and fit.seconds == pytest.approx(-3600.0 - stamps[0], abs=0.004)
-        assert np.abs(np.subtract(recorded_figures(imported), unity)[:3]).max() <= 6
+        assert np.abs(np.subtract(recorded_figures(imported), unity)[:3]).max() <= 3
     else:
         assert fit.seconds == pytest.approx(-3600.0 - stamps[0] - delay, abs=0.004)
