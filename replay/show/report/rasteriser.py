@@ -163,7 +163,7 @@ def covered_pixels(local: FloatArray, view: View) -> Iterator[CoveredPixels]:
 
 
 def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
-    """Pixels on the segments, each once, where nothing opaque is nearer."""
+    """Pixels on the segments, each once and in order, where nothing opaque is nearer."""
     from cdcore.image_space.pixel_spans import concatenated_ranges
 
     wide, height = view.size
@@ -178,4 +178,7 @@ def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
     row = (np.round(y)[:, None] + row_offsets.ravel()).astype(np.int64)
     is_in_picture = (column >= 0) & (column < wide) & (row >= 0) & (row < height)
     pixel = np.where(is_in_picture, column + wide * row, 0)
-    return np.unique(pixel[is_in_picture & (inverse_depth[:, None] * (1 + LINE_LEAD_FRACTION) >= depth[pixel])])
+    # Marked in the picture, not sorted: sorting took half the time of a picture with a grid.
+    is_on_line = np.zeros(wide * height, dtype=np.bool_)
+    is_on_line[pixel[is_in_picture & (inverse_depth[:, None] * (1 + LINE_LEAD_FRACTION) >= depth[pixel])]] = True
+    return np.flatnonzero(is_on_line)
