@@ -102,7 +102,16 @@ def manifold_of(mesh: TriangleMesh) -> Manifold | None:
 def volume_of(mesh: TriangleMesh) -> float:
     """Cubic metres within a closed surface, each part counted alone; negative where faces look inwards."""
     a, b, c = np.moveaxis(mesh.triangles - mesh.vertices.mean(axis=0), 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+    return float(np.einsum("ij,ij->", a, _cross_products(b, c)) / 6)
+
+
+def _cross_products(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The same as ``np.cross`` of vectors (n, 3): a ladder needs a thousand volumes, and it spends most in checks."""
+    products = np.empty_like(a, order="C")
+    for axis in range(3):
+        second, third = (axis + 1) % 3, (axis + 2) % 3
+        products[:, axis] = a[:, second] * b[:, third] - a[:, third] * b[:, second]
+    return products
 
 
 @once_a_mesh
@@ -119,7 +128,7 @@ def facing_outward(mesh: TriangleMesh) -> TriangleMesh:
 def area_of(mesh: TriangleMesh) -> float:
     """Square metres of the surface."""
     a, b, c = np.moveaxis(mesh.triangles, 1, 0)
-    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return 0.5 * float(np.linalg.norm(_cross_products(b - a, c - a), axis=1).sum())
 
 
 def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
