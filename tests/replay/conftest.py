@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from replay.advice import collider_search
+from replay.advice import collider_search, scene_outcome
 from replay.cutting import surface_distance
 from replay.detection import compile_notice
 
@@ -40,3 +40,11 @@ def quickest_cutter_only():
         patch.setattr(surface_distance, "SAMPLES_PER_SIZE", 12)
         patch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
         yield join_by_motion
+
+
+@pytest.fixture(scope="module")
+def few_depth_frames():
+    """Questions about a recording measure the depth of overlaps in 6 contact frames, not in 24: most of their time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scene_outcome, "DEPTH_FRAMES", 6)
+        yield

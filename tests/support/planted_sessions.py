@@ -252,14 +252,15 @@ def tool_positions():
 
 
 def poses():
-    """Translations (n, 3) and rotations of the tool and of the plate, in the room."""
+    """Translations (n, 3) and the rotation, the same in every frame, of the tool and of the plate in the room."""
     room = Rotation.from_euler("y", ROOM_YAW_DEG, degrees=True)
     rotation = Rotation.from_euler("y", TOOL_YAW_DEG, degrees=True)
     origin = np.array([0.2, 0.9, -0.1])
     tool = room.apply(tool_positions()) + origin
-    return (tool, [room * rotation] * FRAMES), (np.tile(origin, (FRAMES, 1)), [room] * FRAMES)
+    return (tool, room * rotation), (np.tile(origin, (FRAMES, 1)), room)
 
 
+@cache
 def true_contact():
     """Frames (n,) in which a box of the tool meets one of the plate, by separating axes of upright boxes."""
     contact = np.zeros(FRAMES, dtype=bool)
@@ -309,14 +310,14 @@ def write_scene(folder, convention, kind, *, exported=False):
             mirrored ^= np.linalg.det(changed(np.eye(3), export)) < 0
         scale = 1.0 if kind == "glb" else unit
         write_mesh(folder / f"{name}.{kind}", points, faces[:, ::-1] if mirrored else faces, scale)
+    columns = []
+    for positions, rotation in poses():
+        quaternion = Rotation.from_matrix(matrix @ rotation.as_matrix() @ matrix.T).as_quat()
+        columns.append(np.column_stack([changed(positions, to_source) / unit, np.tile(quaternion, (FRAMES, 1))]))
     lines = ["t,name,x,y,z,qx,qy,qz,qw"]
     for frame in range(FRAMES):
-        for name, (positions, rotations) in zip(("tool", "plate"), poses(), strict=True):
-            position = changed(positions[frame], to_source)[0] / unit
-            rotation = Rotation.from_matrix(matrix @ rotations[frame].as_matrix() @ matrix.T).as_quat()
-            lines.append(
-                f"{frame / RATE_HZ!r},{name}," + ",".join(repr(float(item)) for item in (*position, *rotation))
-            )
+        for name, rows in zip(("tool", "plate"), columns, strict=True):
+            lines.append(f"{frame / RATE_HZ!r},{name}," + ",".join(map(repr, rows[frame].tolist())))
     (folder / "take.csv").write_text("\n".join([*lines, ""]))
     write_mapping(folder, convention)
     return axes

@@ -16,22 +16,23 @@ ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 FRAMES = 45
 
 
-def stirred_beakers():
-    """A rod stirs in each of two beakers: free most of the time, at the wall now and then."""
+def stirred_beakers(bodies=("beaker", "rod", "second", "stirrer")):
+    """A rod stirs in each of two beakers, or those of them that are asked for: at the wall now and then, else free."""
     meshes = {
         "beaker": revolved_mesh(WALL, 24),
         "rod": revolved_mesh(ROD, 8),
         "second": revolved_mesh(WALL, 21),
         "stirrer": revolved_mesh(ROD, 8),
     }
+    meshes = {body: meshes[body] for body in bodies}
     axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
     side = (axis + 1) % 3
     frames = np.arange(FRAMES)
     positions = {body: np.zeros((FRAMES, 3)) for body in meshes}
-    positions["rod"][:, axis] = positions["stirrer"][:, axis] = 0.05
-    positions["rod"][:, side] = np.where(frames % 15 < 3, 0.031, 0.001 * (frames % 15))
-    positions["stirrer"][:, side] = positions["rod"][:, side]
-    for body in ("second", "stirrer"):
+    for rod in {"rod", "stirrer"} & meshes.keys():
+        positions[rod][:, axis] = 0.05
+        positions[rod][:, side] = np.where(frames % 15 < 3, 0.031, 0.001 * (frames % 15))
+    for body in {"second", "stirrer"} & meshes.keys():
         positions[body][:, side] += 1.0
     still = np.tile([0.0, 0.0, 0.0, 1.0], (FRAMES, 1))
     poses = {body: (position, still) for body, position in positions.items()}
@@ -43,6 +44,12 @@ def stirred_beakers():
 def two_beakers():
     """Two beakers, each with a rod that stirs in it."""
     return stirred_beakers()
+
+
+@pytest.fixture(scope="module")
+def beaker_and_rod():
+    """A rod that stirs in a beaker: half of the two, for tests in which one body is cut."""
+    return stirred_beakers(("beaker", "rod"))
 
 
 @pytest.fixture(scope="module")

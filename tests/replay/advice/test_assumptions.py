@@ -28,6 +28,8 @@ from sessions.importers import import_session
 from sessions.model.assumption import ASSUMPTIONS_FACT, Origin, Subject
 from sessions.scene_files.answers import recording_assumptions, with_answer, with_answers_forgotten
 
+pytestmark = pytest.mark.usefixtures("few_depth_frames")
+
 FORMATS = ("obj", "stl", "ply", "glb")
 EVERY = [*product(TO_SOURCE, FORMATS, (False, True))]
 SAME_AXES = ("openxr", "openvr", "godot", "aframe")
@@ -225,11 +227,11 @@ def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
     assert not examine_assumptions(imported()).questions
 
 
-@pytest.mark.parametrize("millimetres", [8, 6])
-def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path, millimetres):
+def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path):
     """A bead that rests on a plate of the scene; as metres it is a ball of most of a metre."""
     write_scene(tmp_path, "openxr", "glb")
-    vertices, faces = box(*np.array([[-0.5] * 3, [0.5] * 3]) * millimetres / 1000)
+    edge = 0.006
+    vertices, faces = box([-edge / 2] * 3, [edge / 2] * 3)
     write_mesh(tmp_path / "tool.obj", vertices, faces, unit=0.01)
     meshes = {"tool": tmp_path / "tool.obj", "plate": tmp_path / "plate.glb"}
     session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)

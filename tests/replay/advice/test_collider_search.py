@@ -3,6 +3,7 @@
 from time import sleep
 
 import pytest
+from support.shapes import revolved_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.collider_shapes import box_collider
@@ -16,6 +17,9 @@ from replay.cutting.sectors import sector_ladder
 from replay.running.collider_files import fix_colliders
 
 pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
+
+WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+"""Profile (radius, height) of a beaker, metres."""
 
 
 def pieces_of(fixed):
@@ -32,6 +36,7 @@ def test_pieces_that_miss_more_than_they_save_are_not_taken(two_beakers, missing
     assert all(more["loss"] < less["loss"] for less, more in zip(fixed.front, fixed.front[1:], strict=False))
 
 
+@pytest.mark.slow
 def test_good_pieces_of_the_same_body_are_taken(two_beakers):
     assert pieces_of(fix_colliders(two_beakers, limits=Limits(0.02)))["second"] > 1
 
@@ -48,14 +53,14 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_
     assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
 
 
-def test_best_choice_tried_is_taken_when_time_is_up(two_beakers, monkeypatch):
+def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch):
     """32 sectors of a cup were written, and 12 are as good: the time was up before their number was brought down."""
 
     def up(_search):
         raise collider_search.TimeUpError
 
     monkeypatch.setattr(collider_search.ColliderSearch, "_descend", up)
-    fixed = fix_colliders(two_beakers, limits=Limits(0.02), time_limit=None)
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(0.02), time_limit=None)
     best = min(fixed.front, key=lambda tried: tried["loss"])
     assert fixed.time_up and fixed.after["loss"] < fixed.before["loss"]
     alike = [tried for tried in fixed.front if tried["loss"] <= best["loss"] + collider_search.SIMILAR_LOSS / 2]
@@ -77,19 +82,19 @@ def test_limit_of_missed_contact_is_among_the_limits():
     assert not Limits(0.2, 0.1).hold(0.21, 0.0)
 
 
-def test_kept_pieces_are_not_late_when_time_is_up(two_beakers):
+def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
     """Cards that were written were said not to be tried, as they take about 0 s."""
-    data = two_beakers.meshes["beaker"]
+    data = beaker_and_rod.meshes["beaker"]
     search = object.__new__(collider_search.ColliderSearch)
     search._deadline = Deadline(0.0, lambda _: None)
     kept = Cut(TriangleMesh(data.vertices, data.faces), "hull", 1)
     assert kept.seconds == 0.0 and search.cut_in_time([kept]) == {}
 
 
-def test_mirrored_bodies_are_cut_and_counted_as_they_are(two_beakers):
+def test_mirrored_bodies_are_cut_and_counted_as_they_are():
     """Faces of a mirrored body look inwards: its volume is negative, and no cut or figure of volumes was given."""
-    data = two_beakers.meshes["beaker"]
-    beaker, mirrored = (TriangleMesh(data.vertices, faces) for faces in (data.faces, data.faces[:, ::-1]))
+    beaker = revolved_mesh(WALL, 12)
+    mirrored = TriangleMesh(beaker.vertices, beaker.faces[:, ::-1])
     box = box_collider(beaker)
     turned_box = TriangleMesh(box.vertices, box.faces[:, ::-1])
     deadline = Deadline(None, lambda _: None)
@@ -130,25 +135,28 @@ def plant_methods(monkeypatch, shrunk):
     )
 
 
-@pytest.mark.parametrize(("shrunk", "method"), [(0.9999, "CoACD"), (1.0, "sectors by height and angle")])
-def test_equally_accurate_pieces_are_chosen_by_least_volume(two_beakers, monkeypatch, shrunk, method):
+@pytest.mark.parametrize(
+    ("shrunk", "method"),
+    [(0.9999, "CoACD"), pytest.param(1.0, "sectors by height and angle", marks=pytest.mark.slow)],
+)
+def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monkeypatch, shrunk, method):
     plant_methods(monkeypatch, shrunk)
-    fixed = fix_colliders(two_beakers, limits=Limits(0.2))
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(0.2))
     (beaker,) = [row for row in fixed.bodies if row["body"] == "beaker"]
     assert (beaker["how"], beaker["after"]["pieces"]) == (method, 8)
     assert fixed.after["false"] < 0.2
 
 
-def test_cut_skipped_for_lack_of_time_names_its_duration(two_beakers, monkeypatch):
+def test_cut_skipped_for_lack_of_time_names_its_duration(beaker_and_rod, monkeypatch):
     plant_methods(monkeypatch, 1.0)
     seconds = Cut.seconds.fget
     monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))
-    fixed = fix_colliders(two_beakers, limits=Limits(0.2))
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(0.2))
     assert "CoACD of beaker (8 pieces) was not tried: it takes about 15 min." in fixed.remarks
     assert fixed.as_json()["not_tried"] == list(fixed.not_tried)
 
 
-def test_time_of_counting_the_hulls_is_not_in_the_limit(two_beakers, monkeypatch):
+def test_time_of_counting_the_hulls_is_not_in_the_limit(beaker_and_rod, monkeypatch):
     """Compiling took 126 s of a limit of 60 s, so that the first search on a machine tried nothing."""
     figures, calls = collider_search.Scoring.figures, []
 
@@ -164,5 +172,5 @@ def test_time_of_counting_the_hulls_is_not_in_the_limit(two_beakers, monkeypatch
     monkeypatch.setattr(
         collider_search.Deadline, "begin", lambda deadline: (begin(deadline), began.append(deadline.left()))
     )
-    fix_colliders(two_beakers, limits=Limits(1.0), time_limit=0.5)
+    fix_colliders(beaker_and_rod, limits=Limits(1.0), time_limit=0.5)
     assert len(began) == 1 and began[0] > 0.3

@@ -11,6 +11,7 @@ from support.shapes import revolved_mesh
 from support.small_worlds import STEP_NS, cube
 
 from cdcore import TriangleMesh
+from cdcore.bounding.hull import hull_of
 from replay.advice import measured_fix
 from replay.advice.measured_fix import measured_fixes
 from replay.auditing.outcome import Outcome
@@ -55,7 +56,10 @@ def stirred(beaker, name="beaker", touching=None):
 BEAKER = revolved_mesh(WALL, 24)
 
 
-@pytest.mark.parametrize("subject", ["hull50", "collider[shape=hull]", "collider[shape=box,rate_hz=50]"])
+@pytest.mark.parametrize(
+    "subject",
+    ["hull50", pytest.param("collider[shape=hull]", marks=pytest.mark.slow), "collider[shape=box,rate_hz=50]"],
+)
 def test_repeated_measured_fix_gives_its_figures(subject):
     session = stirred(BEAKER)
     first = run(session, detectors=f"subject={subject},exact", fix_time=60)
@@ -158,8 +162,9 @@ def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
 
 def test_fix_advises_no_pieces_as_wrong_as_the_hull(nothing_cut, monkeypatch):
     """A hull of the beaker in place of its pieces is as wrong as its hull."""
-    result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
-    monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: piece_store.hull_of(BEAKER.vertices))
+    beaker = revolved_mesh(WALL, 12)
+    result = compute(stirred(beaker), detectors="subject=hull50,exact")
+    monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: hull_of(beaker.vertices))
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
     assert not answer.fix.measured
     assert answer.fix.text == "Convex pieces of beaker make it no better." and "as before" in answer.fix.change
@@ -190,6 +195,7 @@ THIS_CUTTER = pytest.mark.skipif(
 
 
 @THIS_CUTTER
+@pytest.mark.slow
 def test_bodies_of_the_demo_come_cut():
     session, _ = synthetic_session("bench-bumps", 0, None)
     assert measured_fix.FIRST_PIECE_COUNT == 16

@@ -17,6 +17,9 @@ from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.engine import prepare
 
+FINEST = 48
+"""Pieces from which all joins begin: more than the 32 that a join gives at most."""
+
 
 class Stirred:
     """A beaker in which a rod stirs near one side of the wall."""
@@ -52,8 +55,8 @@ class Stirred:
 
     @cached_property
     def joined(self):
-        """Number -> as many pieces, joined by motion from 96."""
-        return joined_by_motion(self.by_volume(96), self.false_contacts, lambda: None)
+        """Number -> as many pieces, joined by motion from ``FINEST``."""
+        return joined_by_motion(self.by_volume(FINEST), self.false_contacts, lambda: None)
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +130,7 @@ def test_untested_joins_change_no_level(stirred, monkeypatch):
         return original(joins)
 
     monkeypatch.setattr(motion_joins._Joins, "_best_join", test_every_join)
-    eager = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
+    eager = joined_by_motion(stirred.by_volume(FINEST), stirred.false_contacts, lambda: None)
     assert sorted(lazy) == sorted(eager)
     for count, pieces in lazy.items():
         corners = [piece.vertices for piece in pieces]

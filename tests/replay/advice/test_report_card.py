@@ -24,7 +24,7 @@ def test_larger_box_has_its_closed_form_errors():
 def test_float32_rounding_of_written_colliders_is_not_reported(shift):
     """A hull shifted by 2 um is reported; its corners rounded to float32 are not."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
-    cup = shift_mesh(revolved_mesh(wall, 48), (shift, 0.0, 0.0))
+    cup = shift_mesh(revolved_mesh(wall, 12), (shift, 0.0, 0.0))
     hull = hull_collider(cup)
     written = TriangleMesh(hull.vertices.astype(np.float32).astype(np.float64), hull.faces)
     card = shape_figures(cup, [written])

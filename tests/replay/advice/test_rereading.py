@@ -15,6 +15,8 @@ from sessions.importers import import_session
 from sessions.model.assumption import Confidence, Origin, Subject
 from sessions.scene_files.answers import recording_assumptions, with_answer
 
+pytestmark = pytest.mark.usefixtures("few_depth_frames")
+
 
 def imported(folder, convention, kind, exported):
     write_scene(folder, convention, kind, exported=exported)

@@ -82,16 +82,21 @@ def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, mes
     assert message in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("arguments", [[], ["-o", "mine"]])
-def test_page_is_written_without_an_engine(own, capsys, arguments):
+def test_page_is_written_without_an_engine(own, capsys):
+    """Without a name the page replaces the one before; a folder that somebody named stays."""
     main(IMPORT)
-    assert main(["fix", "own.mcap", "--max-false", "1", *arguments]) == 0
-    folder = own / (arguments[-1] if arguments else "fix-page")
-    assert {path.name for path in folder.iterdir()} == {"report.html", "colliders.json", "session.mcap"}
+    command = ["fix", "own.mcap", "--max-false", "1"]
+    assert main([*command, "-o", "mine"]) == 0
+    assert {path.name for path in (own / "mine").iterdir()} == {"report.html", "colliders.json", "session.mcap"}
+    assert "mine/report.html" in " ".join(capsys.readouterr().out.split())
+    assert main([*command, "-o", "mine"]) == 1
+
+    (own / "mine").rename(own / "fix-page")
+    (own / "fix-page" / "report.html").write_text("the page before")
+    assert main(command) == 0
     output = " ".join(capsys.readouterr().out.split())
-    assert f"{folder.name}/report.html" in output and "replay fix own.mcap --engine unity" in output
-    # Without a name the page replaces the one before; a folder that somebody named stays.
-    assert main(["fix", "own.mcap", "--max-false", "1", *arguments]) == (1 if arguments else 0)
+    assert "fix-page/report.html" in output and "replay fix own.mcap --engine unity" in output
+    assert "the page before" not in (own / "fix-page" / "report.html").read_text("utf-8")
 
 
 @pytest.mark.parametrize(("axes", "is_said"), [("gltf", True), ("unity", False)])

@@ -5,6 +5,7 @@ from importlib.metadata import PackageNotFoundError
 
 import numpy as np
 import pytest
+from support.planted_sessions import channel
 from support.shapes import box_mesh, revolved_mesh
 from trimesh.creation import icosphere
 
@@ -25,6 +26,8 @@ from sessions.glassware.catalogue import make_instrument
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
 PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
 BEAKER = revolved_mesh(PROFILE, 12)
+CHANNEL = TriangleMesh(channel().vertices, channel().faces)
+"""A U-shaped body, which planes cut into few boxes in little time."""
 FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
@@ -45,7 +48,8 @@ def test_cutter_table_has_a_row_for_every_method():
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in ("coacd", "vhacd") else ()) for name in METHODS]
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in ("coacd", "vhacd", "planes") else ()) for name in METHODS],
 )
 def test_pieces_of_each_method_are_closed_few_and_repeat(name, monkeypatch, tmp_path):
     first = convex_pieces(Cut(BEAKER, name, 8))
@@ -67,14 +71,29 @@ def test_cut_pieces_leave_the_hollow_of_a_beaker_free(name):
     assert volume_of(filled) < 0.6 * volume_of(convex_pieces(Cut(BEAKER, "hull", 1))[0])
 
 
-@pytest.mark.usefixtures("empty_cache")
-def test_cutting_time_is_estimated_and_zero_for_stored_pieces():
-    """Sectors are cut once for every number of pieces, so 4 are stored after cutting 16; a hull takes no cutting."""
-    cut = Cut(BEAKER, "sectors", 16)
+def times_written(folder):
+    """When each file of a folder was written."""
+    return {file: file.stat().st_mtime_ns for file in folder.iterdir()}
+
+
+def test_pieces_are_cut_once_and_damaged_files_remade(empty_cache):
+    """Planes cut once for every number of pieces, so 2 are stored after cutting 16; a hull takes no cutting."""
+    cut = Cut(CHANNEL, "planes", 16)
     assert cut.seconds > 0
-    convex_pieces(cut)
-    assert cut.seconds == Cut(BEAKER, "sectors", 4).seconds == 0 < Cut(BEAKER, "vhacd", 4).seconds
-    assert Cut(BEAKER, "hull", 1).seconds == 0
+    first = hashes(convex_pieces(cut))
+    assert len(first) > 1
+    assert cut.seconds == Cut(CHANNEL, "planes", 2).seconds == 0 < Cut(CHANNEL, "vhacd", 2).seconds
+    assert Cut(CHANNEL, "hull", 1).seconds == 0
+
+    kept = times_written(empty_cache)
+    assert hashes(convex_pieces(Cut(CHANNEL, "planes", 16))) == first and times_written(empty_cache) == kept
+
+    for file in kept:
+        file.write_bytes(file.read_bytes()[:100])
+    damaged = times_written(empty_cache)
+    assert hashes(convex_pieces(Cut(CHANNEL, "planes", 16))) == first
+    remade = times_written(empty_cache)
+    assert remade.keys() == kept.keys() and all(remade[file] != damaged[file] for file in kept)
 
 
 @pytest.mark.slow
@@ -100,22 +119,9 @@ def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
     assert missing[cuts[0].key].spent > 0.0 == missing[cuts[1].key].spent
 
 
-def test_pieces_are_cut_once_and_damaged_files_remade(empty_cache, monkeypatch):
-    started = []
-    start = piece_store._start_cutting
-    monkeypatch.setattr(piece_store, "_start_cutting", lambda *given: (started.append(1), start(*given))[1])
-    first = convex_pieces(Cut(BEAKER, "sectors", 16))
-    assert hashes(first) == hashes(convex_pieces(Cut(BEAKER, "sectors", 16))) and len(started) == 1
-    kept = sorted(empty_cache.iterdir())
-    for file in kept:
-        file.write_bytes(file.read_bytes()[:100])
-    assert hashes(convex_pieces(Cut(BEAKER, "sectors", 16))) == hashes(first)
-    assert len(started) == 2 and sorted(empty_cache.iterdir()) == kept
-
-
 def test_pieces_are_cut_where_nothing_can_be_kept(empty_cache):
     empty_cache.write_text("a file where the folder should be", "utf-8")
-    assert len(convex_pieces(Cut(BEAKER, "sectors", 16))) == 16
+    assert len(convex_pieces(Cut(CHANNEL, "planes", 16))) > 1
 
 
 def test_open_surfaces_are_laid_beside_each_other():

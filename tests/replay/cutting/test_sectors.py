@@ -31,9 +31,14 @@ def sector_pieces(mesh):
     return [*lists.values()]
 
 
+COARSE_BEAKER = revolved_mesh(PROFILE, 24)
+"""Cut for all tests of its pieces: half of the sides, a third of the time."""
+
+
 @pytest.fixture(scope="module")
 def lists():
-    return sector_pieces(BEAKER)
+    """Lists of pieces of the coarse beaker, the hull first."""
+    return sector_pieces(COARSE_BEAKER)
 
 
 def spouted():
@@ -78,20 +83,20 @@ def test_every_list_covers_the_beaker_and_begins_with_its_hull(lists):
     assert counts == sorted(set(counts)) and (counts[0], counts[-1]) == (1, 2 * 16)
     for pieces in lists:
         # trimesh is an independent judge: inside one piece, or that near to one.
-        points = np.concatenate([BEAKER.vertices, BEAKER.triangles.mean(axis=1)])
+        points = np.concatenate([COARSE_BEAKER.vertices, COARSE_BEAKER.triangles.mean(axis=1)])
         assert all(judged(piece).is_convex and len(piece.faces) <= 255 for piece in pieces)
         outside = np.min([beyond(points, piece) for piece in pieces], axis=0).max()
-        assert outside <= outside_by(BEAKER, pieces) + 1e-9 < 5e-4
+        assert outside <= outside_by(COARSE_BEAKER, pieces) + 1e-9 < 5e-4
 
 
 @pytest.mark.parametrize("most", [10, 16])
 def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(lists, most):
     pieces = next(some for some in lists if len(some) >= most)
-    axis = int(np.argmax(round_axis(BEAKER)[1]))
+    axis = int(np.argmax(round_axis(COARSE_BEAKER)[1]))
     middle = np.zeros((9, 3))
     middle[:, axis] = np.linspace(0.2 * RIM, 0.99 * RIM, 9)
     assert min(beyond(middle, piece).min() for piece in pieces) >= 0.0
-    assert outside_by(TriangleMesh(middle[[0, 4, 8]], [[0, 1, 2]]), [hull_collider(BEAKER)]) == 0.0
+    assert outside_by(TriangleMesh(middle[[0, 4, 8]], [[0, 1, 2]]), [hull_collider(COARSE_BEAKER)]) == 0.0
 
 
 def test_distance_of_mesh_outside_pieces_matches_hand_value():

@@ -454,7 +454,7 @@ def check_claims_and_fixes(seed, *, engines, again):
     return count
 
 
-@pytest.mark.parametrize("seed", [2, 6, 8, 9])
+@pytest.mark.parametrize("seed", [8, 9, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 6))])
 def test_sentences_and_fixes_of_a_planted_session_hold(seed):
     check_claims_and_fixes(seed, engines=False, again=False)
 

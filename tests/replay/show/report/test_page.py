@@ -63,7 +63,12 @@ def test_page_loads_nothing_and_runs_its_own_script_only():
 @pytest.mark.parametrize(
     ("scene", "curve", "headline"),
     [
-        ("ammonia-calorimetry", "The temperature of calorimeter: 20.00 to 24.4", "warms from 20.00 to 24.4"),
+        pytest.param(
+            "ammonia-calorimetry",
+            "The temperature of calorimeter: 20.00 to 24.4",
+            "warms from 20.00 to 24.4",
+            marks=pytest.mark.slow,
+        ),
         ("titration", "over what came in; the line is its end point, ", "equivalent in flask after 25.0"),
     ],
 )

@@ -14,12 +14,22 @@ from replay.show.results.data_set import DATA_SET, write_batch_tables
 RUNS = [f"run{k:03d}" for k in range(12)]
 
 
+@pytest.fixture(scope="module")
+def unchanged_batch(tmp_path_factory):
+    """Run folders with the tables of their batch, 5 runs a file; no test changes them."""
+    folder = tmp_path_factory.mktemp("batch") / "runs"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("replay.show.results.batch_parts.RUNS_PER_SHARD", 5)
+        made_class(folder, len(RUNS), 6)
+        write_batch_tables(folder, dict.fromkeys(RUNS, "asked"))
+    return folder
+
+
 @pytest.fixture
-def batch(tmp_path, monkeypatch):
+def batch(unchanged_batch, tmp_path, monkeypatch):
+    """A copy of the batch that a test may change."""
     monkeypatch.setattr("replay.show.results.batch_parts.RUNS_PER_SHARD", 5)
-    made_class(tmp_path / "runs", len(RUNS), 6)
-    write_batch_tables(tmp_path / "runs", dict.fromkeys(RUNS, "asked"))
-    return tmp_path / "runs"
+    return shutil.copytree(unchanged_batch, tmp_path / "runs")
 
 
 def by_folder(top, work):

@@ -147,7 +147,7 @@ def test_every_state_has_spreadsheets(tmp_path):
         assert write_run_tables(result.out, "csv") == []
 
 
-@pytest.mark.parametrize("form", ["csv", "xlsx"])
+@pytest.mark.parametrize("form", ["csv", pytest.param("xlsx", marks=pytest.mark.slow)])
 def test_tables_of_a_batch_hold_rows_of_all_runs(tmp_path, form):
     for name in ("first", "=second"):
         session = cubes({"=cmd|' /C calc'!A0": TWO_BUMPS["a"], "b": TWO_BUMPS["b"]})
