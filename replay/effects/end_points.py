@@ -17,6 +17,7 @@ from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved
 from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
+from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.solver import Solver
 from replay.effects.equivalence import Equivalence
 from replay.effects.output import EffectEvent
@@ -79,6 +80,11 @@ LEAST_TOLD_FRACTION: Final = 1e-4
 
 LEAST_REACTED_BESIDE_PARTNER: Final = 0.99
 """The same where another partner of the ion is there: calcium beside magnesium shows no end point of its own."""
+
+COARSE_STEP_ML: Final = 0.5
+COARSE_STEP_FRACTION: Final = 0.02
+"""A step of more than both, the second of all that came: where gas leaves or another equation runs in such a step as
+well, what remains is no straight line over the step, and an end point within is not known."""
 
 MOST_PARTNERS: Final = 4
 """Partners of an ion that may be equivalent to it together."""
@@ -159,6 +165,8 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
         return []
     # In the order in which events are listed, so that numbers of end points at one time rise.
     equivalents = sorted(kinds, key=lambda point: (_time_of(point.crossing, history.times), point.left))
+    coarse_points = [point for point in equivalents if _is_coarse(matter, vessel, point)]
+    equivalents = [point for point in equivalents if point not in coarse_points]
     # What comes to pass while nothing flows in, as in an iodine clock, is no end point of a titration.
     points = [
         point
@@ -174,7 +182,47 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     events += [
         _end_point_event(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)
     ]
-    return events
+    coarse_events = [_coarse_event(matter, vessel, point) for point in coarse_points]
+    return events + list({event.text: event for event in coarse_events}.values())
+
+
+def _added_in_step(matter: Matter, vessel: str, crossing: _Crossing) -> tuple[float, float]:
+    """mL that had come before and after the step of a crossing, from where its flow came."""
+    history = matter.histories[vessel]
+    is_source = history.added_ml[crossing.row_after] > history.added_ml[crossing.row_before]
+    before, after = history.added_ml[[crossing.row_before, crossing.row_after]][:, is_source].sum(axis=1)
+    return float(before), float(after)
+
+
+def _is_coarse(matter: Matter, vessel: str, point: _Equivalent) -> bool:
+    """Whether much came in the step of a crossing, and gas left or another equation ran in the step as well."""
+    history, rows = matter.histories[vessel], [point.crossing.row_before, point.crossing.row_after]
+    before, after = _added_in_step(matter, vessel, point.crossing)
+    if after - before <= max(COARSE_STEP_ML, COARSE_STEP_FRACTION * after):
+        return False
+    gases = [index for name, index in matter.ledger.column.items() if name.endswith(GAS)]
+    other_rows = [
+        row
+        for row, process in enumerate(matter.recipe.processes)
+        if {point.left, point.right} != {matter.recipe.reagent(row, column) for column in _redox_reagents(process)}
+    ]
+    changes = np.concatenate(
+        [np.diff(history.amounts[rows][:, gases], axis=0), np.diff(history.extents[rows][:, other_rows], axis=0)],
+        axis=1,
+    )
+    return bool(changes.any())
+
+
+def _coarse_event(matter: Matter, vessel: str, point: _Equivalent) -> EffectEvent:
+    """Event of an end point within so much that came at once that nobody could tell where."""
+    before, after = _added_in_step(matter, vessel, point.crossing)
+    message = (
+        f"{point.left} and {point.right} are equivalent in {vessel} somewhere between {words.decimal(before, 2)} and "
+        f"{words.decimal(after, 2)} mL, which came at once"
+    )
+    time = float(matter.histories[vessel].times[point.crossing.row_after])
+    values: dict[str, float | str] = {"from_ml": before, "to_ml": after, "of": point.kind.value}
+    return EffectEvent(time, "passed", (vessel,), None, values, message)
 
 
 def _time_of(crossing: _Crossing, times: FloatArray) -> float:
@@ -356,9 +404,7 @@ def _reagent_names(
 def _redox_points(matter: Matter, vessel: str, find: CrossingFinder) -> Crossings:
     """Yields the crossings at which the second reagent of an equation begins to be left over."""
     for row, process in enumerate(matter.recipe.processes):
-        reagents = sorted(
-            column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)
-        )
+        reagents = _redox_reagents(process)
         has_undissolved = any(column.endswith((SOLID, GAS)) for column in reagents)
         if (
             process.rate is None
@@ -366,7 +412,10 @@ def _redox_points(matter: Matter, vessel: str, find: CrossingFinder) -> Crossing
             and not has_undissolved
             and matter.histories[vessel].extents[-1, row] > 0.0
         ):
-            first_mol, second_mol = (matter.amount(vessel, column) / -process.changes[column] for column in reagents)
+            first_mol, second_mol = (
+                matter.amount(vessel, column) / (_held_by_solids(matter, row, column) - process.changes[column])
+                for column in reagents
+            )
             oxidant, reductant = (matter.recipe.reagent(row, column) for column in reagents)
             extent = matter.histories[vessel].extents[:, row]
             for crossing in find(first_mol - second_mol):
@@ -374,6 +423,24 @@ def _redox_points(matter: Matter, vessel: str, find: CrossingFinder) -> Crossing
                 remaining = max(0.0, float(crossing.interpolate(np.minimum(first_mol, second_mol))))
                 fraction = reacted_mol / (reacted_mol + remaining)
                 yield _Equivalent(crossing, Equivalence.OXIDANT_AND_REDUCTANT, oxidant, reductant, fraction)
+
+
+def _redox_reagents(process: Process) -> list[str]:
+    """Columns that a process uses up, but for acid and water."""
+    return sorted(column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER))
+
+
+def _held_by_solids(matter: Matter, row: int, column: str) -> float:
+    """Mol of a column that solids at equilibrium hold of a mol of a process: the iodide of copper(I) iodide."""
+    reaction = next(reaction for reaction in matter.recipe.reactions if reaction.process == row)
+    solids = {matter.ledger.columns[index] for index in matter.ledger.reactions.phases.tolist()}
+    return float(
+        sum(
+            many * dissolved_components(formula).get(column, 0)
+            for formula, many in reaction.equation.products.items()
+            if reaction.phases.get(formula) == "s" and formula + SOLID in solids
+        )
+    )
 
 
 def _metal_and_anion_points(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:

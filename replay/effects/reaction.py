@@ -100,7 +100,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         points = end_points(matter, vessel)
         findings.events += points
         # A titration that was not ended still tells where its pH has come to.
-        if not points or points[0].name == "not-reached":
+        if not any(point.name == "end-point" for point in points):
             series = findings.series.get(f"{vessel}/pH")
             changes = _changed_ph(vessel, series)
             findings.events += changes or (_standing_ph(vessel, series) if matter.is_still else [])
