@@ -40,6 +40,7 @@ def test_engine_and_re_creation_differ_only_where_contact_begins(twin, skin, ear
         assert begin - late <= counts.gaps_mm[0] and counts.gaps_mm[1] <= begin + early
 
 
+@pytest.mark.slow
 def test_pair_frames_an_engine_cannot_test_are_not_supported(demo):
     pytest.importorskip("pybullet")
     counts = command.compare_twins(demo, "bullet[shape=mesh,margin_m=0.001]", "collider[shape=mesh,skin_m=0.001]")

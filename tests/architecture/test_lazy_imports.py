@@ -37,16 +37,16 @@ import replay.prepare.holding_poses, replay.document.summary
 WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}
 
 
-@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("code", "never"),
     [
-        ("import cdcore.errors, sessions.errors, replay.errors", HEAVY),
+        pytest.param("import cdcore.errors, sessions.errors, replay.errors", HEAVY, marks=pytest.mark.slow),
         (HELP, HEAVY),
-        (EVERY_DETECTOR, {*WRITERS, "sessions", "replay"}),
+        # Slow: it loads every kernel; import-linter sees what modules of the core import at their top.
+        pytest.param(EVERY_DETECTOR, {*WRITERS, "sessions", "replay"}, marks=pytest.mark.slow),
         ("import sessions.mcap.reader", {"fcl", "numba", "trimesh", "cdcore", "replay", "rerun"}),
-        ("import sessions.glassware.catalogue", {"trimesh", "manifold3d"}),
-        (COMPUTES, WRITERS),
+        pytest.param("import sessions.glassware.catalogue", {"trimesh", "manifold3d"}, marks=pytest.mark.slow),
+        pytest.param(COMPUTES, WRITERS, marks=pytest.mark.slow),
     ],
     ids=["a package", "help and usage", "every detector", "reading poses", "naming instruments", "what computes"],
 )
