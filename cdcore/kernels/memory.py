@@ -131,13 +131,12 @@ fetch_early: Callable[[Memory, int], None] = machine_operation(_fetch_early, lam
 @cache
 def layout(kind: Any) -> np.dtype[np.void]:
     """The row of a named tuple: a word for each of its names, in order."""
-    hints = get_type_hints(kind)
-    return np.dtype([(name, layout(hint) if hasattr(hint, "_fields") else np.int64) for name, hint in hints.items()])
+    return np.dtype([(name, np.int64) for name in get_type_hints(kind)])
 
 
 def row_of(kind: Any, **entries: NDArray[Any] | int) -> Rows:
-    """The row () of a named tuple of arrays, which the caller keeps, and numbers."""
-    row = np.zeros((), dtype=layout(kind))
+    """The row (1,) of a named tuple of arrays and rows, which the caller keeps, and numbers."""
+    row = np.zeros(1, dtype=layout(kind))
     for name, item in entries.items():
         row[name] = item if isinstance(item, int) else address_of(item)
     return row
@@ -145,7 +144,7 @@ def row_of(kind: Any, **entries: NDArray[Any] | int) -> Rows:
 
 def integers_of_rows(rows: Rows) -> NDArray[np.int64]:
     """The same memory as a kernel takes it, (n, words)."""
-    return rows.view(np.int64).reshape(len(rows), rows.dtype.itemsize // 8)
+    return rows.view(np.int64).reshape(len(rows), -1)
 
 
 def _shape(kind: Any) -> Any:
@@ -163,50 +162,59 @@ def _shape(kind: Any) -> Any:
 
 
 def row_width(shape: Any) -> int:
-    """Words of eight bytes that a field takes in a row."""
-    if isinstance(shape, types.BaseTuple):
-        entries: Any = shape
-        return sum(map(row_width, entries))
-    return 1
+    """Words of eight bytes in the row of a named tuple."""
+    return sum(3 if isinstance(entry, types.UniTuple) else 1 for entry in shape)
 
 
 def reader(kind: Any) -> Callable[[Memory, int], Any]:
-    """Returns what reads a named tuple, in kernels, from a row of words: ``read(rows, index)``."""
+    """Returns what reads a named tuple, in kernels, from a row of words: ``read(rows, index)``.
+
+    A named tuple among its fields is the address of its own row, which may be filled later.
+    """
     shape = _shape(kind)
-    length = row_width(shape)
+    width = row_width(shape)
 
     def typed(_context: Any, rows: Any, index: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            word, offsets = ir.IntType(64), count()
+            word = ir.IntType(64)
             index = context.cast(builder, arguments[1], signature.args[1], types.int64)
-            first = builder.mul(index, word(length))
+            first = builder.gep(arguments[0], [builder.mul(index, word(width))])
 
-            def value(item: Any) -> Any:
-                if isinstance(item, types.BaseTuple):
-                    entries: Any = item
-                    return context.make_tuple(builder, item, [value(entry) for entry in entries])
-                address = builder.gep(arguments[0], [builder.add(first, word(next(offsets)))])
+            def fields(item: Any, row: Any) -> Any:
+                offsets = count()
+                return context.make_tuple(builder, item, [field(entry, row, offsets) for entry in item])
+
+            def field(item: Any, row: Any, offsets: Iterator[int]) -> Any:
+                if isinstance(item, types.UniTuple):
+                    return context.make_tuple(builder, item, [field(entry, row, offsets) for entry in item])
+                address = builder.gep(row, [word(next(offsets))])
+                if not isinstance(item, (types.CPointer, types.NamedTuple)):
+                    return builder.load(builder.bitcast(address, context.get_value_type(item).as_pointer()))
+                at = builder.load(builder.bitcast(address, word.as_pointer()))
                 if isinstance(item, types.CPointer):
-                    at = builder.load(builder.bitcast(address, word.as_pointer()))
                     return builder.inttoptr(at, context.get_value_type(item))
-                return builder.load(builder.bitcast(address, context.get_value_type(item).as_pointer()))
+                return fields(item, builder.inttoptr(at, word.as_pointer()))
 
-            return value(shape)
+            return fields(shape, first)
 
         return shape(rows, index), generate
 
     def interpreted(rows: Any, index: int) -> Any:
-        first = int(index) * length
-        return _read(shape, iter(rows[first : first + length].tolist()))
+        return _read(shape, iter(rows[int(index) * width : (int(index) + 1) * width].tolist()))
 
     return machine_operation(typed, interpreted)
 
 
-def _read(shape: Any, entries: Iterator[Any]) -> Any:
-    """A field from the entries of a row, in Python."""
-    if isinstance(shape, types.NamedTuple):
-        return shape.instance_class(*(_read(entry, entries) for entry in shape))
-    if isinstance(shape, types.UniTuple):
-        return tuple(_read(entry, entries) for entry in shape)
-    word = next(entries)
-    return memory_at(word, TYPE_STRINGS[shape.dtype]) if isinstance(shape, types.CPointer) else word
+def _read(shape: Any, words: Iterator[Any]) -> Any:
+    """A named tuple from the words of its row, in Python."""
+    fields = list[Any]()
+    for entry in shape:
+        word = next(words)
+        if isinstance(entry, types.UniTuple):
+            word = word, next(words), next(words)
+        elif isinstance(entry, types.NamedTuple):
+            word = _read(entry, map(int, memory_at(word, "<i8")))
+        elif isinstance(entry, types.CPointer):
+            word = memory_at(word, TYPE_STRINGS[entry.dtype])
+        fields.append(word)
+    return shape.instance_class(*fields)

@@ -132,13 +132,6 @@ def _write_minor(m: _Machine, a: Any, b: Any, c: Any, d: Any) -> Any:
     return m.builder.fsub(m.builder.fmul(a, b), m.builder.fmul(c, d))
 
 
-def _write_triple(m: _Machine, *v: Any) -> Any:
-    sub, mul = m.builder.fsub, m.builder.fmul
-    wx, wy, wz, ux, uy, uz, vx, vy, vz = v
-    x, y = mul(wx, sub(mul(uy, vz), mul(uz, vy))), mul(wy, sub(mul(uz, vx), mul(ux, vz)))
-    return m.builder.fadd(m.builder.fadd(x, y), mul(wz, sub(mul(ux, vy), mul(uy, vx))))
-
-
 def _write_excess(m: _Machine, a: Any, b: Any) -> Any:
     return m.chosen(">", m.builder.fsub(m.call("fabs", a), b), m.spread(_ZERO))
 
@@ -147,12 +140,8 @@ _ZERO = ir.Constant(ir.DoubleType(), 0.0)
 _select: Any = np.where
 
 
-def _lesser(a: Lanes, b: Lanes) -> Lanes:
-    return _select(np.less(a, b), a, b)[()]
-
-
-def _greater(a: Lanes, b: Lanes) -> Lanes:
-    return _select(np.greater(a, b), a, b)[()]
+def _chosen(relation: np.ufunc, a: Lanes, b: Lanes) -> Lanes:
+    return _select(relation(a, b), a, b)[()]
 
 
 def _bits(larger: Lanes, smaller: Lanes) -> int:
@@ -163,20 +152,19 @@ def _dot(a: Lanes, b: Lanes, c: Lanes, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
     return a * x + b * y + c * z
 
 
-def _triple(wx: Lanes, wy: Lanes, wz: Lanes, ux: Lanes, uy: Lanes, uz: Lanes, *v: Lanes) -> Lanes:
-    vx, vy, vz = v
-    return wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx)
-
-
 plus = _operation("ab", lambda m, a, b: m.builder.fadd(a, b), lambda a, b: a + b)
 minus = _operation("ab", lambda m, a, b: m.builder.fsub(a, b), lambda a, b: a - b)
 times = _operation("ab", lambda m, a, b: m.builder.fmul(a, b), lambda a, b: a * b)
-most = _operation("ab", lambda m, a, b: m.chosen(">", a, b), _greater)
+most = _operation("ab", lambda m, a, b: m.chosen(">", a, b), lambda a, b: _chosen(np.greater, a, b))
 least3 = _operation(
-    "abc", lambda m, a, b, c: m.chosen("<", m.chosen("<", a, b), c), lambda a, b, c: _lesser(_lesser(a, b), c)
+    "abc",
+    lambda m, a, b, c: m.chosen("<", m.chosen("<", a, b), c),
+    lambda a, b, c: _chosen(np.less, _chosen(np.less, a, b), c),
 )
 most3 = _operation(
-    "abc", lambda m, a, b, c: m.chosen(">", m.chosen(">", a, b), c), lambda a, b, c: _greater(_greater(a, b), c)
+    "abc",
+    lambda m, a, b, c: m.chosen(">", m.chosen(">", a, b), c),
+    lambda a, b, c: _chosen(np.greater, _chosen(np.greater, a, b), c),
 )
 root = _operation("a", lambda m, a: m.call("sqrt", a), np.sqrt)
 size = _operation("a", lambda m, a: m.call("fabs", a), np.abs)
@@ -189,9 +177,7 @@ moved = _operation("sabcxyz", lambda m, c, *v: m.builder.fadd(c, m.dot(v[:3], v[
 """``moved(s, a, b, c, x, y, z)``: s + (a x + b y + c z)."""
 minor = _operation("abcd", _write_minor, lambda a, b, c, d: a * b - c * d)
 """``minor(a, b, c, d)``: a b - c d."""
-triple = _operation("abcdefghi", _write_triple, _triple)
-"""``triple(wx, wy, wz, ux, uy, uz, vx, vy, vz)``: w . (u x v), every step rounded."""
-excess = _operation("ab", _write_excess, lambda a, b: _greater(np.abs(a) - b, 0.0))
+excess = _operation("ab", _write_excess, lambda a, b: _chosen(np.greater, np.abs(a) - b, 0.0))
 """``excess(a, b)``: how far |a| is above b, at least 0."""
 above: Callable[..., int] = _operation("ab", lambda m, a, b: m.bits(a, b), _bits, types.int64)
 """``above(a, b)``: bit k where a > b in lane k."""

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
-from cdcore.kernels.simd import Lanes, above, corners4, first3, first4, following4, minus, size, triple
+from cdcore.kernels.simd import Lanes, above, corners4, dot, first3, first4, following4, minor, minus, size
 from cdcore.triangles.exact_pairs import boxes_separated
 
 UNDECIDED: Final = 2
@@ -65,7 +65,8 @@ def largest(a: Corners) -> float:
 def signs(w: Corners, e: Corners, f: Corners, bound: float) -> int:
     """Certain signs of w . (e x f): bits 0-2 above zero, 3-5 below."""
     always_inlined()
-    d = triple(w.x, w.y, w.z, e.x, e.y, e.z, f.x, f.y, f.z)
+    normal = minor(e.y, f.z, e.z, f.y), minor(e.z, f.x, e.x, f.z), minor(e.x, f.y, e.y, f.x)
+    d = dot(w.x, w.y, w.z, *normal)
     return (above(d, bound) & 7) | ((above(-bound, d) & 7) << 3)
 
 

@@ -6,11 +6,11 @@ from support.shapes import ball_mesh, random_rotations
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import integers_of, layout
+from cdcore.kernels.memory import address_of, integers_of, layout
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
-from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
-from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, TreeMemory, pair_at
+from cdcore.narrow.bvh.traverse import fill_relative
+from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, pair_at
 from cdcore.narrow.bvh.whole_motion import SegmentSearch
 from cdcore.search.features import features_of, sample_of
 from cdcore.search.pair_search import PairSearch
@@ -86,24 +86,19 @@ ROOM = 4096
 
 
 @kernel
-def relative_of(row, relative, middle, squares):
-    pair = pair_at(integers_of(row), 0)
-    fill_relative(pair.pose_a, pair.pose_b, 0 * len(row), relative)
-    return largest_chord(relative, 4 + 0 * len(row), 8 + 0 * len(row), middle, squares)
+def relative_of(row, scratch):
+    return fill_relative(pair_at(integers_of(row), 0), 0 * len(row), 8 + 0 * len(row), scratch)
 
 
 def row_of_pair(trees, matrices, move):
     """Trees and poses of two bodies, as given, as the kernels take them, and what must be kept while they do."""
     search = SegmentSearch(trees, np.array([[0, 1]]), len(matrices), every=True)
-    tracks, marks = search.tracks, np.zeros((1, 3, len(matrices)), dtype=np.uint8)
-    tracks.lay_out(np.ones((len(matrices), 2), dtype=bool))
-    tracks.fill(matrices, move)
-    integers = search.rows_about(marks, 0, len(matrices))
-    pair = integers.view(layout(Pair))[:, 0]
+    search.tracks.fill(matrices, move, np.ones((len(matrices), 2), dtype=bool))
+    pair = search.rows.view(layout(Pair))[:, 0]
     for side, body in zip("ab", range(2), strict=True):
-        pair[f"tree_{side}"] = trees[body].memory_row.view(layout(TreeMemory))
-        pair[f"pose_{side}"] = tracks.rows[body]
-    return integers[0], (search, marks)
+        pair[f"tree_{side}"] = address_of(trees[body].memory_row)
+        pair[f"pose_{side}"] = search.tracks.addresses_of(np.array(body))
+    return search.rows[0], search
 
 
 class EightFrames:
@@ -139,7 +134,7 @@ class EightFrames:
             self.scratch.middle,
             self.scratch.candidates,
         )
-        self.chord = relative_of(self.row, self.relative, self.middle, np.empty(32))
+        self.chord = relative_of(self.row, self.scratch)
 
     def world(self, frame):
         return [placed(mesh, self.matrices[frame, k], self.move[frame, k]) for k, mesh in enumerate(self.meshes)]

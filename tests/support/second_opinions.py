@@ -128,10 +128,10 @@ def faces_below(tree, node):
     """Faces, by their number in the mesh, in the leaves below a node of a ``BoxTree``."""
     todo, result = [node], []
     while todo:
-        child, leaf = tree.links[todo.pop()].tolist()
-        if leaf >= 0:
-            start, count = tree.leaves[leaf, :2].tolist()
-            result.append(tree.faces[start : start + count])
+        node = todo.pop()
+        child = int(tree.child[node])
+        if child < 0:
+            result.append(tree.faces[tree.start[node] : tree.stop[node]])
         else:
             todo += [child, child + 1]
     return np.sort(np.concatenate(result)).astype(np.int64)

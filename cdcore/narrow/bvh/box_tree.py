@@ -11,13 +11,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.kernels.memory import integers_of_rows, row_of
 from cdcore.mesh import TriangleMesh, once_for_meshes
 from cdcore.narrow.bvh.tree_memory import TreeMemory
 from cdcore.narrow.tree_builder import BoxNodes, build_trees, by_surface_area, coordinates_along
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray, Int32Array, IntArray
 
 LEAF_FACES = 8
 """Most faces of a leaf; 4 were 1.1 times slower for face sets, no faster for booleans (2026-11-22)."""
@@ -27,18 +26,19 @@ class BoxTree(NamedTuple):
     """The arrays of one tree; n nodes, f faces in leaf order.
 
     ``boxes`` (n, 16): centre 3, axes 9 (x of all three, then y, z, so that one vector loads it), half extents 3, half
-    diagonal 1. ``links`` (n, 2): first child (its sibling follows) or -1, leaf number or -1. ``leaves`` (l, 2): first
-    face, faces. ``faces`` (f,): numbers in the mesh. ``placed`` (f, 12): corners in the body frame, as the mesh has
+    diagonal 1. ``child`` (n,): first child (its sibling follows), -1 of a leaf. ``start``, ``stop`` (n,): a node's
+    faces. ``faces`` (f,): numbers in the mesh. ``placed`` (f, 12): corners in the body frame, as the mesh has
     them, x of corners 0, 1, 2, 0, then y, then z. ``corners`` (f, 9): the same, body axes, from the leaf's centre.
     ``boxed`` (f, 9): corners in the leaf's box frame. ``spans`` (f, 6): least and largest coordinate of the face along
     each axis of the leaf's box. ``reach``: largest distance of a corner from the body's origin, rounded up.
-    ``memory_row`` (8,): where the kernels find them, the row of a ``TreeMemory``.
+    ``memory_row`` (9,): where the kernels find them, the row of a ``TreeMemory``.
     """
 
     boxes: FloatArray
-    links: NDArray[np.int32]
-    leaves: NDArray[np.int32]
-    faces: NDArray[np.int32]
+    child: Int32Array
+    start: Int32Array
+    stop: Int32Array
+    faces: Int32Array
     placed: FloatArray
     corners: FloatArray
     boxed: FloatArray
@@ -63,22 +63,18 @@ def _box_tree(nodes: BoxNodes, triangles: FloatArray) -> BoxTree:
     """Builds the arrays that kernels read of the nodes over triangles (f, 3, 3)."""
     leaf_nodes = np.flatnonzero(nodes.child < 0)
     leaf_nodes = leaf_nodes[np.argsort(nodes.start[leaf_nodes])]
-    counts = nodes.stop[leaf_nodes] - nodes.start[leaf_nodes]
-    links = np.stack([nodes.child, np.full(len(nodes.child), -1)], axis=1)
-    links[leaf_nodes, 1] = np.arange(len(leaf_nodes))
+    leaf = np.repeat(leaf_nodes, nodes.stop[leaf_nodes] - nodes.start[leaf_nodes])
     diagonal = np.sqrt((nodes.half**2).sum(axis=1, keepdims=True))
     axes = nodes.axes.transpose(0, 2, 1)
     boxes = np.concatenate([nodes.centre, axes.reshape(-1, 9), nodes.half, diagonal], axis=1)
-    leaf = np.repeat(np.arange(len(leaf_nodes)), counts)
-    local = nodes.corners - nodes.centre[leaf_nodes][leaf][:, None]
-    leaf_axes = nodes.axes[leaf_nodes][leaf].transpose(1, 2, 0)
+    local = nodes.corners - nodes.centre[leaf][:, None]
+    leaf_axes = nodes.axes[leaf].transpose(1, 2, 0)
     boxed = coordinates_along(leaf_axes, local.transpose(1, 2, 0)).transpose(2, 0, 1)
-    leaves = np.stack([nodes.start[leaf_nodes], counts], axis=1)
     placed = nodes.corners[:, [0, 1, 2, 0]].transpose(0, 2, 1)
     spans = np.stack([boxed.min(axis=1), boxed.max(axis=1)], axis=2)
-    integers = [np.ascontiguousarray(array, dtype=np.int32) for array in (links, leaves, nodes.number)]
+    integers = [array.astype(np.int32) for array in (nodes.child, nodes.start, nodes.stop, nodes.number)]
     doubles = [np.ascontiguousarray(array.reshape(len(array), -1)) for array in (placed, local, boxed, spans)]
     arrays = [boxes, *integers, *doubles]
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
     row = row_of(TreeMemory, **dict(zip(TreeMemory._fields, arrays, strict=True)))
-    return BoxTree._make([*arrays, reach, integers_of_rows(row[None])[0]])
+    return BoxTree._make([*arrays, reach, integers_of_rows(row)[0]])

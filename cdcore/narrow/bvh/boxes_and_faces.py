@@ -33,11 +33,10 @@ from cdcore.kernels.simd import (
     plus,
     size,
     store,
-    triple,
 )
 from cdcore.kernels.vectors import Vector
 from cdcore.narrow.bvh.bounds import EDGE_SLACK, ROUNDOFF, SIGN_PADS, SIGN_ULPS, TINY
-from cdcore.narrow.bvh.tree_memory import Pair, Scratch, TreeMemory
+from cdcore.narrow.bvh.tree_memory import Block, Scratch
 
 Point = tuple[Lanes, Lanes, Lanes]
 """A point or a difference of points in eight frames; one that is fixed is a ``Vector``."""
@@ -63,26 +62,16 @@ box_at = reader(Box)
 
 
 @hot_kernel
-def box_lanes_that_may_meet(
-    boxes_a: Memory,
-    a: int,
-    boxes_b: Memory,
-    b: int,
-    chord: float,
-    pad: float,
-    mask: int,
-    leaves: bool,
-    scratch: Scratch,
-) -> int:
-    """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
+def box_lanes_that_may_meet(block: Block, a: int, b: int, lanes: int) -> int:
+    """Those of the lanes in which node a (of A) and node b (of B) are not certainly apart.
 
-    ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the rotation of the middle frame.
     Leaves the centre of a in b's box frame in ``scratch.offset`` (24,). Cross products of axes are tried for two leaves
     only: at inner nodes they cost more than they cull.
     """
     always_inlined()
-    relative, middle, offset = scratch.relative, scratch.middle, scratch.offset
-    box_a, box_b = box_at(boxes_a, a), box_at(boxes_b, b)
+    tree_a, tree_b, scratch, pad = block.pair.tree_a, block.pair.tree_b, block.scratch, block.pad
+    relative, middle, offset, boxes_a = scratch.relative, scratch.middle, scratch.offset, tree_a.boxes
+    box_a, box_b = box_at(boxes_a, a), box_at(tree_b.boxes, b)
     (cx, cy, cz), (ha0, ha1, ha2), radius_a = box_a.centre, box_a.half, box_a.radius
     (bx, by, bz), (hb0, hb1, hb2) = box_b.centre, box_b.half
     (b00, b10, b20), (b01, b11, b21), (b02, b12, b22) = box_b.axes_x, box_b.axes_y, box_b.axes_z
@@ -92,8 +81,8 @@ def box_lanes_that_may_meet(
     t0, t1, t2 = dot(b00, b01, b02, x, y, z), dot(b10, b11, b12, x, y, z), dot(b20, b21, b22, x, y, z)
     e0, e1, e2 = excess(t0, hb0), excess(t1, hb1), excess(t2, hb2)
     radius = radius_a + pad
-    mask &= ~above(dot(e0, e1, e2, e0, e1, e2), radius * radius)
-    if mask == 0:
+    lanes &= ~above(dot(e0, e1, e2, e0, e1, e2), radius * radius)
+    if lanes == 0:
         return 0
     # entry j (the fourth is not read): axis j of A in the middle frame, then its component along each axis of B
     p, q, r = load4(boxes_a, 16 * a + 3), load4(boxes_a, 16 * a + 6), load4(boxes_a, 16 * a + 9)
@@ -103,35 +92,35 @@ def box_lanes_that_may_meet(
     p = dot(b00, b01, b02, in_b_x, in_b_y, in_b_z)
     q = dot(b10, b11, b12, in_b_x, in_b_y, in_b_z)
     r = dot(b20, b21, b22, in_b_x, in_b_y, in_b_z)
-    widening = fused(chord, radius_a, pad)
+    widening = fused(block.chord, radius_a, pad)
     (u00, u01, u02), (u10, u11, u12), (u20, u21, u22) = first3(p), first3(q), first3(r)
     p, q, r = size(p), size(q), size(r)
     (f00, f01, f02), (f10, f11, f12), (f20, f21, f22) = first3(p), first3(q), first3(r)
-    mask &= ~outside(t0, hb0 + widening + dot(f00, f01, f02, ha0, ha1, ha2))
-    mask &= ~outside(t1, hb1 + widening + dot(f10, f11, f12, ha0, ha1, ha2))
-    mask &= ~outside(t2, hb2 + widening + dot(f20, f21, f22, ha0, ha1, ha2))
-    if mask == 0:
+    lanes &= ~outside(t0, hb0 + widening + dot(f00, f01, f02, ha0, ha1, ha2))
+    lanes &= ~outside(t1, hb1 + widening + dot(f10, f11, f12, ha0, ha1, ha2))
+    lanes &= ~outside(t2, hb2 + widening + dot(f20, f21, f22, ha0, ha1, ha2))
+    if lanes == 0:
         return 0
     r0, r1, r2 = first3(moved(plus(load4(boxes_a, 16 * a + 12), widening), hb0, hb1, hb2, p, q, r))
-    mask &= ~outside(dot(t0, t1, t2, u00, u10, u20), r0)
-    mask &= ~outside(dot(t0, t1, t2, u01, u11, u21), r1)
-    mask &= ~outside(dot(t0, t1, t2, u02, u12, u22), r2)
-    if mask == 0 or not leaves:
-        return mask
+    lanes &= ~outside(dot(t0, t1, t2, u00, u10, u20), r0)
+    lanes &= ~outside(dot(t0, t1, t2, u01, u11, u21), r1)
+    lanes &= ~outside(dot(t0, t1, t2, u02, u12, u22), r2)
+    if lanes == 0 or tree_a.child[a] >= 0 or tree_b.child[b] >= 0:
+        return lanes
     store(offset, 0, t0)
     store(offset, 8, t1)
     store(offset, 16, t2)
     # direction e_i x a_j: radii of B from its other two axes, of A from its other two, both at the middle frame
-    mask &= ~outside(minor(t2, u10, t1, u20), widening + hb1 * f20 + hb2 * f10 + ha1 * f02 + ha2 * f01)
-    mask &= ~outside(minor(t2, u11, t1, u21), widening + hb1 * f21 + hb2 * f11 + ha2 * f00 + ha0 * f02)
-    mask &= ~outside(minor(t2, u12, t1, u22), widening + hb1 * f22 + hb2 * f12 + ha0 * f01 + ha1 * f00)
-    mask &= ~outside(minor(t0, u20, t2, u00), widening + hb2 * f00 + hb0 * f20 + ha1 * f12 + ha2 * f11)
-    mask &= ~outside(minor(t0, u21, t2, u01), widening + hb2 * f01 + hb0 * f21 + ha2 * f10 + ha0 * f12)
-    mask &= ~outside(minor(t0, u22, t2, u02), widening + hb2 * f02 + hb0 * f22 + ha0 * f11 + ha1 * f10)
-    mask &= ~outside(minor(t1, u00, t0, u10), widening + hb0 * f10 + hb1 * f00 + ha1 * f22 + ha2 * f21)
-    mask &= ~outside(minor(t1, u01, t0, u11), widening + hb0 * f11 + hb1 * f01 + ha2 * f20 + ha0 * f22)
-    mask &= ~outside(minor(t1, u02, t0, u12), widening + hb0 * f12 + hb1 * f02 + ha0 * f21 + ha1 * f20)
-    return mask
+    lanes &= ~outside(minor(t2, u10, t1, u20), widening + hb1 * f20 + hb2 * f10 + ha1 * f02 + ha2 * f01)
+    lanes &= ~outside(minor(t2, u11, t1, u21), widening + hb1 * f21 + hb2 * f11 + ha2 * f00 + ha0 * f02)
+    lanes &= ~outside(minor(t2, u12, t1, u22), widening + hb1 * f22 + hb2 * f12 + ha0 * f01 + ha1 * f00)
+    lanes &= ~outside(minor(t0, u20, t2, u00), widening + hb2 * f00 + hb0 * f20 + ha1 * f12 + ha2 * f11)
+    lanes &= ~outside(minor(t0, u21, t2, u01), widening + hb2 * f01 + hb0 * f21 + ha2 * f10 + ha0 * f12)
+    lanes &= ~outside(minor(t0, u22, t2, u02), widening + hb2 * f02 + hb0 * f22 + ha0 * f11 + ha1 * f10)
+    lanes &= ~outside(minor(t1, u00, t0, u10), widening + hb0 * f10 + hb1 * f00 + ha1 * f22 + ha2 * f21)
+    lanes &= ~outside(minor(t1, u01, t0, u11), widening + hb0 * f11 + hb1 * f01 + ha2 * f20 + ha0 * f22)
+    lanes &= ~outside(minor(t1, u02, t0, u12), widening + hb0 * f12 + hb1 * f02 + ha0 * f21 + ha1 * f20)
+    return lanes
 
 
 @hot_kernel
@@ -165,14 +154,6 @@ def side(normal: Point, offset: Point, bound: float) -> Signs:
     always_inlined()
     distance = dot(*normal, *offset)
     return above(distance, bound), above(-bound, distance)
-
-
-@hot_kernel
-def orientation(offset: Point, e: Point, f: Vector, bound: float) -> Signs:
-    """Signs of the volume that an edge, a fixed edge and the offset between them span: the orientation of the edges."""
-    always_inlined()
-    volume = triple(*offset, *e, *f)
-    return above(volume, bound), above(-bound, volume)
 
 
 @hot_kernel
@@ -223,9 +204,10 @@ def certain_lanes(placed: Memory, boxed: Memory, face: int, furthest: float, pad
     corners, edges = (corner_0, corner_1, corner_2), (edge_0, edge_1, edge_2)
     for k in range(3):
         corner, edge = corners[k], edges[k]
-        positive_0, negative_0 = orientation(difference_of(fixed_0, corner), edge, fixed_edge_0, bound)
-        positive_1, negative_1 = orientation(difference_of(fixed_1, corner), edge, fixed_edge_1, bound)
-        positive_2, negative_2 = orientation(difference_of(fixed_2, corner), edge, fixed_edge_2, bound)
+        # orientation of two edges: the side of the plane along both to which the offset between them leads
+        positive_0, negative_0 = side(normal_of(edge, fixed_edge_0), difference_of(fixed_0, corner), bound)
+        positive_1, negative_1 = side(normal_of(edge, fixed_edge_1), difference_of(fixed_1, corner), bound)
+        positive_2, negative_2 = side(normal_of(edge, fixed_edge_2), difference_of(fixed_2, corner), bound)
         meet |= crosses[k] & ((positive_0 & positive_1 & positive_2) | (negative_0 & negative_1 & negative_2))
         all_positive_0 &= positive_0
         all_positive_1 &= positive_1
@@ -238,15 +220,6 @@ def certain_lanes(placed: Memory, boxed: Memory, face: int, furthest: float, pad
     meet |= ((fixed_above_1 & fixed_below_2) | (fixed_below_1 & fixed_above_2)) & (all_positive_1 | all_negative_1)
     meet |= ((fixed_above_2 & fixed_below_0) | (fixed_below_2 & fixed_above_0)) & (all_positive_2 | all_negative_2)
     return (meet & mask) | ((separated | (known & ~meet)) & mask) << 8
-
-
-@hot_kernel
-def faces_of_leaf(tree: TreeMemory, node: int) -> tuple[int, int]:
-    """The first face of a leaf node, and the one after its last."""
-    always_inlined()
-    row = 2 * tree.links[2 * node + 1]
-    first = tree.leaves[row]
-    return first, first + tree.leaves[row + 1]
 
 
 @hot_kernel
@@ -308,23 +281,23 @@ def near_faces(span: Memory, spans: Memory, first: int, stop: int, mask: int, ne
 
 
 @hot_kernel
-def survivors_of_leaves(pair: Pair, a: int, b: int, pad: float, mask: int, scratch: Scratch) -> int:
+def survivors_of_leaves(block: Block, a: int, b: int, lanes: int) -> int:
     """Write face pairs of two leaf nodes that are not certainly apart to ``scratch.candidates``; returns how many.
 
     As face, face, lanes in which the world's points are to be asked, and lanes in which they certainly meet.
     """
     always_inlined()
-    tree_a, tree_b, candidates, near = pair.tree_a, pair.tree_b, scratch.candidates, scratch.near
+    tree_a, tree_b, pad, scratch = block.pair.tree_a, block.pair.tree_b, block.pad, block.scratch
+    candidates, near = scratch.candidates, scratch.near
     enter_box_frame(tree_b.boxes, b, scratch.relative, scratch.rotated)
-    first_b, stop_b = faces_of_leaf(tree_b, b)
     # a face of A that overlaps the box in every slab has no corner further out than by the size of its own box
     furthest = tree_b.boxes[16 * b + 15] + 2.0 * (tree_a.boxes[16 * a + 15] * EDGE_SLACK + 2.0 * pad)
     count = 0
-    for face_a in range(*faces_of_leaf(tree_a, a)):
-        inside = lanes_in_box(tree_a.corners, face_a, tree_b.boxes, b, pad, mask, scratch)
+    for face_a in range(tree_a.start[a], tree_a.stop[a]):
+        inside = lanes_in_box(tree_a.corners, face_a, tree_b.boxes, b, pad, lanes, scratch)
         if inside == 0:
             continue
-        for row in range(near_faces(scratch.span, tree_b.spans, first_b, stop_b, inside, near)):
+        for row in range(near_faces(scratch.span, tree_b.spans, tree_b.start[b], tree_b.stop[b], inside, near)):
             face_b, left = near[row] >> 8, near[row] & 255
             certain = certain_lanes(scratch.moved, tree_b.boxed, face_b, furthest, pad, left)
             left &= ~(certain >> 8)

@@ -9,7 +9,7 @@ load them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, TypeVar
+from typing import Final
 
 import numpy as np
 
@@ -32,7 +32,17 @@ from cdcore.kernels.simd import (
 )
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, SMALLEST_SIZE
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.bvh.tree_memory import BEYOND, GAP_TESTS, REUSED, SKIPPED, Pair, PoseMemory, pose_at
+from cdcore.narrow.bvh.tree_memory import (
+    BEYOND,
+    GAP_TESTS,
+    REUSED,
+    SKIPPED,
+    STEP,
+    STRIDE,
+    Pair,
+    PoseMemory,
+    pose_at,
+)
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 STEP_ULPS: Final = 16.0
@@ -41,6 +51,8 @@ GROWN: Final = 1.0 + 1e-12
 """Covers the rounding of a length, relative to it."""
 ROWS, CENTRES = 12, 3
 """Rotation row by row, translation; world centre of the root box."""
+SPARE: Final = 22
+"""Entries of a row beside its frames, at most."""
 AHEAD: Final = 24
 """Frames by which memory is asked early: the poses of one body lie too far apart for the machine to guess the next."""
 SHORTEST_SKIP: Final = 4
@@ -51,37 +63,32 @@ GAP_FRACTION: Final = 1.0 - 1e-12
 
 @hot_kernel
 def copy_poses(
-    rotation_entries: Memory,
-    translation_entries: Memory,
-    bodies: int,
-    body: int,
-    count: int,
-    entries: Memory,
-    stride: int,
+    rotation_entries: Memory, translation_entries: Memory, bodies: int, body: int, count: int, pose: PoseMemory
 ) -> None:
-    """Fill the twelve rows of ``entries`` for the first ``count`` frames, the last one repeated."""
+    """Fill the twelve rows of ``pose.entries`` with the first ``count`` of a body's poses, the last one repeated."""
     never_inlined()
+    entries, stride = pose.entries, pose.stride
     for f in range(stride):
         later = min(f + AHEAD, count - 1) * bodies + body
         fetch_early(rotation_entries, 9 * later)
         fetch_early(rotation_entries, 9 * later + 8)
         fetch_early(translation_entries, 3 * later)
-        pose = min(f, count - 1) * bodies + body
+        row = min(f, count - 1) * bodies + body
         for k in range(9):
-            entries[k * stride + f] = rotation_entries[9 * pose + k]
+            entries[k * stride + f] = rotation_entries[9 * row + k]
         for k in range(3):
-            entries[(9 + k) * stride + f] = translation_entries[3 * pose + k]
+            entries[(9 + k) * stride + f] = translation_entries[3 * row + k]
 
 
 @hot_kernel
-def place_centres(pose: PoseMemory, length: int, x: float, y: float, z: float, lanes: Memory) -> float:
+def place_centres(pose: PoseMemory, x: float, y: float, z: float, lanes: Memory) -> float:
     """Fill centres, of a root box centred there, and distances; returns the largest skew, infinity where not finite.
 
     ``lanes`` (LANES,) is scratch.
     """
     never_inlined()
     entries, stride, skew, unknown = pose.entries, pose.stride, splat8(0.0), 0
-    for f in range(0, length, LANES):
+    for f in range(0, stride, LANES):
         away, off = splat8(0.0), splat8(0.0)
         for i in range(3):
             p, q = load8(entries, 3 * i * stride + f), load8(entries, (3 * i + 1) * stride + f)
@@ -110,10 +117,10 @@ def place_centres(pose: PoseMemory, length: int, x: float, y: float, z: float, l
 
 
 @hot_kernel
-def fill_path(pose: PoseMemory, radius: float, reach: float) -> None:
-    """Fill ``path`` for a root box of this half diagonal and a body of this reach."""
+def fill_path(pose: PoseMemory, count: int, radius: float, reach: float) -> None:
+    """Fill ``path`` of ``count`` frames for a root box of this half diagonal and a body of this reach."""
     never_inlined()
-    entries, centres, stride, path, count = pose.entries, pose.centres, pose.stride, pose.path, pose.frames
+    entries, centres, stride, path = pose.entries, pose.centres, pose.stride, pose.path
     for f in range(0, stride - LANES, LANES):
         rotation_change, move = splat8(0.0), splat8(0.0)
         for k in range(9):
@@ -137,32 +144,34 @@ def fill_path(pose: PoseMemory, radius: float, reach: float) -> None:
 def fill_tracks(
     rotations: FloatArray,
     translations: FloatArray,
+    changed: BoolArray,
     bodies: IntArray,
     rows: IntArray,
     ends: FloatArray,
     lanes: FloatArray,
 ) -> None:
-    """Fill the memory that ``rows`` (n, words) of ``PoseMemory`` name for these bodies.
+    """Fill the memory that ``rows`` (n, words) of ``PoseMemory`` name for these bodies, and two words of each row.
 
-    ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch.
+    A body that rests keeps one pose for all frames. ``ends`` (n, 17): root box and reach. ``lanes`` (LANES,): scratch.
     """
     rotation_entries, translation_entries, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
-    many = rotations.shape[1]
+    frames, many = changed.shape
     for k in range(len(bodies)):
+        body, count = bodies[k], 1
+        for f in range(1, frames):
+            if changed[f, body]:
+                count = frames
+                break
+        # Eight from any frame lie in a row, and whole eights.
+        rows[k, STRIDE], rows[k, STEP] = (count + SPARE) // LANES * LANES, min(count - 1, 1)
         pose = pose_at(integers_of(rows), k)
-        copy_poses(rotation_entries, translation_entries, many, bodies[k], pose.frames, pose.entries, pose.stride)
-        pose.facts[0] = place_centres(pose, pose.stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
-        pose.facts[1], pose.path[0] = ends[k, 16], 0.0
-        if pose.frames > 1:
-            fill_path(pose, ends[k, 15], ends[k, 16])
-
-
-Count = TypeVar("Count", int, IntArray)
-
-
-def row_length(count: Count) -> Count:
-    """Numbers in a row of entries of so many frames: eight from any of them lie in the row, and whole eights."""
-    return (count + 22) // 8 * 8
+        copy_poses(rotation_entries, translation_entries, many, body, count, pose)
+        pose.facts[0] = place_centres(pose, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
+        pose.facts[1], pose.path[0], pose.changed[0] = ends[k, 16], 0.0, pose.step
+        for f in range(1, count):
+            pose.changed[f] = changed[f, body]
+        if count > 1:
+            fill_path(pose, count, ends[k, 15], ends[k, 16])
 
 
 class Tracks:
@@ -175,8 +184,8 @@ class Tracks:
         """Make room for at most so many frames of these of all bodies, each with a tree."""
         self.bodies, self.rows = bodies, np.zeros(len(bodies), dtype=layout(PoseMemory))
         self._ends = np.array([[*trees[body].boxes[0], trees[body].reach] for body in bodies.tolist()])
-        stride = row_length(frames)
-        lengths = {"entries": ROWS * stride, "centres": CENTRES * stride, "away": stride, "path": stride, "facts": 2}
+        row = frames + SPARE
+        lengths = {"entries": ROWS * row, "centres": CENTRES * row, "away": row, "path": row, "facts": 2}
         self._room = np.empty((len(bodies), sum(lengths.values())))
         address = address_of(self._room) + self._room.strides[0] * np.arange(len(bodies))
         for name, length in lengths.items():
@@ -186,26 +195,23 @@ class Tracks:
         self.rows["changed"] = address_of(self._changed) + frames * np.arange(len(bodies))
         self._memory_rows, self._lanes = integers_of_rows(self.rows), np.empty(LANES)
 
-    def lay_out(self, changed: BoolArray) -> None:
-        """Say where each of all N bodies changes in a stretch of T frames, (T, N); its first frame counts as changed.
+    def addresses_of(self, bodies: IntArray) -> IntArray:
+        """Addresses of the rows of some of its bodies."""
+        return address_of(self.rows) + self.rows.itemsize * np.searchsorted(self.bodies, bodies)
 
-        A body that rests keeps one pose for all of them.
+    def fill(self, rotations: FloatArray, translations: FloatArray, changed: BoolArray) -> None:
+        """Lay out the poses (T, N, 3, 3), (T, N, 3) of all N bodies in a stretch, and where they change, (T, N).
+
+        Its first frame counts as changed.
         """
-        frames = len(changed)
-        self._changed[:, :frames] = changed[:, self.bodies].T
-        # row by row each stops at its first change
-        moving = np.array([row[1:frames].any() for row in self._changed], dtype=np.bool_)
-        self._changed[:, 0] = moving
-        counts = np.where(moving, frames, 1)
-        self.rows["frames"], self.rows["step"], self.rows["stride"] = counts, moving, row_length(counts)
-
-    def fill(self, rotations: FloatArray, translations: FloatArray) -> None:
-        """Lay out the poses (T, N, 3, 3), (T, N, 3) of all N bodies in that stretch."""
         rotation_rows, translation_rows = np.ascontiguousarray(rotations)[:], np.ascontiguousarray(translations)[:]
-        for rows in (rotation_rows, translation_rows):
+        changed_rows = np.ascontiguousarray(changed)[:]
+        for rows in (rotation_rows, translation_rows, changed_rows):
             # read-only like those of a motion: else the kernel would be compiled for both kinds
             rows.setflags(write=False)
-        fill_tracks(rotation_rows, translation_rows, self.bodies, self._memory_rows, self._ends, self._lanes)
+        fill_tracks(
+            rotation_rows, translation_rows, changed_rows, self.bodies, self._memory_rows, self._ends, self._lanes
+        )
 
 
 @hot_kernel

@@ -91,37 +91,11 @@ def faces_meet(pair: Pair, face_a: int, face_b: int, frame: int) -> int:
 
 
 @hot_kernel
-def ask_face_pair(pair: Pair, face_a: int, face_b: int, frame: int, queried: int, meet: int, scratch: Scratch) -> int:
-    """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact, ``meet`` among them."""
-    always_inlined()
-    number_a, number_b = pair.tree_a.faces[face_a], pair.tree_b.faces[face_b]
-    contact, lane, lanes = 0, 0, queried | meet
-    while lanes != 0:
-        if lanes & 1:
-            row = frame + lane
-            answer = 1 if meet >> lane & 1 else faces_meet(pair, face_a, face_b, row)
-            if answer == 1:
-                pair.hits[row] = 1
-                contact |= 1 << lane
-                if pair.every:
-                    append(scratch.keys, key_of(pair, row, number_a, number_b))
-            elif answer == UNDECIDED:
-                append(scratch.later, key_of(pair, row, face_a, face_b))
-        lanes >>= 1
-        lane += 1
-    return contact
-
-
-@hot_kernel
 def lanes_of_nodes(block: Block, a: int, b: int, lanes: int) -> int:
     """Lanes in which two nodes are not certainly apart; marks the frames of these where they are the roots."""
     always_inlined()
-    tree_a, tree_b = block.pair.tree_a, block.pair.tree_b
     block.scratch.work[NODE_TESTS] += 1
-    leaves = tree_a.links[2 * a + 1] >= 0 and tree_b.links[2 * b + 1] >= 0
-    lanes = box_lanes_that_may_meet(
-        tree_a.boxes, a, tree_b.boxes, b, block.chord, block.pad, lanes, leaves, block.scratch
-    )
+    lanes = box_lanes_that_may_meet(block, a, b, lanes)
     if a == 0 and b == 0:
         for lane in range(LANES):
             if lanes >> lane & 1:
@@ -134,59 +108,55 @@ def larger_opened(block: Block, a: int, b: int) -> tuple[int, int]:
     """The larger of two nodes opens; a leaf does not."""
     always_inlined()
     tree_a, tree_b = block.pair.tree_a, block.pair.tree_b
-    leaf_a, leaf_b = tree_a.links[2 * a + 1] >= 0, tree_b.links[2 * b + 1] >= 0
-    if leaf_a and leaf_b:
+    child_a, child_b = tree_a.child[a], tree_b.child[b]
+    if child_a < 0 and child_b < 0:
         return CLOSED, CLOSED
-    if leaf_b or (not leaf_a and tree_a.boxes[16 * a + 15] > tree_b.boxes[16 * b + 15]):
-        return first_child(tree_a, a), CLOSED
-    return CLOSED, first_child(tree_b, b)
+    if child_b < 0 or (child_a >= 0 and tree_a.boxes[16 * a + 15] > tree_b.boxes[16 * b + 15]):
+        fetch_children(tree_a, child_a)
+        return child_a, CLOSED
+    fetch_children(tree_b, child_b)
+    return CLOSED, child_b
 
 
 @hot_kernel
-def first_child(tree: TreeMemory, node: int) -> int:
-    """The first child of a node; memory is asked early for its sibling too."""
+def fetch_children(tree: TreeMemory, child: int) -> None:
+    """Ask memory early for two siblings."""
     always_inlined()
-    child = tree.links[2 * node]
-    fetch_early(tree.links, 2 * child)
+    fetch_early(tree.child, child)
     for k in range(16 * child, 16 * child + 32, 8):
         fetch_early(tree.boxes, k)
-    return child
 
 
 @hot_kernel
 def ask_leaves(block: Block, a: int, b: int, lanes: int) -> int:
     """Ask the faces of two leaf nodes; returns the lanes that are decided, ``STOP`` where a list is full."""
     never_inlined()
-    pair, frame, scratch = block.pair, block.frame, block.scratch
+    pair, scratch = block.pair, block.scratch
     if scratch.keys[0] >= scratch.keys_end or scratch.later[0] >= scratch.later_end:
         return STOP
     candidates, work, decided = scratch.candidates, scratch.work, 0
-    count = survivors_of_leaves(pair, a, b, block.pad, lanes, scratch)
+    count = survivors_of_leaves(block, a, b, lanes)
     work[LEAF_PAIRS] += 1
     work[FACE_PAIRS] += count
     for row in range(0, 4 * count, 4):
+        face_a, face_b = candidates[row], candidates[row + 1]
         queried, meet = candidates[row + 2] & ~decided, candidates[row + 3] & ~decided
-        if queried | meet == 0:
-            continue
-        contact = ask_face_pair(pair, candidates[row], candidates[row + 1], frame, queried, meet, scratch)
-        while queried != 0:
-            work[WORLD_TESTS] += queried & 1
-            queried >>= 1
-        if not pair.every:
-            decided |= contact
+        for lane in range(LANES):
+            if not (queried | meet) >> lane & 1:
+                continue
+            frame, answer = block.frame + lane, 1
+            if queried >> lane & 1:
+                work[WORLD_TESTS] += 1
+                answer = faces_meet(pair, face_a, face_b, frame)
+            if answer == UNDECIDED:
+                append(scratch.later, key_of(pair, frame, face_a, face_b))
+            elif answer == 1:
+                pair.hits[frame] = 1
+                if pair.every:
+                    append(scratch.keys, key_of(pair, frame, pair.tree_a.faces[face_a], pair.tree_b.faces[face_b]))
+                else:
+                    decided |= 1 << lane
     return decided
-
-
-@hot_kernel
-def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scratch) -> bool:
-    """Decide one block, going on from ``scratch.state``; False when it stopped because a list was full."""
-    never_inlined()
-    block = Block(pair, frame, chord, pad, scratch)
-    done = descend(block, scratch.stack, scratch.state, lanes_of_nodes, larger_opened, ask_leaves, SECOND)
-    if not done:
-        # The nodes at which it stopped will be tested again.
-        scratch.work[NODE_TESTS] -= 1
-    return done
 
 
 @hot_kernel
@@ -204,37 +174,56 @@ def frames_alike(pair: Pair, frame: int, most: int) -> int:
 
 
 @hot_kernel
-def fill_relative(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, relative: Memory) -> None:
-    """Poses of A in B's frame for eight frames, (96,): rotation by rows, then translation."""
+def fill_relative(pair: Pair, frame: int, lanes: int, scratch: Scratch) -> float:
+    """Write poses of A in B's frame, of eight frames, and the rotation of the middle one of the first ``lanes``.
+
+    To ``scratch.relative`` (96,), rotation by rows, then translation, and ``scratch.middle`` (9,). Returns how far the
+    rotation of any of the lanes lies from that of the middle, spectral norm.
+    """
     never_inlined()
-    a, n, f_a = pose_a.entries, pose_a.stride, frame * pose_a.step
-    b, m, f_b = pose_b.entries, pose_b.stride, frame * pose_b.step
+    relative, middle, squares = scratch.relative, scratch.middle, scratch.span
+    a, n, f_a = pair.pose_a.entries, pair.pose_a.stride, frame * pair.pose_a.step
+    b, m, f_b = pair.pose_b.entries, pair.pose_b.stride, frame * pair.pose_b.step
     x = minus(load8(a, 9 * n + f_a), load8(b, 9 * m + f_b))
     y = minus(load8(a, 10 * n + f_a), load8(b, 10 * m + f_b))
     z = minus(load8(a, 11 * n + f_a), load8(b, 11 * m + f_b))
+    total = splat8(0.0)
     for i in range(3):
         p, q, r = load8(b, i * m + f_b), load8(b, (3 + i) * m + f_b), load8(b, (6 + i) * m + f_b)
+        store(relative, 72 + 8 * i, dot(p, q, r, x, y, z))
         for j in range(3):
             u, v, w = load8(a, j * n + f_a), load8(a, (3 + j) * n + f_a), load8(a, (6 + j) * n + f_a)
-            store(relative, 24 * i + 8 * j, dot(p, q, r, u, v, w))
-        store(relative, 72 + 8 * i, dot(p, q, r, x, y, z))
-
-
-@hot_kernel
-def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squares: Memory) -> float:
-    """Write one lane's rotation to ``middle`` (9,); returns how far any lane's lies from it, spectral norm."""
-    never_inlined()
-    total = splat8(0.0)
-    for k in range(9):
-        middle[k] = relative[8 * k + lane]
-        change = minus(load8(relative, 8 * k), middle[k])
-        total = fused(change, change, total)
+            k, entry = 3 * i + j, dot(p, q, r, u, v, w)
+            store(relative, 8 * k, entry)
+            middle[k] = relative[8 * k + lanes // 2]
+            change = minus(entry, middle[k])
+            total = fused(change, change, total)
     store(squares, 0, total)
     largest = 0.0
     for k in range(lanes):
         largest = max(largest, squares[k])
     chord: float = np.sqrt(0.5 * largest) * CHORD_SLACK
     return chord
+
+
+@hot_kernel
+def search_block(pair: Pair, frame: int, lanes: int, pad: float, scratch: Scratch) -> bool:
+    """Decide a block of so many frames, going on from ``scratch.state``; False when it stopped because a list was full.
+
+    ``pad``: as a share of the size.
+    """
+    never_inlined()
+    largest = 0.0
+    for k in range(lanes):
+        largest = max(largest, size_at(pair, frame + k))
+        if pair.hits[frame + k] != 0 and not pair.every:
+            scratch.state[ALIVE] &= ~(1 << k)
+    block = Block(pair, frame, fill_relative(pair, frame, lanes, scratch), pad * largest, scratch)
+    done = descend(block, scratch.stack, scratch.state, lanes_of_nodes, larger_opened, ask_leaves, SECOND)
+    if not done:
+        # The nodes at which it stopped will be tested again.
+        scratch.work[NODE_TESTS] -= 1
+    return done
 
 
 @kernel
@@ -254,28 +243,19 @@ def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
         pad = POSITION_ULPS * ROUNDOFF + SKEW_FACTOR * (pair.pose_a.facts[0] + pair.pose_b.facts[0])
         f = state[AT_FRAME]
         while f < pair.stop:
-            lanes = state[LANES_NOW]
-            if lanes == 0:
+            if state[LANES_NOW] == 0:
                 following = next_frame_to_search(pair, f, pad, scratch.work)
                 if following > f:
                     f = following
                     continue
-                lanes = frames_alike(pair, f, min(LANES, pair.stop - f))
-                fill_relative(pair.pose_a, pair.pose_b, f, scratch.relative)
+                state[LANES_NOW] = frames_alike(pair, f, min(LANES, pair.stop - f))
+                start_at(0, 0, (1 << state[LANES_NOW]) - 1, scratch.stack, state)
                 scratch.work[BLOCKS] += 1
-                start_at(0, 0, (1 << lanes) - 1, scratch.stack, state)
-                state[LANES_NOW] = lanes
-            largest = 0.0
-            for k in range(lanes):
-                largest = max(largest, size_at(pair, f + k))
-                if pair.hits[f + k] != 0 and not pair.every:
-                    state[ALIVE] &= ~(1 << k)
-            chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.span)
-            if not search_block(pair, f, chord, pad * largest, scratch):
+            if not search_block(pair, f, state[LANES_NOW], pad, scratch):
                 state[AT_FRAME], state[GOES_ON] = f, 1
                 return number
+            f += state[LANES_NOW]
             state[LANES_NOW] = 0
-            f += lanes
         if scratch.keys[0] + scratch.later[0] > 0:
             return number
     return len(rows)

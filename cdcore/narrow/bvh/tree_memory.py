@@ -12,8 +12,9 @@ class TreeMemory(NamedTuple):
     """The arrays of a ``BoxTree`` under their names, rows one after another."""
 
     boxes: Doubles
-    links: Integers
-    leaves: Integers
+    child: Integers
+    start: Integers
+    stop: Integers
     faces: Integers
     placed: Doubles
     corners: Doubles
@@ -28,8 +29,8 @@ class PoseMemory(NamedTuple):
     ``away`` (stride,): distance of the translation from the origin, rounded up. Every row is followed by copies of its
     last frame, so that eight can be loaded anywhere. ``step``: 1, or 0 for a body that keeps one pose throughout; frame
     f is read at ``f * step``. ``path`` (F,): metres, not decreasing; no point moves further between f and h than
-    path[h] - path[f]. ``changed`` (F,): whether the pose differs from that of the
-    frame before. ``facts`` (2,): largest Frobenius norm of R^T R - I, and how far corners reach from the body's origin.
+    path[h] - path[f]. ``changed`` (F,): whether the pose differs from that of the frame before. ``facts`` (2,): largest
+    Frobenius norm of R^T R - I, and how far corners reach from the body's origin.
     """
 
     entries: Doubles
@@ -40,7 +41,10 @@ class PoseMemory(NamedTuple):
     changed: Bytes
     stride: int
     step: int
-    frames: int
+
+
+STRIDE, STEP = (PoseMemory._fields.index(name) for name in ("stride", "step"))
+"""Words of its row that change with the frames."""
 
 
 class Pair(NamedTuple):

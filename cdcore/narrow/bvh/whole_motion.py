@@ -29,9 +29,7 @@ from cdcore.narrow.bvh.tree_memory import (
     NEAR,
     STATES,
     Pair,
-    PoseMemory,
     Scratch,
-    TreeMemory,
 )
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
@@ -111,7 +109,8 @@ class MotionSearch:
             frames, count = marks.shape[2], -(-marks.shape[2] // self._longest_segment)
             for start, stop in pairwise(frames * k // count for k in range(count + 1)):
                 search = self._ready(stop - start, every=faces)
-                segments.append(search.decide(poses, start, stop, marks))
+                segments.append(search.decide(poses, start, stop))
+                marks[:, :, start:stop] = search.marks[:, :, : stop - start]
                 self._idle.append(search)
             meetings = [meeting for segment in segments for meeting in segment.meetings]
             if marks[:, VOLUMES].max() == BEYOND:
@@ -150,19 +149,19 @@ class FrameLooks:
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
         self._trees, self._pairs = trees, pairs
         self._search = SegmentSearch(trees, pairs, 1, every=False)
-        self._search.tracks.lay_out(np.ones((1, len(trees)), dtype=np.bool_))
+        self._changed = np.ones((1, len(trees)), dtype=np.bool_)
+        self._rows = list(self._search.rows[:, None])
         self._ready: Motion | None = None
-        self._marks = np.zeros((len(pairs), 3, 1), dtype=np.uint8)
-        self._rows = list(self._search.rows_about(self._marks, 0, 1)[:, None])
 
     def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
+        search = self._search
         if self._ready is not now:
-            self._search.tracks.fill(now.rotations, now.translations)
+            search.tracks.fill(now.rotations, now.translations, self._changed)
+            search.marks[:] = 0
             self._ready = now
-            self._marks[:] = 0
-        self._search.decide_rows(self._rows[column])
-        hit, volumes, _ = self._marks[column, :, 0].tolist()
+        search.decide_rows(self._rows[column])
+        hit, volumes, _ = search.marks[column, :, 0].tolist()
         if volumes == BEYOND:
             hit = decide_motion(self._trees, self._pairs[[column]], now).hits[0, 0]
         return (CONTACT if hit else CLEAR), False
@@ -192,22 +191,33 @@ class SegmentAnswer(NamedTuple):
 class SegmentSearch:
     """Searches one segment of frames after another, each at most ``frames`` long, in memory of its own; one a thread.
 
-    ``every``: all face pairs of pairs (P, 2) of bodies with a tree each, or else whether any meets.
+    ``every``: all face pairs of pairs (P, 2) of bodies with a tree each, or else whether any meets. ``rows`` (P, w):
+    each ``Pair``. ``marks`` (P, 3, frames): planes of the last segment.
     """
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, frames: int, *, every: bool) -> None:
         self.frames, self.every = frames, every
         self.tracks = Tracks(trees, np.unique(pairs), frames)
+        self.marks = np.zeros((len(pairs), 3, frames), dtype=np.uint8)
         radius, bits = np.array([tree.boxes[0, 15] for tree in trees]), face_bits(trees)
         self._swapped = radius[pairs[:, 0]] > radius[pairs[:, 1]]
-        self._a, self._b = np.where(self._swapped[:, None], pairs[:, ::-1], pairs).T
-        self._bits_a, self._bits_b = bits[self._a], bits[self._b]
-        tree_rows = np.array([tree.memory_row for tree in trees]).view(layout(TreeMemory))[:, 0]
-        self._rows = np.zeros(len(pairs), dtype=layout(Pair))
-        self._rows["tree_a"], self._rows["tree_b"] = tree_rows[self._a], tree_rows[self._b]
-        self._rows["every"], self._rows["bits_a"], self._rows["bits_b"] = every, self._bits_a, self._bits_b
-        self._pose_rows, self._integers = np.zeros(len(trees), dtype=layout(PoseMemory)), integers_of_rows(self._rows)
-        self._make_room(max((len(tree.links) for tree in trees), default=0))
+        body_a, body_b = np.where(self._swapped[:, None], pairs[:, ::-1], pairs).T
+        self._bits_a, self._bits_b = bits[body_a], bits[body_b]
+        self._pairs = np.zeros(len(pairs), dtype=layout(Pair))
+        self._pairs["stop"], self._pairs["every"] = frames, every
+        self._pairs["bits_a"], self._pairs["bits_b"] = self._bits_a, self._bits_b
+        # The trees are kept because kernels know no more than addresses.
+        self._trees, tree_rows = trees, np.array([address_of(tree.memory_row) for tree in trees])
+        self._pairs["tree_a"], self._pairs["tree_b"] = tree_rows[body_a], tree_rows[body_b]
+        self._pairs["pose_a"], self._pairs["pose_b"] = (
+            self.tracks.addresses_of(body_a),
+            self.tracks.addresses_of(body_b),
+        )
+        first = address_of(self.marks) + 3 * frames * np.arange(len(pairs))
+        for plane, name in enumerate(("hits", "volumes", "repeats")):
+            self._pairs[name] = first + plane * frames
+        self.rows = integers_of_rows(self._pairs)
+        self._make_room(max((len(tree.child) for tree in trees), default=0))
 
     def _make_room(self, nodes: int) -> None:
         """Make the ``Scratch`` memory of trees of at most so many nodes."""
@@ -221,29 +231,19 @@ class SegmentSearch:
         self._kept = lists, {name: np.empty(length) for name, length in zip(Scratch._fields, DOUBLES, strict=False)}
         ends = {"keys_end": LIST, "later_end": LIST if self.every else FEW}
         row = row_of(Scratch, **lists, **self._kept[1], **ends, work=self._work)
-        self._room = row.reshape(1).view(np.int64)
+        self._room = integers_of_rows(row)[0]
         self._points, self._answers, self._digits = np.empty((most, 18)), np.empty(most, np.uint8), new_digits()
 
-    def decide(self, poses: Poses, start: int, stop: int, marks: ByteArray) -> SegmentAnswer:
-        """Mark the contacts of frames ``start`` to ``stop``."""
+    def decide(self, poses: Poses, start: int, stop: int) -> SegmentAnswer:
+        """Mark the contacts of frames ``start`` to ``stop`` in ``marks``, counted from ``start``."""
         began = perf_counter()
-        self.tracks.lay_out(poses.changed[start:stop])
-        self.tracks.fill(poses.rotations[start:stop], poses.translations[start:stop])
-        rows = self.rows_about(marks, start, stop)
+        self.tracks.fill(poses.rotations[start:stop], poses.translations[start:stop], poses.changed[start:stop])
         laid_out = perf_counter() - began
+        self.marks[:, :, : stop - start] = 0
+        self._pairs["stop"] = stop - start
         self._work[:] = 0
-        meetings = [self._unpacked(column, keys, start) for column, keys in self.decide_rows(rows)]
+        meetings = [self._unpacked(column, keys, start) for column, keys in self.decide_rows(self.rows)]
         return SegmentAnswer(meetings, self._work.copy(), laid_out)
-
-    def rows_about(self, marks: ByteArray, start: int, stop: int) -> IntArray:
-        """Each ``Pair`` as a row of integers (P, w), about frames ``start`` to ``stop`` of ``marks`` (P, 3, T)."""
-        rows = self._rows
-        self._pose_rows[self.tracks.bodies] = self.tracks.rows
-        rows["pose_a"], rows["pose_b"] = self._pose_rows[self._a], self._pose_rows[self._b]
-        planes, plane = address_of(marks) + start + 3 * marks.shape[2] * np.arange(len(rows)), marks.shape[2]
-        rows["hits"], rows["volumes"], rows["repeats"] = planes, planes + plane, planes + 2 * plane
-        rows["stop"] = stop - start
-        return self._integers
 
     def decide_rows(self, rows: IntArray) -> list[tuple[int, IntArray]]:
         """Decide all frames that each ``Pair`` of the rows (P, w) asks about.

@@ -17,7 +17,7 @@ from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.motion_segments import pose_at
 from cdcore.narrow.continuous.swept import CORNERS, angle_between, boxes_stay_separated, faces_stay_separated
 from cdcore.narrow.descent import CLOSED, DESCENT_STATES, SECOND, WIDTH, descend, start_at
-from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.poses.kernels import placed_by_row, relative_row
 from cdcore.triangles.decide import new_digits, placed_pair_meets
 
@@ -138,12 +138,14 @@ class Interval(NamedTuple):
     """
 
     boxes_a: FloatArray
-    links_a: Items
-    leaves_a: Items
+    child_a: Int32Array
+    start_a: Int32Array
+    stop_a: Int32Array
     placed_a: FloatArray
     boxes_b: FloatArray
-    links_b: Items
-    leaves_b: Items
+    child_b: Int32Array
+    start_b: Int32Array
+    stop_b: Int32Array
     placed_b: FloatArray
     motion: float
     margin: float
@@ -168,13 +170,13 @@ def boxes_may_meet(interval: Interval, a: int, b: int, lanes: int) -> int:
 def larger_opened(interval: Interval, a: int, b: int) -> tuple[int, int]:
     """The larger of two nodes opens; a leaf does not, nor do boxes that something outruns."""
     always_inlined()
-    leaf_a, leaf_b = interval.links_a[a, 1] >= 0, interval.links_b[b, 1] >= 0
+    child_a, child_b = interval.child_a[a], interval.child_b[b]
     size_a, size_b = interval.boxes_a[a, 15], interval.boxes_b[b, 15]
-    if (leaf_a and leaf_b) or interval.motion > size_a + size_b:
+    if (child_a < 0 and child_b < 0) or interval.motion > size_a + size_b:
         return CLOSED, CLOSED
-    if leaf_b or (not leaf_a and size_a > size_b):
-        return interval.links_a[a, 0], CLOSED
-    return CLOSED, interval.links_b[b, 0]
+    if child_b < 0 or (child_a >= 0 and size_a > size_b):
+        return child_a, CLOSED
+    return CLOSED, child_b
 
 
 @hot_kernel
@@ -188,10 +190,8 @@ def keep_nodes(interval: Interval, a: int, b: int, lanes: int) -> int:
     if interval.motion > interval.boxes_a[a, 15] + interval.boxes_b[b, 15]:
         end = keep_item(items, end, BOXES, a, b)
     else:
-        leaf_a, leaf_b = interval.links_a[a, 1], interval.links_b[b, 1]
-        first_a, first_b = interval.leaves_a[leaf_a, 0], interval.leaves_b[leaf_b, 0]
-        for i in range(first_a, first_a + interval.leaves_a[leaf_a, 1]):
-            for j in range(first_b, first_b + interval.leaves_b[leaf_b, 1]):
+        for i in range(interval.start_a[a], interval.stop_a[a]):
+            for j in range(interval.start_b[b], interval.stop_b[b]):
                 if end < 0:
                     break
                 interval.work[FACE_TESTS] += 1
@@ -218,8 +218,8 @@ def nodes_left(
     ``motion``, ``margin``, ``chord``: of an ``Interval`` between the first two poses of the room.
     """
     never_inlined()
-    side_a = tree_a.boxes, tree_a.links, tree_a.leaves, tree_a.placed
-    side_b = tree_b.boxes, tree_b.links, tree_b.leaves, tree_b.placed
+    side_a = tree_a.boxes, tree_a.child, tree_a.start, tree_a.stop, tree_a.placed
+    side_b = tree_b.boxes, tree_b.child, tree_b.start, tree_b.stop, tree_b.placed
     items, states, poses, corners, work = room.items, room.state, room.poses, room.corners, room.work
     interval = Interval(*side_a, *side_b, motion, margin, chord, items, states, poses, corners, work)
     pairs, state = integers_of(room.stack), integers_of(states)

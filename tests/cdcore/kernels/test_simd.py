@@ -10,7 +10,7 @@ from cdcore.triangles.sums import bits_of
 ROWS = 5_000
 LANE_OPERATIONS = {
     "plus": 2, "minus": 2, "times": 2, "most": 2, "least3": 3, "most3": 3, "root": 1, "size": 1, "fused": 3, "dot": 6,
-    "moved": 7, "minor": 4, "triple": 9, "excess": 2,
+    "moved": 7, "minor": 4, "excess": 2,
 }  # fmt: skip
 """Operations on lanes, and how many operands they have."""
 BIT_OPERATIONS = ("above", "outside")

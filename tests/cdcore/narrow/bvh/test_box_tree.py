@@ -22,9 +22,10 @@ by_mesh = pytest.mark.parametrize("name", MESHES)
 def test_leaves_hold_every_face_once(name):
     tree = build_box_trees([MESHES[name]])[0]
     assert sorted(tree.faces.tolist()) == list(range(len(MESHES[name])))
-    assert tree.leaves[:, 1].sum() == len(MESHES[name])
-    assert tree.leaves[:, 1].min() >= 1
-    assert tree.leaves[:, 1].max() <= LEAF_FACES
+    sizes = (tree.stop - tree.start)[tree.child < 0]
+    assert sizes.sum() == len(MESHES[name])
+    assert sizes.min() >= 1
+    assert sizes.max() <= LEAF_FACES
     assert faces_below(tree, 0).tolist() == list(range(len(MESHES[name])))
 
 
@@ -44,12 +45,11 @@ def test_boxes_cover_their_corners_to_a_few_roundings(name):
 def test_leaf_data_repeat_the_faces_in_their_frames(name):
     triangles = MESHES[name]
     tree = build_box_trees([triangles])[0]
-    leaf_nodes = np.flatnonzero(tree.links[:, 1] >= 0)
+    leaf_nodes = np.flatnonzero(tree.child < 0)
     assert leaf_nodes.size
     for node in leaf_nodes:
-        first, count = tree.leaves[tree.links[node, 1]]
         axes = tree.boxes[node, 3:12].reshape(3, 3).T
-        for row in range(first, first + count):
+        for row in range(tree.start[node], tree.stop[node]):
             face = triangles[tree.faces[row]]
             assert np.array_equal(tree.placed[row].reshape(3, 4).T, face[[0, 1, 2, 0]])
             local, boxed = tree.corners[row].reshape(3, 3), tree.boxed[row].reshape(3, 3)

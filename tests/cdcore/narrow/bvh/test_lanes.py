@@ -10,27 +10,27 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, integers_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.bvh.boxes_and_faces import box_lanes_that_may_meet, certain_lanes, survivors_of_leaves
-from cdcore.narrow.bvh.tree_memory import pair_at
+from cdcore.narrow.bvh.tree_memory import Block, pair_at
 from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES
 
 
 @kernel
-def requested(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch):
-    return box_lanes_that_may_meet(doubles_of(boxes_a), a, doubles_of(boxes_b), b, chord, pad, mask, leaves, scratch)
+def requested(row, a, b, chord, pad, scratch):
+    block = Block(pair_at(integers_of(row), 0), 0, chord, pad, scratch)
+    return box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("leaves", [False, True])
 @pytest.mark.parametrize("seed", range(3))
-def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
+def test_no_lane_with_contact_is_dropped_and_most_others_are(seed):
     scene = EightFrames(seed, size=0.1)
     a_tree, b_tree = scene.trees
     worlds = [scene.world(lane) for lane in range(8)]
     dropped = clear = 0
     for a in range(1, len(a_tree.boxes), 2):
         for b in range(1, len(b_tree.boxes), 2):
-            left = requested(a_tree.boxes, a, b_tree.boxes, b, scene.chord, scene.pad, 255, leaves, scene.scratch)
+            left = requested(scene.row, a, b, scene.chord, scene.pad, scene.scratch)
             below = faces_below(a_tree, a), faces_below(b_tree, b)
             for lane in range(8):
                 first, second = worlds[lane][0][below[0]], worlds[lane][1][below[1]]
@@ -43,18 +43,18 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
 
 @kernel
 def survivors(row, a, b, chord, pad, scratch):
-    pair = pair_at(integers_of(row), 0)
-    mask = box_lanes_that_may_meet(pair.tree_a.boxes, a, pair.tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
-    if mask == 0:
+    block = Block(pair_at(integers_of(row), 0), 0, chord, pad, scratch)
+    lanes = box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
+    if lanes == 0:
         return 0
-    return survivors_of_leaves(pair, a, b, pad, mask, scratch)
+    return survivors_of_leaves(block, a, b, lanes)
 
 
 def faces_left(scene, pad):
     """Face pairs of all leaves that are not certainly apart: face, face, lanes to ask, lanes that certainly meet."""
     a_tree, b_tree = scene.trees
-    for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
-        for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
+    for a in np.flatnonzero(a_tree.child < 0):
+        for b in np.flatnonzero(b_tree.child < 0):
             count = survivors(scene.row, a, b, scene.chord, pad, scene.scratch)
             for face_a, face_b, requested, meet in scene.candidates[: 4 * count].reshape(-1, 4).tolist():
                 yield a_tree.faces[face_a], b_tree.faces[face_b], requested, meet
