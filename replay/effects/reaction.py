@@ -89,7 +89,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 _add_extent(inputs, matter, reaction, vessel, findings)
         if matter.solver is not None and (has_inflow or matter.is_still):
             moments = [_times(inputs, matter, reaction, vessel) for reaction in reactions]
-            times = np.unique(np.concatenate(moments or [history.times]))
+            times = np.unique(np.concatenate([history.times, *moments]))
             has_formed |= _add_solution(matter, vessel, times, findings)
         if has_inflow:
             findings.series.update(titrated_quantities(matter, vessel))

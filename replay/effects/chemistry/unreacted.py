@@ -65,7 +65,7 @@ def stop_events(matter: Matter) -> Iterator[EffectEvent]:
             extent, amounts = history.extents[-1, row], _dissolved_amounts(matter, vessel)
             if not extent > 0.0:
                 continue
-            limit_of_cause = matter.ledger.limits.by_cause(row, amounts)
+            limit_of_cause = matter.ledger.limits.by_cause(row, amounts, _last_celsius(matter, vessel))
             reagents = {cause: float(limit) for cause, limit in limit_of_cause.items() if not isinstance(cause, Cause)}
             causes_of_end = [
                 cause
@@ -95,7 +95,7 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
             continue
         for vessel, history in matter.histories.items():
             extent, amounts = float(history.extents[-1, row]), _dissolved_amounts(matter, vessel)
-            extent_to_end = float(ledger.limits.extent_to_the_end(row, amounts))
+            extent_to_end = float(ledger.limits.extent_to_the_end(row, amounts, _last_celsius(matter, vessel)))
             if not extent > 0.0 or extent_to_end <= LEAST_FORMED_FRACTION * (extent_to_end + extent):
                 continue
             percent = 100.0 * extent / (extent_to_end + extent)
@@ -111,10 +111,16 @@ def _dissolved_amounts(matter: Matter, vessel: str) -> FloatArray:
     return np.asarray(amounts - (amounts[reactions.phases] * ~reactions.gas) @ reactions.formation)
 
 
+def _last_celsius(matter: Matter, vessel: str) -> FloatArray:
+    """Temperature (1,) of a vessel at the end."""
+    return matter.celsius(vessel, matter.histories[vessel].times[-1:])
+
+
 def _is_nothing(matter: Matter, row: int, vessel: str) -> bool:
     """Whether less than a trace of a process ran in a vessel, of what its scarcest reagent would give."""
     extent = float(matter.histories[vessel].extents[-1, row])
-    limits = matter.ledger.limits.by_cause(row, _dissolved_amounts(matter, vessel))
+    amounts, celsius = _dissolved_amounts(matter, vessel), _last_celsius(matter, vessel)
+    limits = matter.ledger.limits.by_cause(row, amounts, celsius)
     scarcest = min((float(limit) for cause, limit in limits.items() if not isinstance(cause, Cause)), default=0.0)
     return extent <= LEAST_DISSOLVED_FRACTION * (extent + scarcest)
 
@@ -183,7 +189,8 @@ def _reason_in_vessel(matter: Matter, reaction: Reaction, vessel: str) -> str:
     """Return the cause that kept an equation from running in a vessel that had all of its reagents."""
     history = matter.histories[vessel]
     wet_rows = np.flatnonzero(history.volume_ml > 0.0)
-    limit_of_cause = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet_rows])
+    celsius = matter.celsius(vessel, history.times[wet_rows])
+    limit_of_cause = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet_rows], celsius)
     # What is lacking may be there in traces, as hydroxide of a weak base.
     most = np.max([limit for limit in limit_of_cause.values() if np.isfinite(limit).all()], axis=0, initial=0.0)
     is_lacking = {

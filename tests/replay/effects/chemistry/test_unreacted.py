@@ -1,10 +1,11 @@
 """Reasons of `replay.effects.chemistry.unreacted` are right in every state of acid, base and reagents."""
 
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in
+from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
 
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.effect_summary import leading_event
+from replay.engine import compute
 
 IRON = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
 PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
@@ -100,3 +101,16 @@ def test_permanganate_in_too_little_acid_is_reported(acid, is_reported):
     assert ["permanganate makes MnO2" in event.text for event in run_of.output.events_named("assumed")] == [
         True
     ] * is_reported
+
+
+def test_a_cold_solution_is_saturated_by_its_own_temperature():
+    """At 10 degC 21 g of KNO3 saturate 100 g of water and 1 mol/kg of KCl is beside; at 25 degC 38 g would."""
+    powder = {"solid": {"formula": "KNO3", "mass_g": 5.0}, "temperature_c": 10.0}
+    body = glass("flask", 20.0, solutes={"KNO3": 1.8, "KCl": 1.0}, properties=powder)
+    tables = (
+        ("reaction", {"equation": "KNO3(s) -> K+ + NO3-", "rate_per_s": 0.5}),
+        ("heat", {"of": "liquids", "ambient_c": 25.0, "loss_w_per_k": 0.0}),
+    )
+    output = compute(world({"flask": still(4)}, (body,), MIX, *tables)).effects["reaction"].output
+    (event,) = output.events_named("no-reaction")
+    assert event.text.endswith("flask is saturated with KNO3") and "flask/pH" in output.series
