@@ -43,6 +43,7 @@ from sessions.importers.csv_table import CsvTable, is_yes
 from sessions.importers.ledger import is_large_loss, rows_lost
 from sessions.input_files import open_input
 from sessions.meshes.conventions import CONVENTIONS
+from sessions.meshes.conventions import convention as convention_named
 
 POSITION, XYZW, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
 UNORDERED: Final = "quaternion"
@@ -65,6 +66,8 @@ NEARLY_AT_REST: Final = 0.9
 
 AXES_UNKNOWN: Final = "the axes (convention)"
 UNIT_UNKNOWN: Final = "the unit of lengths (m unless you say otherwise)"
+ORDER_UNKNOWN: Final = "the order of the angles (order)"
+"""A convention that fixes the order says it; of numbers that may be a rotation vector too, more is unknown."""
 
 
 class UnknownColumnsError(ImportFileError):
@@ -76,13 +79,17 @@ class UnknownColumnsError(ImportFileError):
     def __init__(
         self, source: Path, columns: Sequence[str], draft: str, unknown: Sequence[str], format: str = "csv"
     ) -> None:
-        self.draft, self.unknown, self.format = draft, tuple(unknown), format
+        self.draft, self.unknown, self.format = draft, tuple(dict.fromkeys(unknown)), format
         listed = ", ".join(columns[:24]) + (", ..." if len(columns) > 24 else "")
         super().__init__(f"{source}: its columns are of no known log: {listed}; describe them with --mapping FILE")
 
     def draft_with_axes(self, convention: str) -> str:
-        """Returns the draft with these axes; ``""``: it lacks more than axes and a unit, which may be the usual one."""
-        if not {*self.unknown} <= {AXES_UNKNOWN, UNIT_UNKNOWN}:
+        """Returns the draft with these axes; ``""``: it lacks more than they say and a unit that may be the usual one.
+
+        Raises SessionError: no such axes.
+        """
+        fixed_by_axes = {ORDER_UNKNOWN} if convention_named(convention).euler_order else set()
+        if not {*self.unknown} <= {AXES_UNKNOWN, UNIT_UNKNOWN, *fixed_by_axes}:
             return ""
         return re.sub(r"^# convention = .*$", f"convention = {json.dumps(convention)}", self.draft, flags=re.MULTILINE)
 
@@ -440,10 +447,11 @@ def _rotation(head: CsvHead, body: _Body, gaps: _Gaps) -> Iterator[str]:
     names = roles if {*roles} == {*ROLES} else "xyz"
     angles = ", ".join(f"{name} = {json.dumps(column)}" for name, column in zip(names, rotation, strict=True))
     yield f"{kind} = {{{angles}}}"
-    gaps.unknown.append("the order of the angles (order)")
+    is_vector_possible = rotation == body.columns_of(XYZW, "xyz")
+    gaps.unknown.append("the order of the angles (order), or rotation_vector" if is_vector_possible else ORDER_UNKNOWN)
     yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
     yield '# angle_unit = "deg"   # deg or rad'
-    if rotation == body.columns_of(XYZW, "xyz"):
+    if is_vector_possible:
         yield f"# rotation_vector = {json.dumps(rotation)}   # in place of euler and order, if it is axis times angle"
 
 

@@ -58,6 +58,11 @@ LAST_ROW_TOLERANCE: Final = 1e-6
 LIKELY_RATES_HZ: Final = (10.0, 250.0)
 """Rates of trackers and headsets; a guessed unit of time that gives another rate is not sure."""
 
+MOST_RADIANS: Final = 4.0 * math.pi
+"""Radians beyond two turns are likely degrees, whatever a mapping says."""
+NEAR_TURN: Final = 0.1
+"""Degrees that reach half a turn of radians, or a whole one, to this much, are likely radians."""
+
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
 
 
@@ -276,7 +281,7 @@ def _source_frame(table: CsvTable, plan: CsvMapping, axes: Convention, *, is_nam
         axes=axes,
         units=units,
         clock=f"column {plan.time}, {plan.unit}" if plan.time else f"{plan.layout.rate_hz:g} rows a second",
-        assumed=(f"lengths in {units}",) if units_origin is Origin.GUESS else (),
+        assumed=(*((f"lengths in {units}",) if units_origin is Origin.GUESS else ()), *_doubtful_angles(table, plan)),
         axes_origin=Origin.USER if is_named else by_mapping,
         units_origin=units_origin,
         clock_origin=_clock_origin(plan),
@@ -390,8 +395,7 @@ def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assu
         origin = Origin.GUESS
     if origin is not Origin.GUESS:
         return Assumption(Subject.ANGLE_UNIT, unit, origin)
-    angles = np.abs(table.numbers(columns.rotation))
-    largest = float(np.nanmax(angles, initial=0.0))
+    largest = _largest_angle(table, columns)
     is_open = 0.0 < largest <= 2.0 * math.pi
     return Assumption(
         subject=Subject.ANGLE_UNIT,
@@ -401,6 +405,23 @@ def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assu
         reason=f"the largest number is {number(largest)}",
         alternatives=("deg", "rad") if is_open else (),
     )
+
+
+def _largest_angle(table: CsvTable, columns: PoseColumns) -> float:
+    return float(np.nanmax(np.abs(table.numbers(columns.rotation)), initial=0.0))
+
+
+def _doubtful_angles(table: CsvTable, plan: CsvMapping) -> Iterator[str]:
+    """Yields a sentence on angles that reach many turns in radians, or in degrees a turn of radians."""
+    for name, columns in {"": plan.body, **plan.bodies}.items():
+        if columns is None or columns.kind not in ("euler", "rotation_vector"):
+            continue
+        largest = _largest_angle(table, columns)
+        unit, other = ("deg", "rad") if columns.degrees else ("rad", "deg")
+        is_turn = any(-NEAR_TURN < largest - turn <= 0.0 for turn in (math.pi, 2.0 * math.pi))
+        if is_turn if columns.degrees else largest > MOST_RADIANS:
+            angles = f"angles of {name}" if name else "angles"
+            yield f"{angles} in {unit}, though the largest is {number(largest)}, as of {other}"
 
 
 def _state_unit(table: CsvTable, columns: tuple[str, ...] | list[str], unit: str) -> bool:

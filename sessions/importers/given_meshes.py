@@ -15,8 +15,8 @@ from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
     mesh_axes_matrix,
 )
-from sessions.meshes.mesh_match import UNITS, guessed_unit, match_meshes
-from sessions.model.assumption import Assumption, grouped_assumptions
+from sessions.meshes.mesh_match import UNITS, match_meshes, stated_unit, unit_of_file
+from sessions.model.assumption import Assumption, Origin, grouped_assumptions
 from sessions.model.scene import Scene
 from sessions.scene_files.body_axes import axes_assumption, in_body_axes
 from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_beside_others
@@ -36,7 +36,8 @@ class MeshOptions:
     ----------
     meshes : body name -> mesh file, or a mesh in metres and canonical axes; they win over the scene's.
     mesh_folder : a folder of mesh files, or a GLB of nodes, named like the bodies.
-    mesh_units : m, cm or mm of the mesh files; of several, ``BODY=cm`` is for one body; none: by standard or size.
+    mesh_units : m, cm, mm, inch or ft of the mesh files; of several, ``BODY=cm`` is for one body; none: as the file
+        says, by its standard or its size.
     mesh_axes : axes of the mesh files, as `mesh_axes_matrix` takes them; of several, ``BODY=NAME`` is for one body.
     colliders : a GLB with the colliders of an engine.
     collider_axes : axes of that file; ``""``: those of the recording.
@@ -205,7 +206,7 @@ def _meshes_of_options(
             given[name] = FileMesh(source, "")
         else:
             unit = units.get(name, units.get("", ""))
-            given[name] = _in_metres(load_mesh(source), Path(source).name, f"{name}: {Path(source).name}", unit, poses)
+            given[name] = _in_metres(load_mesh(source), Path(source), f"{name}: {Path(source).name}", unit, poses)
     notes += [note for row in given.values() for note in row.notes]
     if options.mesh_folder is not None:
         bare = [name for name in names if name not in given]
@@ -214,22 +215,30 @@ def _meshes_of_options(
         for name, match in matches.items():
             stated = units.get(name, units.get("", ""))
             unit = _unit_of_scale(match.scale)
-            assumption = mesh_unit(match.file.name, match.mesh, unit, poses, is_stated=bool(stated))
+            stated_by = _stated_by(stated, match.file)
+            assumption = mesh_unit(match.file.name, match.mesh, unit, poses, stated_by=stated_by)
             given[name] = FileMesh(match.mesh, match.file.name, assumption)
             notes.append(match.sentence)
         notes += without
     return given, notes
 
 
-def _in_metres(mesh: MeshData, file: str, what: str, stated: str, poses: Convention) -> FileMesh:
+def _stated_by(unit: str, file: Path) -> Origin | None:
+    """Who states the unit of a mesh file: the user by an option, or the file; ``None``: nobody."""
+    if unit:
+        return Origin.USER
+    return Origin.FILE if stated_unit(file) else None
+
+
+def _in_metres(mesh: MeshData, file: Path, what: str, stated: str, poses: Convention) -> FileMesh:
     """The mesh of a file in metres; ``stated``: its unit as the user says it, or ``""``."""
     if stated:
         factor, note = UNITS[stated], ""
     else:
-        factor, note = guessed_unit(mesh, what)
+        factor, note = unit_of_file(mesh, file, what)
     scaled = mesh if factor == 1.0 else MeshData(mesh.vertices * factor, mesh.faces)
-    unit = mesh_unit(file, scaled, _unit_of_scale(factor), poses, is_stated=bool(stated))
-    return FileMesh(scaled, file, unit, (note,) if note else ())
+    unit = mesh_unit(file.name, scaled, _unit_of_scale(factor), poses, stated_by=_stated_by(stated, file))
+    return FileMesh(scaled, file.name, unit, (note,) if note else ())
 
 
 def _unit_of_scale(scale: float) -> str:

@@ -10,13 +10,27 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import MeshFileError
-from sessions.input_files import check_regular, read_bytes
+from sessions.input_files import check_regular, open_input, read_bytes
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb_tree import COLLIDER_NAME, GlbTree, read_glb, rigid_of
 from sessions.meshes.mesh_files import FILE_TYPES, hull, load_mesh
 from sessions.quantities import length, number
 
-UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "ft": 0.3048}
+GUESSED_UNITS: Final = ("m", "cm", "mm")
+"""Units that the size of a mesh may tell; the others are taken where somebody says them."""
+UNIT_NAMES: Final = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), "cm"),
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), "mm"),
+    **dict.fromkeys(("in", "inch", "inches"), "inch"),
+    **dict.fromkeys(("ft", "foot", "feet"), "ft"),
+}
+STATED_UNIT: Final = re.compile(rb"\bunits?\b(?:\s+(?:are|is|in))*\s*[:=]?\s*([a-z]+)", re.IGNORECASE)
+"""As ``# File units = inches`` in the comments of an OBJ, ``UNITS=mm`` in the header of an STL."""
+HEADER_BYTES: Final = {"stl": 80, "obj": 4096, "ply": 4096, "off": 4096}
+"""Type of a mesh file -> how many bytes of it are looked through for comments."""
+COMMENTS: Final = (b"#", b"comment", b"obj_info")
 SMALLEST_M, LARGEST_M, USUAL_M = 0.005, 5.0, 0.15
 """Of what a hand moves or stands beside: a stopper, a bench, a beaker. Beyond the first two a file is not in metres."""
 
@@ -40,6 +54,24 @@ class Match:
     sentence: str
 
 
+def stated_unit(file: Path) -> str:
+    """Returns the unit that comments or the header of a mesh file state, or ``""``; of a GLB its standard states it."""
+    kind = file.suffix.lower().removeprefix(".")
+    with open_input(file, "mesh file", MeshFileError) as stream:
+        head = stream.read(HEADER_BYTES.get(kind, 0))
+    lines = [head] if kind == "stl" else [line for line in head.splitlines() if line.lstrip().startswith(COMMENTS)]
+    names = [name.decode().lower() for line in lines for name in STATED_UNIT.findall(line)]
+    return next((UNIT_NAMES[name] for name in names if name in UNIT_NAMES), "")
+
+
+def unit_of_file(mesh: MeshData, file: Path, what: str) -> tuple[float, str]:
+    """Returns metres per unit and a sentence: what the file states, else the guess by the size of its mesh."""
+    unit = stated_unit(file)
+    if unit:
+        return UNITS[unit], f"{what} says that it is in {unit}"
+    return guessed_unit(mesh, what)
+
+
 def guessed_unit(mesh: MeshData, what: str) -> tuple[float, str]:
     """Metres per unit, and what was assumed; no words where metres make sense.
 
@@ -49,7 +81,7 @@ def guessed_unit(mesh: MeshData, what: str) -> tuple[float, str]:
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     if SMALLEST_M <= size <= LARGEST_M or size == 0.0:
         return 1.0, ""
-    unit = min(UNITS, key=lambda name: _unlikeliness(size * UNITS[name]))
+    unit = min(GUESSED_UNITS, key=lambda name: _unlikeliness(size * UNITS[name]))
     if unit == "m":
         return 1.0, f"{what} is {length(size)} long, taken as it is; if it is drawn in another unit, say so"
     return UNITS[unit], f"{what} is {number(size, digits=4)} units long, taken for {unit}: {length(size * UNITS[unit])}"
@@ -58,7 +90,7 @@ def guessed_unit(mesh: MeshData, what: str) -> tuple[float, str]:
 def possible_units(mesh: MeshData, unit: str) -> tuple[str, ...]:
     """Returns the units that make a mesh (in metres) a thing for hands, first the one that its file was taken for."""
     size = file_size(mesh, unit)
-    others = (other for other, metres in UNITS.items() if other != unit and SMALLEST_M <= size * metres <= LARGEST_M)
+    others = (other for other in GUESSED_UNITS if other != unit and SMALLEST_M <= size * UNITS[other] <= LARGEST_M)
     return (unit, *others)
 
 
@@ -109,7 +141,7 @@ def match_meshes(
         mesh = load_mesh(file, 1.0, node)
         what = f"{file.name}, node {node}" if node else file.name
         scale = scales.get(name, scales.get(""))
-        factor, assumed = (scale, "") if scale is not None else guessed_unit(mesh, what)
+        factor, assumed = (scale, "") if scale is not None else unit_of_file(mesh, file, what)
         phrases = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed]
         text = "; ".join(phrase for phrase in phrases if phrase)
         matches[name] = Match(MeshData(mesh.vertices * factor, mesh.faces), file, node, factor, text)

@@ -24,11 +24,16 @@ def file_type_of(file: str) -> str:
     return file.rpartition(".")[2].lower()
 
 
-def mesh_unit(file: str, mesh: MeshData, unit: str, poses: Convention, *, is_stated: bool) -> Assumption:
-    """Returns the unit of a mesh file: said, of its format, or by the size of its mesh, which is in metres."""
+def mesh_unit(
+    file: str, mesh: MeshData, unit: str, poses: Convention, *, stated_by: Origin | None = None
+) -> Assumption:
+    """Returns the unit of a mesh file: stated, of its format, or by the size of its mesh, which is in metres.
+
+    ``stated_by``: the user or the file; ``None``: nobody.
+    """
     origin, reason, alternatives = Origin.GUESS, "by its size", possible_units(mesh, unit)
-    if is_stated:
-        origin, reason = Origin.USER, ""
+    if stated_by is not None:
+        origin, reason = stated_by, ""
     elif FORMAT_UNIT.get(file_type_of(file)) == unit:
         origin, reason = Origin.FORMAT, ""
     elif unit == poses.unit:

@@ -97,6 +97,21 @@ def test_angles_below_two_pi_leave_their_unit_open(tmp_path, angle, change, orig
     assert rows[Subject.EULER_ORDER].origin is Origin.USER
 
 
+@pytest.mark.parametrize(
+    ("unit", "angle", "is_doubtful"),
+    [("rad", "170", True), ("rad", "7", False), ("deg", "3.14", True), ("deg", "2", False), ("deg", "170", False)],
+)
+def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, angle, is_doubtful):
+    path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
+    path.write_text(f"t,x,y,z,rx,ry,rz\n0,1,2,3,0,{angle},0\n0.1,1,2,3,0,0,0\n")
+    mapping.write_text(
+        f"""convention = "unity"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.cup]\nposition = ["x", "y", "z"]
+        euler = {{x = "rx", y = "ry", z = "rz"}}\nangle_unit = "{unit}"\n"""
+    )
+    assumed = import_session("csv", path, mapping=mapping).facts.get("assumed", "")
+    assert (f"angles of cup in {unit}, though the largest is {angle}" in assumed) == is_doubtful
+
+
 def test_an_euler_order_that_the_convention_fixes_is_its_word(tmp_path):
     axes = ('convention = "openxr"', 'convention = "unity"')
     rows = drafted(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0,90,0", axes)

@@ -89,6 +89,16 @@ def test_command_offers_no_convention_where_more_is_unknown(tmp_path, capsys):
     assert "--convention" not in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("convention", "is_complete"), [("unity", True), ("unreal", True), ("openvr", False)])
+def test_convention_that_fixes_the_order_of_angles_completes_a_draft(tmp_path, convention, is_complete):
+    path = tmp_path / "log.csv"
+    angles = np.column_stack([TIME, POSITIONS[0], 40 * TIME, -7 * TIME, 170 * TIME])
+    np.savetxt(path, angles, delimiter=",", header="time,x,y,z,euler_x,euler_y,euler_z", comments="")
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    assert bool(refusal.value.draft_with_axes(convention)) == is_complete
+
+
 def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
     path = tmp_path / "log.csv"
     path.write_text("t,x,y,z,yaw,pitch,roll\n" + "".join(f"{k / 90},1,2,3,0,0,0\n" for k in range(9)))

@@ -6,7 +6,7 @@ import trimesh
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_match import UNITS, guessed_unit, likely_units, match_meshes, possible_units
+from sessions.meshes.mesh_match import UNITS, guessed_unit, likely_units, match_meshes, possible_units, unit_of_file
 
 
 def ball(size):
@@ -34,6 +34,21 @@ def position(folder, **sizes):
 def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
     result, note = guessed_unit(ball(size), "x")
     assert result == scale and text in note and bool(text) == bool(note)
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "scale"),
+    [
+        ("cup.obj", "# File units = inches\n", 0.0254),
+        ("cup.obj", "# Units are in Millimeters.\n", 0.001),
+        ("cup.obj", "# a unit cube\no units: mm\n", 0.01),
+        ("cup.stl", "solid UNITS=mm", 0.001),
+        ("cup.ply", "comment unit: ft\n", 0.3048),
+    ],
+)
+def test_unit_that_a_mesh_file_states_wins_over_size(tmp_path, name, head, scale):
+    (tmp_path / name).write_text(head)
+    assert unit_of_file(ball(8.0), tmp_path / name, "cup")[0] == scale
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):

@@ -19,7 +19,8 @@ def mesh(*size):
     ("file", "scale", "size", "value", "origin", "alternatives"),
     [
         ("cup.obj", 0.001, 0.1, "mm", Origin.USER, ("mm",)),
-        ("cup.obj", 0.0254, 0.1, "0.0254 m", Origin.USER, ("0.0254 m",)),
+        ("cup.obj", 0.0254, 0.1, "inch", Origin.USER, ("inch",)),
+        ("cup.obj", 0.02, 0.1, "0.02 m", Origin.USER, ("0.02 m",)),
         ("cup.glb", 1.0, 0.1, "m", Origin.FORMAT, ("m",)),
         ("cup.obj", 1.0, 0.1, "m", Origin.GUESS, ("m",)),
         ("cup.obj", 1.0, 120.0, "m", Origin.GUESS, ("m", "cm", "mm")),
@@ -38,7 +39,7 @@ def guesses(sizes, stated=()):
     meshes = {name: mesh(*[size * UNITS[unit]] * 3) for name, (size, unit) in sizes.items()}
     poses = CONVENTIONS["canonical"]
     rows = {
-        name: mesh_unit(f"{name}.obj", meshes[name], unit, poses, is_stated=name in stated)
+        name: mesh_unit(f"{name}.obj", meshes[name], unit, poses, stated_by=Origin.USER if name in stated else None)
         for name, (_, unit) in sizes.items()
     }
     return {row.bodies[0]: row.alternatives for row in units_beside_others(rows, meshes)}
@@ -67,5 +68,5 @@ def test_pin_beside_centimetre_meshes_may_be_smaller():
 
 
 def test_unit_of_the_poses_is_a_possible_unit_of_meshes():
-    row = mesh_unit("pin.obj", mesh(0.2, 0.2, 0.2), "m", CONVENTIONS["unreal"], is_stated=False)
+    row = mesh_unit("pin.obj", mesh(0.2, 0.2, 0.2), "m", CONVENTIONS["unreal"])
     assert row.alternatives == ("m", "cm") and row.is_open
