@@ -90,7 +90,7 @@ def test_live_detection_equals_offline_and_times_every_frame(name, scene):
 def restless():
     """Bodies in one heap that jump for 15 frames, then drift, stand still now and then, and lose their pose."""
     bodies, rng = lab(2)[0], np.random.default_rng(8)
-    count = 90
+    count = 48
     positions, rotations = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
     little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))
     stays = rng.random((count, 5)) < 0.3

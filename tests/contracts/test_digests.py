@@ -24,7 +24,9 @@ def parts_that_differ(group):
     return result
 
 
-@pytest.mark.parametrize("group", QUICK)
+@pytest.mark.parametrize(
+    "group", [pytest.param(group, marks=[pytest.mark.slow] if "scene" in group else []) for group in QUICK]
+)
 def test_verdicts_faces_and_counters_equal_the_kept_digests(group):
     assert parts_that_differ(group) == {}
 

@@ -1,6 +1,7 @@
 """Every setting of every detector is checked when it is given: what is refused gets one sentence, what is not runs."""
 
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -29,18 +30,24 @@ def settings_of(name):
     return [item.name for item in fields(load_detector(name).Settings)]
 
 
-def answer(name, **settings):
-    """A detector's answer for a ball that passes a box, or the sentence with which it refuses a setting."""
-    bodies = [Body("ball", ball_mesh(0.4, 4, 6)), Body("box", box_mesh())]
+@cache
+def passing_ball():
+    """A ball that passes a box: two bodies and their motion of three frames."""
     positions = np.zeros((3, 2, 3))
     positions[:, 0, 0] = 0.6, 0.9, 1.2
+    return [Body("ball", ball_mesh(0.4, 4, 6)), Body("box", box_mesh())], unturned(positions)
+
+
+def answer(name, **settings):
+    """A detector's answer for a ball that passes a box, or the sentence with which it refuses a setting."""
+    bodies, motion = passing_ball()
     try:
         detector = create_detector(name, bodies, **settings)
     except InvalidSettingError as error:
         return str(error)
     except CollisionCoreError:  # an engine that is not installed
         return None
-    return detector.detect(unturned(positions))
+    return detector.detect(motion)
 
 
 def assert_item_sentence(sentence, setting):

@@ -27,6 +27,14 @@ WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.00
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 
 
+@pytest.fixture(autouse=True, scope="module")
+def without_report_page():
+    """The page before and after takes a third of a search, and has tests of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("replay.running.collider_files.before_after_page", lambda _: "<html></html>")
+        yield
+
+
 def as_data(mesh):
     return MeshData(mesh.vertices, mesh.faces)
 

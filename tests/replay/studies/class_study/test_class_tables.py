@@ -14,9 +14,19 @@ from replay.studies.class_study.page import study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 
 
-def tables_of(folder, *given, **more):
-    runs = read_class(made_class(folder, *given, **more))
-    return runs, ClassTables(runs)
+@pytest.fixture(scope="module")
+def tables_of(tmp_path_factory):
+    """Returns the runs and the tables of a made-up class, which nobody changes; the same class is made once."""
+    classes = {}
+
+    def tables(sessions, students, **settings):
+        key = repr((sessions, students, settings))
+        if key not in classes:
+            runs = read_class(made_class(tmp_path_factory.mktemp("class"), sessions, students, **settings))
+            classes[key] = runs, ClassTables(runs)
+        return classes[key]
+
+    return tables
 
 
 def every(made):
@@ -25,8 +35,8 @@ def every(made):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("students", "nobody", "few"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (6, 6, 1), (6, 1, 0)])
-def test_class_below_five_students_lists_sessions_without_figures(tmp_path, students, nobody, few):
-    runs, made = tables_of(tmp_path, 6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
+def test_class_below_five_students_lists_sessions_without_figures(tables_of, tmp_path, students, nobody, few):
+    runs, made = tables_of(6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
     known = min(students, 6 - nobody)
     result = every(made)
     for table in result:
@@ -52,8 +62,8 @@ def test_class_below_five_students_lists_sessions_without_figures(tmp_path, stud
     assert ("There is none in the sessions with a pseudonym." in html) == (not known)
 
 
-def test_small_cells_cannot_be_derived_from_totals(tmp_path):
-    runs, _ = tables_of(tmp_path, 8, 8, detectors={"slow": 0.9}, contacts=20)
+def test_small_cells_cannot_be_derived_from_totals(tables_of, tmp_path):
+    runs, _ = tables_of(8, 8, detectors={"slow": 0.9}, contacts=20)
     item = runs.tables["misses"].to_pylist()[0]
     # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
     counts = {"search": (8, 1), "budget ran out": (7, 2), "late": (3, 3)}
@@ -72,8 +82,8 @@ def test_small_cells_cannot_be_derived_from_totals(tmp_path):
     assert [column.name for column in sessions.columns] == ["session", "look at", "by"] and len(sessions.rows) == 5
 
 
-def test_class_page_without_an_audit_states_its_absence(tmp_path):
-    runs, made = tables_of(tmp_path, 8, 8, detectors={})
+def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
+    runs, made = tables_of(5, 5, detectors={})
     assert [row[:2] for row in made.detectors().rows] == [("exact", "trusted")]
     assert not made.pairs().rows and not made.causes().rows and made.headlines() == []
     assert {row[1].text for row in sessions_table(runs, places(runs, tmp_path)).rows} == {"not audited"}
@@ -82,7 +92,7 @@ def test_class_page_without_an_audit_states_its_absence(tmp_path):
 
 
 def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
-    made_class(tmp_path / "a", 10, 10)
+    made_class(tmp_path / "a", 6, 6)
     before = every(ClassTables(read_class(tmp_path)))
     shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
     shutil.copytree(tmp_path / "a" / "run004", tmp_path / "b" / "bare")
@@ -109,8 +119,8 @@ def test_students_file_assigns_sessions_to_students(tmp_path):
         read_class(tmp_path / "runs")
 
 
-def test_class_headline_explains_students_missing_from_n(tmp_path):
-    runs, made = tables_of(tmp_path, 12, 12, detectors={"slow": 0.9}, contacts=20)
+def test_class_headline_explains_students_missing_from_n(tables_of):
+    runs, made = tables_of(12, 12, detectors={"slow": 0.9}, contacts=20)
     assert made.headlines()[0].count(", 12 students) and reports ")
     without = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]
     schema = runs.tables["episodes"].schema
@@ -119,8 +129,8 @@ def test_class_headline_explains_students_missing_from_n(tmp_path):
     assert "7 of 12 students; the others had no contact to miss" in sentence
 
 
-def test_class_page_names_the_detector_with_most_deviating_rate(tmp_path):
-    runs, made = tables_of(tmp_path, 12, 6, contacts=20)
+def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_path):
+    runs, made = tables_of(12, 6, contacts=20)
     by_detector = {}
     for label in ("exact", *runs.audited_detectors):
         of_student = {}
@@ -135,8 +145,8 @@ def test_class_page_names_the_detector_with_most_deviating_rate(tmp_path):
 
 
 @pytest.mark.parametrize("state", ["equal", "few students", "other sessions"])
-def test_rate_difference_is_omitted_where_rates_cannot_differ(tmp_path, state):
-    runs, made = tables_of(tmp_path, 8, 4 if state == "few students" else 8, detectors={"slow": 0.5}, contacts=20)
+def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
+    runs, made = tables_of(8, 4 if state == "few students" else 8, detectors={"slow": 0.5}, contacts=20)
     rows = [dict(own) for own in runs.metrics.values()]
     if state == "equal":
         rows = [own | {"slow": own["slow"] | {"contacts_per_min": own["exact"]["contacts_per_min"]}} for own in rows]
@@ -147,8 +157,8 @@ def test_rate_difference_is_omitted_where_rates_cannot_differ(tmp_path, state):
     assert bool(made.rate_difference()) == (state != "few students")
 
 
-def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tmp_path):
-    runs, made = tables_of(tmp_path, 8, 8)
+def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tables_of):
+    runs, made = tables_of(8, 8)
     members = {"S01", "S02", "S03", "S04", "S05", *runs.students[:2]}
     seconds, minutes = {}, {}
     for run, rows in runs.metrics.items():
@@ -167,21 +177,21 @@ def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tmp_path):
         )
 
 
-def test_head_counts_false_contacts_of_each_detector(tmp_path):
-    runs, made = tables_of(tmp_path, 8, 8, detectors={"slow": 0.9}, contacts=20)
+def test_head_counts_false_contacts_of_each_detector(tables_of):
+    runs, made = tables_of(8, 8, detectors={"slow": 0.9}, contacts=20)
     (line,) = made.headlines()
     false = [row for row in runs.tables["false_contacts"].to_pylist() if row["detector"] == "slow"]
     expected = f"{len(false) / len(runs.metrics):.2g} false contacts a session" if false else "no false contact"
     assert line.startswith("slow misses ") and expected in line
 
 
-def test_every_class_table_notes_that_n_counts_students(tmp_path):
-    _, made = tables_of(tmp_path, 8, 8)
+def test_every_class_table_notes_that_n_counts_students(tables_of):
+    _, made = tables_of(8, 8)
     assert all("n counts the students" in " ".join(table.notes) for table in every(made))
 
 
-def test_sessions_are_named_by_code_and_tell_repeats_apart(tmp_path):
-    runs, _ = tables_of(tmp_path, 8, 5, nobody=1)
+def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
+    runs, _ = tables_of(8, 5, nobody=1)
     names = {run: name for run, (name, _) in places(runs, tmp_path).items()}
     assert len({*names.values()}) == len(names)
     for run, name in names.items():

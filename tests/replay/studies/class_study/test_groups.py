@@ -49,13 +49,20 @@ def hc3(group, values):
     return fit.params[1], fit.bse[1]
 
 
+def hc3_by_hand(first, second):
+    """The same, 100 times as fast: a mean of n values has the leverage 1 / n, by which HC3 divides residuals."""
+    variances = [((group - group.mean()) ** 2).sum() / (len(group) - 1) ** 2 for group in (first, second)]
+    return second.mean() - first.mean(), np.sqrt(sum(variances))
+
+
 def test_interval_uses_statsmodels_errors_and_permuted_residual_quantiles():
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 8.0, 5), random.normal(3.0, 1.0, 47)
     group = np.arange(52) >= 5
     residuals = np.concatenate([first - first.mean(), second - second.mean()])
-    drawn = [np.divide(*hc3(group, random.permutation(residuals))) for _ in range(800)]
+    drawn = [np.divide(*hc3_by_hand(*np.split(random.permutation(residuals), [5]))) for _ in range(800)]
     difference, error = hc3(group, np.concatenate([first, second]))
+    assert hc3_by_hand(first, second) == pytest.approx((difference, error))
     ((item,), _) = compared(first, second)
     ends = difference - error * np.quantile(drawn, [0.975, 0.025])
     assert [item.low, item.high] == pytest.approx(ends.tolist(), rel=0.05)

@@ -33,24 +33,26 @@ class Elements(HTMLParser):
         self.attributes |= {name for name, _ in attrs}
 
 
-@pytest.fixture
-def hostile_class(tmp_path, monkeypatch):
-    """Runs whose bodies, tasks, stages, devices, causes and detectors have that name, and a study whose group has."""
-    monkeypatch.setattr(study_samples, "PAIRS", [(HOSTILE, "beaker"), ("hand", HOSTILE)])
-    for name in ("TASKS", "STAGES", "TYPES", "CAUSES"):
-        monkeypatch.setattr(study_samples, name, (HOSTILE, "other"))
-    runs = read_class(made_class(tmp_path / "runs", STUDENTS, STUDENTS, detectors={HOSTILE: 0.3}))
+@pytest.fixture(scope="module")
+def study_folder(tmp_path_factory):
+    """The written study of runs whose bodies, tasks, stages, devices, causes, detectors and group have that name."""
+    folder = tmp_path_factory.mktemp("hostile")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study_samples, "PAIRS", [(HOSTILE, "beaker"), ("hand", HOSTILE)])
+        for name in ("TASKS", "STAGES", "TYPES", "CAUSES"):
+            patch.setattr(study_samples, name, (HOSTILE, "other"))
+        runs = read_class(made_class(folder / "runs", STUDENTS, STUDENTS, detectors={HOSTILE: 0.3}))
     answers, _ = a_class(STUDENTS, seed=1, slope=0.7)
     answered = questionnaire(answers, [HOSTILE, "second"] * (STUDENTS // 2))
     answered.index = [f"S{k:03d}" for k in range(STUDENTS)]
     questions = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
     book = codebook(questions, groups=("arm", (HOSTILE, "second")))
-    return runs, analyse(book, answered, runs.as_metrics())
+    study = analyse(book, answered, runs.as_metrics())
+    return write_study(runs, study, folder / "study", inputs={}, heading=Heading(HOSTILE))
 
 
-def test_hostile_names_are_escaped_in_the_class_page(hostile_class, tmp_path):
-    out = write_study(*hostile_class, tmp_path / "study", inputs={}, heading=Heading(HOSTILE))
-    page = (out / "study.html").read_text("utf-8")
+def test_hostile_names_are_escaped_in_the_class_page(study_folder):
+    page = (study_folder / "study.html").read_text("utf-8")
     assert page.count("&lt;script&gt;throw 1") > 5 and "<img" not in page and "\u202e" not in page
     assert page.count("<script") == 1
     parsed = Elements()
@@ -60,11 +62,10 @@ def test_hostile_names_are_escaped_in_the_class_page(hostile_class, tmp_path):
     assert first.count("&lt;script&gt;") >= 4
 
 
-def test_hostile_names_are_no_formula_in_csv_tables(hostile_class, tmp_path):
+def test_hostile_names_are_no_formula_in_csv_tables(study_folder):
     """A cell that begins with = or @ would run in a spreadsheet."""
-    out = write_study(*hostile_class, tmp_path / "study", inputs={}, heading=Heading(HOSTILE))
     cells = []
-    for file in out.glob("*.csv"):
+    for file in study_folder.glob("*.csv"):
         with file.open(encoding="utf-8-sig", newline="") as stream:
             cells += [cell for row in csv.reader(stream) for cell in row]
     assert any("=cmd" in cell for cell in cells)

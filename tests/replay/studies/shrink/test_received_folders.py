@@ -1,6 +1,7 @@
 """A run folder that somebody else sent is data: nothing in it is imported, and nothing in it becomes code."""
 
 import json
+import shutil
 import sys
 
 import pytest
@@ -28,14 +29,22 @@ class Blind(FrameDetector):
 """
 
 
+@pytest.fixture(scope="module")
+def audited(tmp_path_factory):
+    """The folder of a session and of a run that audited a detector of the table."""
+    folder = tmp_path_factory.mktemp("audited")
+    write_session(cubes({"a": [0] * 10, "b": POSITIONS}), folder / "s.mcap")
+    run(folder / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=folder / "run", picture=False)
+    return folder
+
+
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A run that audited a detector of the table, and a module beside it that tells when it is imported."""
+def folder(audited, tmp_path, monkeypatch):
+    """A copy of that run, and a module beside it that tells when it is imported."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
-    write_session(cubes({"a": [0] * 10, "b": POSITIONS}), tmp_path / "s.mcap")
+    shutil.copytree(audited, tmp_path, dirs_exist_ok=True)
     (tmp_path / "sent_along.py").write_text(OWN)
-    run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
     yield tmp_path / "run"
     sys.modules.pop("sent_along", None)
 
