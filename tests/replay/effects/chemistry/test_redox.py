@@ -10,6 +10,8 @@ from replay.effects.chemistry.redox import couples_of
 from replay.effects.effect_summary import titration_curves
 
 PERMANGANATE = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
+HZ = 10
+"""Frames a second."""
 VOLT_PER_PE = 0.05916
 """R T ln 10 / F at 25 degC."""
 NO_OXYGEN = "SOLUTION_SPECIES\n2H2O = O2 + 4H+ + 4e-\n log_k -200\n"
@@ -20,12 +22,12 @@ def curves(flask, burette, equation, rate=None):
     """Curves of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
     reaction = ("reaction", {"equation": equation} | ({} if rate is None else {"rate_per_s": rate}))
     effects = run_in(
-        [0.0, 0.0, *([90.0] * 720), 0.0],
+        [0.0, 0.0, *([90.0] * 8 * HZ), 0.0],
         MIX,
         reaction,
         acid=glass("flask", 10.0, solutes=flask),
         base=glass("burette", 50.0, solutes=burette, cavity=COLUMN),
-        step_ns=round(1e9 / 90),
+        step_ns=round(1e9 / HZ),
         settings={"full_area_m2": 1.2e-6},
     )
     return {curve.quantity: curve for curve in titration_curves(effects)}
