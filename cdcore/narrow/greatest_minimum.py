@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import INTERPRETED, hot_kernel, kernel
+from cdcore.kernels.memory import Memory, doubles_of, integers_of
 from cdcore.numerics import FloatArray, IntArray
 
 EXCHANGES: Final = 60
@@ -41,55 +42,67 @@ def greatest_minimum(
     lengths = np.maximum(np.sqrt((rows * rows).sum(axis=1)), 1e-300)
     rows, bounds = rows / lengths[:, None], bounds / lengths
     scale = float(np.abs(values).max()) or 1.0
-    tight = count + np.argsort(values, kind="stable")[:dimensions]
+    fixed, tight = np.arange(count), count + np.argsort(values, kind="stable")[:dimensions]
+    best, lowest = None, np.inf
+    for _ in range(EXCHANGES):
+        working = np.concatenate([fixed, tight])
+        corner = highest_corner(rows[working], bounds[working], FEASIBLE * scale)
+        if corner is None:
+            break
+        best = corner[:-1]
+        broken = (rows * corner).sum(axis=1) - bounds
+        worst = int(broken.argmax())
+        if broken[worst] <= BROKEN * scale or worst in working:
+            break
+        # Where the best corner is no lower than before, leaving out a row would bring back an earlier corner.
+        if corner[-1] < lowest - FEASIBLE * scale:
+            tight, lowest = tight[broken[tight] >= -NOT_TIGHT * scale], float(corner[-1])
+        tight = np.append(tight, worst)
+    return best
+
+
+def highest_corner(rows: FloatArray, bounds: FloatArray, slack: float) -> FloatArray | None:
+    """The corner (m,) of the space ``rows @ x <= bounds`` whose last number is greatest; ``None``: there is none."""
     if INTERPRETED:
-        return greatest_minimum_slowly(rows, bounds, count, tight, scale)
-    corner, working = np.empty((2, dimensions)), np.empty(count + dimensions + EXCHANGES, dtype=np.int64)
-    working[:count], working[count : count + len(tight)] = np.arange(count), tight
-    equations = np.empty((dimensions, dimensions + 1))
-    done = fill_highest_corner(rows, bounds, working, np.array([count, count + len(tight)]), scale, equations, corner)
-    return corner[0, :-1] if done else None
+        return _highest_corner_slowly(rows, bounds, slack)
+    size = rows.shape[1]
+    corners, equations = np.empty((2, size)), np.empty((size, size + 1))
+    present = fill_highest_corner(rows, bounds, slack, equations, corners, np.arange(size))
+    return corners[0] if present else None
 
 
 @hot_kernel
-def solve(equations: FloatArray, corner: FloatArray) -> float:
-    """Solve equations (m, m + 1) in their place, with the right side as last column; return the determinant."""
-    size, determinant = len(corner), 1.0
+def solve(equations: Memory, size: int, corner: Memory) -> float:
+    """Solve equations (size, size + 1) in their place, the right side last; return the determinant."""
+    determinant, width = 1.0, size + 1
     for k in range(size):
         pivot = k
         for i in range(k + 1, size):
-            if abs(equations[i, k]) > abs(equations[pivot, k]):
+            if abs(equations[width * i + k]) > abs(equations[width * pivot + k]):
                 pivot = i
         if pivot != k:
-            for j in range(k, size + 1):
-                equations[k, j], equations[pivot, j] = equations[pivot, j], equations[k, j]
+            for j in range(k, width):
+                equation = equations[width * k + j]
+                equations[width * k + j] = equations[width * pivot + j]
+                equations[width * pivot + j] = equation
             determinant = -determinant
-        determinant *= equations[k, k]
+        determinant *= equations[width * k + k]
         if determinant == 0.0:
             return 0.0
         for i in range(k + 1, size):
-            factor = equations[i, k] / equations[k, k]
-            for j in range(k + 1, size + 1):
-                equations[i, j] -= factor * equations[k, j]
+            factor = equations[width * i + k] / equations[width * k + k]
+            for j in range(k + 1, width):
+                equations[width * i + j] -= factor * equations[width * k + j]
     for k in range(size - 1, -1, -1):
-        total = equations[k, size]
+        total = equations[width * k + size]
         for j in range(k + 1, size):
-            total -= equations[k, j] * corner[j]
-        corner[k] = total / equations[k, k]
+            total -= equations[width * k + j] * corner[j]
+        corner[k] = total / equations[width * k + k]
     return determinant
 
 
 @hot_kernel
-def excess(row: FloatArray, bound: float, corner: FloatArray) -> float:
-    """Metres by which a corner breaks a row."""
-    total = 0.0
-    for j in range(len(corner)):
-        total += row[j] * corner[j]
-    return total - bound
-
-
-@hot_kernel
-def next_combination(chosen: IntArray, size: int, count: int) -> bool:
+def next_combination(chosen: Memory, size: int, count: int) -> bool:
     """Go on to the next of the ascending choices of ``size`` numbers below a count; whether there is one."""
     k = size - 1
     while k >= 0 and chosen[k] == count - size + k:
@@ -102,116 +115,51 @@ def next_combination(chosen: IntArray, size: int, count: int) -> bool:
     return True
 
 
-@hot_kernel
-def highest_corner(
+@kernel
+def fill_highest_corner(
     rows: FloatArray,
     bounds: FloatArray,
-    working: IntArray,
-    count: int,
     slack: float,
     equations: FloatArray,
     corners: FloatArray,
-    chosen: IntArray,
+    choice: IntArray,
 ) -> bool:
-    """Fill ``corners[0]`` with the corner of the working rows whose last number is greatest; whether there is one."""
-    size, present = len(equations), False
-    for k in range(size):
-        chosen[k] = k
+    """Fill ``corners[0]`` (m,) with the corner of all rows (n, m) whose last number is greatest; whether there is one.
+
+    ``choice``: the numbers 0 to m - 1; ``equations`` (m, m + 1), ``corners[1]`` and ``choice`` are scratch.
+    """
+    count, size, present = len(bounds), len(equations), False
+    numbers, written, corner, chosen = (
+        doubles_of(rows),
+        doubles_of(equations),
+        doubles_of(corners[1]),
+        integers_of(choice),
+    )
     more = count >= size
     while more:
         for k in range(size):
-            n = working[chosen[k]]
             for j in range(size):
-                equations[k, j] = rows[n, j]
-            equations[k, size] = bounds[n]
-        if abs(solve(equations, corners[1])) > SINGULAR and (not present or corners[1, -1] > corners[0, -1]):
+                written[(size + 1) * k + j] = numbers[size * chosen[k] + j]
+            written[(size + 1) * k + size] = bounds[chosen[k]]
+        if abs(solve(written, size, corner)) > SINGULAR and (not present or corner[size - 1] > corners[0, size - 1]):
             feasible = True
             for k in range(count):
-                if excess(rows[working[k]], bounds[working[k]], corners[1]) > slack:
+                total = 0.0
+                for j in range(size):
+                    total += numbers[size * k + j] * corner[j]
+                if total - bounds[k] > slack:
                     feasible = False
                     break
             if feasible:
                 present = True
                 for j in range(size):
-                    corners[0, j] = corners[1, j]
+                    corners[0, j] = corner[j]
         more = next_combination(chosen, size, count)
     return present
 
 
-@kernel
-def fill_highest_corner(
-    rows: FloatArray,
-    bounds: FloatArray,
-    working: IntArray,
-    counts: IntArray,
-    scale: float,
-    equations: FloatArray,
-    corners: FloatArray,
-) -> bool:
-    """Fill ``corners[0]`` with the highest corner of all rows (n, m); whether one was found.
-
-    ``counts``: rows that stay at the front of ``working``, and rows in it; ``equations`` and ``corners[1]`` are
-    scratch.
-    """
-    fixed, count = counts[0], counts[1]
-    size, lowest, present = len(equations), np.inf, False
-    chosen = np.empty(size, dtype=np.int64)
-    best = np.empty(size)
-    for _ in range(EXCHANGES):
-        if not highest_corner(rows, bounds, working, count, FEASIBLE * scale, equations, corners, chosen):
-            break
-        present = True
-        for j in range(size):
-            best[j] = corners[0, j]
-        worst, most = 0, -np.inf
-        for n in range(len(rows)):
-            broken = excess(rows[n], bounds[n], best)
-            if broken > most:
-                worst, most = n, broken
-        known = most <= BROKEN * scale
-        for k in range(count):
-            known |= working[k] == worst
-        if known:
-            break
-        # Where the best corner is no lower than before, leaving out a row would bring back an earlier corner.
-        if best[size - 1] < lowest - FEASIBLE * scale:
-            lowest, kept = best[size - 1], fixed
-            for k in range(fixed, count):
-                if excess(rows[working[k]], bounds[working[k]], best) >= -NOT_TIGHT * scale:
-                    working[kept] = working[k]
-                    kept += 1
-            count = kept
-        working[count] = worst
-        count += 1
-    for j in range(size):
-        corners[0, j] = best[j]
-    return present
-
-
-def greatest_minimum_slowly(
-    rows: FloatArray, bounds: FloatArray, count: int, tight: IntArray, scale: float
-) -> FloatArray | None:
-    """``greatest_minimum`` of rows (n, k + 1) of length 1, of which the first ``count`` stay, without a kernel."""
-    fixed = np.arange(count)
-    best, lowest = None, np.inf
-    for _ in range(EXCHANGES):
-        working = np.concatenate([fixed, tight])
-        corner = _highest_corner_slowly(rows[working], bounds[working], FEASIBLE * scale)
-        if corner is None:
-            return best
-        best = corner[:-1]
-        broken = rows @ corner - bounds
-        worst = int(broken.argmax())
-        if broken[worst] <= BROKEN * scale or worst in working:
-            return best
-        if corner[-1] < lowest - FEASIBLE * scale:
-            tight, lowest = tight[broken[tight] >= -NOT_TIGHT * scale], float(corner[-1])
-        tight = np.append(tight, worst)
-    return best
-
-
 def _highest_corner_slowly(rows: FloatArray, bounds: FloatArray, slack: float) -> FloatArray | None:
-    """The corner (k,) of the space ``rows @ x <= bounds`` whose last number is greatest; ``None``: there is none."""
+    """``highest_corner`` without a kernel: all corners at once."""
     sets = _combinations(len(rows), rows.shape[1])
     matrices = rows[sets]
     regular = np.abs(np.linalg.det(matrices)) > SINGULAR
