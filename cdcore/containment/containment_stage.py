@@ -46,7 +46,7 @@ from cdcore.containment.ray_parity import (
     point_state,
 )
 from cdcore.containment.winding_surface import ComponentKind, winding_surface
-from cdcore.kernels.compiling import kernel
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.bvh.box_tree import BoxTree, build_box_trees
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
@@ -501,7 +501,7 @@ def mark_fitting(
     return count
 
 
-@kernel
+@hot_kernel
 def box_holds(
     rotations: FloatArray,
     translations: FloatArray,

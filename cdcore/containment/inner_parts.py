@@ -12,7 +12,7 @@ import numpy as np
 
 from cdcore.containment.placed_points import margin_at
 from cdcore.kernels.box_against_box import gap_on_face_axes, separated_on_all_axes
-from cdcore.kernels.compiling import kernel, never_inlined
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.poses.kernels import copy_pose, length_moved, relative_pose
 
@@ -104,7 +104,7 @@ def fill_clearances(
         copy_pose(rotation, move, clear_rotation, clear_move)
 
 
-@kernel
+@hot_kernel
 def pose_of_inner(
     rotations: FloatArray,
     translations: FloatArray,
@@ -154,7 +154,7 @@ def clearance_of_components(
     return clearance
 
 
-@kernel
+@hot_kernel
 def place_boxes(
     components: InnerComponents,
     i: int,
@@ -175,7 +175,7 @@ def place_boxes(
             d[a] += rotation[a, b] * 0.5 * (components.boxes[i, 0, b] + components.boxes[i, 1, b])
 
 
-@kernel
+@hot_kernel
 def length_beyond_box(
     components: InnerComponents, i: int, box: FloatArray, rotation: FloatArray, move: FloatArray
 ) -> float:

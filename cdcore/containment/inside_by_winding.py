@@ -27,7 +27,7 @@ from cdcore.containment.placed_points import margin_at, point_in_outer
 from cdcore.containment.ray_parity import INSIDE, OUTSIDE, UNCERTAIN
 from cdcore.containment.winding_number import RAY_UNCERTAIN, ray_crossings, winding_number_at
 from cdcore.containment.winding_surface import CLOSED, HOLED, OPEN, WindingSurface
-from cdcore.kernels.compiling import kernel, never_inlined
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.kernels.vectors import dot
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.published_trees.gjk import NO_PROGRESS, nearest_on_simplex, put
@@ -115,7 +115,7 @@ def decide_by_winding(
             states[k] = OUTSIDE
 
 
-@kernel
+@hot_kernel
 def side_of_surface(surface: WindingSurface, point: FloatArray, margin: float, crossings: IntArray) -> int:
     """INSIDE, OUTSIDE or UNDECIDED for a point (3,) that each closed part goes round ``crossings`` (K,) times."""
     never_inlined()
@@ -136,7 +136,7 @@ def side_of_surface(surface: WindingSurface, point: FloatArray, margin: float, c
     return INSIDE if total != 0 else OUTSIDE
 
 
-@kernel
+@hot_kernel
 def decided_by_component(surface: WindingSurface, k: int, point: FloatArray, windings: int) -> bool:
     """Whether part ``k``, which has holes and with its caps goes round a point so many times, tells its side."""
     never_inlined()
@@ -151,7 +151,7 @@ def decided_by_component(surface: WindingSurface, k: int, point: FloatArray, win
     return in_front <= (HOLED_MARGIN if lost else OPEN_MARGIN)
 
 
-@kernel
+@hot_kernel
 def side_of_component(so_far: int, point_side: int, at_hole: bool) -> int:
     """The side of a part of which ``point_side`` is that of one more point.
 
@@ -165,7 +165,7 @@ def side_of_component(so_far: int, point_side: int, at_hole: bool) -> int:
     return so_far
 
 
-@kernel
+@hot_kernel
 def worse(first: int, second: int) -> int:
     """The state of a body of which two parts have these: one that is inside decides, then what is open."""
     never_inlined()
@@ -218,7 +218,7 @@ def corners_separated(
     return False
 
 
-@kernel
+@hot_kernel
 def furthest(points: FloatArray, direction: tuple[float, float, float], sign: float) -> int:
     """Number of the point (n, 3) that lies furthest along a direction, or with -1 furthest against it."""
     never_inlined()

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel, never_inlined
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.triangles.integers import Vector, difference, dot, integer_points, normal
 
@@ -100,7 +100,7 @@ def point_state(grid: InsideGrid, point: FloatArray, margin: float) -> int:
     return crossings & 1
 
 
-@kernel
+@hot_kernel
 def triangle_crossed(corners: FloatArray, point: FloatArray, margin: float) -> int:
     """Whether a ray from a point (3,) along +x crosses a triangle (3, 3): INSIDE, OUTSIDE or UNCERTAIN."""
     never_inlined()
@@ -120,7 +120,7 @@ def triangle_crossed(corners: FloatArray, point: FloatArray, margin: float) -> i
     return INSIDE if side == -least else OUTSIDE
 
 
-@kernel
+@hot_kernel
 def edge_side(corners: FloatArray, start: int, end: int, point: FloatArray, margin: float) -> int:
     """1 or -1: on which side of an edge the point lies in the projection; 0 if the margin leaves it open.
 
@@ -134,7 +134,7 @@ def edge_side(corners: FloatArray, start: int, end: int, point: FloatArray, marg
     return 1 if cross > bound else -1 if cross < -bound else 0
 
 
-@kernel
+@hot_kernel
 def plane_side(corners: FloatArray, point: FloatArray, margin: float) -> int:
     """1 or -1: on which side of the triangle's plane the point lies; 0 if the margin leaves it open."""
     never_inlined()

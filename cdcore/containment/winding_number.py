@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.containment.ray_parity import UNCERTAIN, InsideGrid, triangle_crossed
-from cdcore.kernels.compiling import kernel, never_inlined
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.numerics import FloatArray, IntArray
 
 RAY_UNCERTAIN: Final = -1
@@ -50,7 +50,7 @@ def winding_numbers(points: FloatArray, triangles: FloatArray) -> FloatArray:
     return numbers
 
 
-@kernel
+@hot_kernel
 def winding_number_at(point: FloatArray, triangles: FloatArray, first: int, stop: int) -> float:
     """The generalised winding number of triangles ``first`` to ``stop`` of (f, 3, 3) at a point (3,)."""
     never_inlined()
@@ -71,7 +71,7 @@ def winding_number_at(point: FloatArray, triangles: FloatArray, first: int, stop
     return total / (2.0 * pi)
 
 
-@kernel
+@hot_kernel
 def ray_crossings(grid: InsideGrid, component: IntArray, point: FloatArray, margin: float, crossings: IntArray) -> int:
     """Count how often each closed part goes round a point (3,), by a ray along +x.
 
@@ -103,7 +103,7 @@ def ray_crossings(grid: InsideGrid, component: IntArray, point: FloatArray, marg
     return 0
 
 
-@kernel
+@hot_kernel
 def facing_sign(corners: FloatArray) -> int:
     """1 where the normal of a triangle (3, 3) points along +x, so that a ray leaves through it; -1 where it enters."""
     never_inlined()

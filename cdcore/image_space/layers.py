@@ -55,14 +55,14 @@ def crossing_depth(face: FloatArray, u: int, v: int, w: int, x: float, y: float)
     return (bc * face[0, w] + ca * face[1, w] + ab * face[2, w]) / (ab + bc + ca)
 
 
-@kernel
+@hot_kernel
 def pixels_of_face(lower: float, upper: float, first: float, size: float, count: int) -> tuple[int, int]:
     """First and last but one of the pixels whose rays may lie in [low, high]; one more on each side for rounding."""
     begin, end = int(np.floor((lower - first) / size)), int(np.floor((upper - first) / size)) + 2
     return max(0, min(count, begin)), max(0, min(count, end))
 
 
-@kernel
+@hot_kernel
 def visit_layers(
     world: FloatArray, axis: int, window: Window, cursor: IntArray, depths: FloatArray, keep: bool
 ) -> None:
@@ -86,7 +86,7 @@ def visit_layers(
                     cursor[pixel] += 1
 
 
-@kernel
+@hot_kernel
 def sort_layers(depths: FloatArray, start: int, stop: int) -> None:
     """Insertion sort of one pixel's layers: there are few."""
     for index in range(start + 1, stop):

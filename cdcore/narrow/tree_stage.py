@@ -18,12 +18,12 @@ from cdcore.narrow.descent import WIDTH
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, swapped_faces
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS, TREES_OF
 from cdcore.narrow.published_trees.tree_search import CUT_SHORT, PairPoses, search_rows
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, readonly
 from cdcore.poses.kernels import place_face
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
 from cdcore.tolerances import ORTHONORMAL_KEEP, UNDERFLOW_PAD
-from cdcore.triangles.decide import UNDECIDED, new_digits, placed_pair_meets
+from cdcore.triangles.decide import UNDECIDED, answer_pairs, new_digits
 
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
@@ -84,7 +84,8 @@ class TreeStage:
         self._reach = [_reach(corners) for corners in self._corners]
         # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
         self._stack = np.empty(WIDTH * (3 * max(depths) + 4), dtype=np.int64)
-        self._pair, self._digits = np.empty(18), new_digits()
+        self._pair, self._pair_answer, self._digits = np.empty(18), np.empty(1, dtype=np.uint8), new_digits()
+        self._pair_to_decide = readonly(self._pair.reshape(1, 2, 3, 3))
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
@@ -183,7 +184,9 @@ class TreeStage:
         now, pair = self._now, self._pair
         place_face(self._corners[a], faces[0], now.rotation_a[0], now.move_a[0], pair, 0)
         place_face(self._corners[b], faces[1], now.rotation_b[0], now.move_b[0], pair, 9)
-        return placed_pair_meets(pair, self._digits) == 1
+        # Not the leaf test of hierarchies: compiled once more, it takes two seconds of a first live look (2026-11).
+        answer_pairs(self._pair_to_decide, self._pair_answer, False, self._digits)
+        return bool(self._pair_answer[0] == 1)
 
     def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> PairPoses:
         """The poses to ask about; the pad is infinite where they lie so far out that it no longer holds."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
-from cdcore.kernels.compiling import kernel
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
 from cdcore.search.features import Features, features_of, sample_of
@@ -257,7 +257,7 @@ def lengths_at_rest(first: Features, second: Features, fraction: float) -> tuple
     return first.size, first.size + second.size, news
 
 
-@kernel
+@hot_kernel
 def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
     """Farthest any point within ``size`` of the first body's origin can have moved between two relative poses."""
     rotation_change = move = 0.0

@@ -29,6 +29,7 @@ from cdcore.triangles.sums import exponents_are_moderate, new_digits
 __all__ = [
     "UNDECIDED",
     "Corners",
+    "answer_pairs",
     "checked_triangles",
     "corners_meet",
     "new_digits",
@@ -63,11 +64,9 @@ def pair_meets(p: Memory, digits: Memory) -> int:
     return answer
 
 
-@kernel
+@hot_kernel
 def placed_pair_meets(pair: FloatArray, digits: IntArray) -> int:
-    """``pair_meets`` of an array (18,). The leaf test of hierarchies is compiled once, so that a search compiles in a
-    second.
-    """
+    """``pair_meets`` of an array (18,): the leaf test of hierarchies."""
     never_inlined()
     return pair_meets(doubles_of(pair), integers_of(digits))
 

@@ -251,7 +251,7 @@ def items_left(
     return end
 
 
-@kernel
+@hot_kernel
 def first_meeting(
     tree_a: BoxTree,
     leg_a: FloatArray,
@@ -298,7 +298,7 @@ def keep_interval(room: Scratch, depth: int, start: float, stop: float, first: i
     return depth + 1
 
 
-@kernel
+@hot_kernel
 def first_contact(
     tree_a: BoxTree,
     leg_a: FloatArray,

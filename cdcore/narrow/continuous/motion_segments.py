@@ -18,7 +18,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel, never_inlined
+from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
 from cdcore.numerics import FloatArray, IntArray
 
@@ -80,7 +80,7 @@ def _length(vectors: FloatArray) -> FloatArray:
     return np.sqrt((vectors * vectors).sum(axis=0))
 
 
-@kernel
+@hot_kernel
 def pose_at(leg: FloatArray, fraction: float, pose: FloatArray) -> None:
     """Rotation 9 and place 3 at a share 0 to 1 of the leg, to ``pose`` (12,)."""
     never_inlined()

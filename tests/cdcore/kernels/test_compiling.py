@@ -105,9 +105,10 @@ def test_kernels_call_other_kernels_compiled_and_interpreted():
 
 TOGETHER = """
 from cdcore.kernels.compiling import compiling_reported
-from cdcore.image_space.layers import pixels_of_face
+import numpy as np
+from cdcore.narrow.published_trees.tree_search import twice_as_long
 with compiling_reported(lambda seconds: None) as heard:
-    assert pixels_of_face(3.0, 4.0, 0.0, 1.0, 8) == (3, 6)
+    assert twice_as_long(np.zeros((2, 3), dtype=np.int64)).shape == (4, 3)
 print(heard.kernels)
 """
 
