@@ -81,14 +81,16 @@ def prepare(
     policy: PolicyLike | Policy | None = None,
     detecting: bool = True,
     progress: Progress | None = None,
+    planned: Plan | None = None,
 ) -> PreparedSession:
     """Examine and repair a session by the policy, choose its pairs, and assemble it.
 
-    ``detecting``: whether a detector will run; the other parameters are as for ``replay.run``.
+    ``detecting``: whether a detector will run; ``planned``: the plan of its scene, where there is one already; the
+    other parameters are as for ``replay.run``.
     """
     require_session(session, path=False)
     progress = progress or Silent()
-    planned = plan(session.scene)
+    planned = planned or plan(session.scene)
     # Bodies that the scene's effects do not name are left out, unless the caller names pairs.
     only_effects = session.scene.effects is not None and pairs is None and (planned.pairs or not detecting)
     with progress.stage("Examining the recording", 2) as advance:
@@ -127,6 +129,7 @@ def compute(
         policy=settings.policy,
         detecting=bool(lineup.specs),
         progress=progress,
+        planned=planned,
     )
     # In a recording of hours, what one step frees is too much to be kept for the next.
     release_memory = give_back_memory if len(prepared.assembly.motion) > MOST_FRAMES_IN_MEMORY else lambda: None
