@@ -77,7 +77,8 @@ def assert_true(key, name, frames=(0, 12)):
 @quick_and_slow(QUICK, SLOW)
 @pytest.mark.parametrize("name", COMPLETE)
 def test_complete_detectors_list_exactly_the_meeting_faces(name, worlds):
-    assert sum(assert_true(world, name) for world in worlds) > 100
+    frames = (0, 12) if name == "exact" else (12,)
+    assert sum(assert_true(world, name, frames) for world in worlds) > 50
 
 
 @pytest.mark.sampled(2)

@@ -47,7 +47,7 @@ def world(positions, valid, kind):
     return replace(session, hands={"ann/left": HandTrack(stamps, np.ones(len(positions)))})
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize("kind", DECLARED)
 def test_effect_at_its_limits_answers_with_finite_numbers(kind, name):

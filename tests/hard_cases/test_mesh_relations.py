@@ -7,7 +7,7 @@ from support.shapes import lab, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 
-FRAMES = 40
+FRAMES = 24
 
 
 def scene(kind):

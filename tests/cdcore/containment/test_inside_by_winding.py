@@ -116,6 +116,7 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
     assert np.array_equal(requested("exact", mesh, positions, live=True), verdict)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("asker", ASKERS)
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_every_detector_that_claims_containment_agrees(asker, live):

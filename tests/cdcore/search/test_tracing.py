@@ -15,7 +15,7 @@ SETTINGS = [
 ]  # fmt: skip
 
 
-def watch(name="qaco", frames=60, **settings):
+def watch(name="qaco", frames=40, **settings):
     bodies, motion = lab(frames)
     detector = create_detector(name, bodies, **{"budget": 500, **settings})
     return detector, motion, detector.watch(motion)

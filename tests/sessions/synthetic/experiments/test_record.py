@@ -34,7 +34,12 @@ def recorded(request, made):
 
 @pytest.mark.parametrize(
     ("name", "noise"),
-    [*((name, "off") for name in SCENES), (SCENES[0], "vive"), ("ball-in-box", "vive"), ("crowded-lab", "vive")],
+    [
+        *((name, "off") for name in SCENES),
+        pytest.param(SCENES[0], "vive", marks=pytest.mark.slow),
+        ("ball-in-box", "vive"),
+        ("crowded-lab", "vive"),
+    ],
 )
 def test_recorded_poses_and_truth_of_made_up_sessions_stay_unchanged(name, noise, made, snapshot):
     """Poses (rounded to 10 um) and planted contacts equal the snapshot; whoever changes them raises the version."""
@@ -76,7 +81,7 @@ def test_grasped_body_moves_from_press_until_release(recorded):
         np.testing.assert_allclose(rides, np.broadcast_to(rides[0], rides.shape), atol=1e-9)
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(len(EXPERIMENTS))
 def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(recorded):
     kept = tomllib.loads(recorded.session.scene.text)
     assert len(kept["effect"]) >= 4
