@@ -59,12 +59,14 @@ def rows():
 
 
 def _solubility(salt, values):
-    """Rows of a salt by the handbook's per cent, and by pitzer.dat at other temperatures."""
+    """Rows of a salt by the handbook's per cent, by other copies, and by pitzer.dat at other temperatures."""
     percents = dict(zip((20, 60), PARAMETERS["saturated"].get(salt, ()), strict=False))
     for celsius, grams in values.items():
         source, value = "CRC", None
         if celsius in percents:
             value = 100.0 * percents[celsius] / (100.0 - percents[celsius])
+        elif str(int(celsius)) in PARAMETERS["copies"].get(salt, {}):
+            source, value = "copy", PARAMETERS["copies"][salt][str(int(celsius))]
         elif celsius in PARAMETERS["pitzer"].get(salt, ("", "", ()))[2]:
             source, value = "pitzer.dat", _pitzer(salt, celsius)
         yield "solubility", salt, f"{celsius:g} degC", grams, source, value
