@@ -16,7 +16,7 @@ from sessions.geometry.rotations import rotated_vectors
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
 from sessions.names import DEVICE_TOKENS, HAND_TOKENS, HEAD_TOKENS, SIDES, name_tokens
-from sessions.quantities import length
+from sessions.quantities import length, number
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
 MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres
@@ -98,22 +98,31 @@ def unit_guess(pose_pass: PosePass, column: int) -> tuple[str, float] | None:
         return None
     with np.errstate(over="ignore"):
         far = float(np.median(np.sqrt((position * position).sum(axis=1))))
-    moving = pose_pass.steps[:, column]
-    moving = moving[moving > 0]
-    step = float(np.median(np.diff(pose_pass.stamp_ns))) / 1e9
-    speed = float(np.median(moving)) / step if len(moving) >= LEAST_SAMPLES and step > 0 else 0.0
+    speed = _usual_speed(pose_pass, column)
     if far <= FAR_M and speed <= FAST_M:
         return None
     return ("millimetres" if far > MILLIMETRES_M or speed > FAST_M else "centimetres"), far
+
+
+def _usual_speed(pose_pass: PosePass, column: int) -> float:
+    """Metres per second in the ordinary step of a body, of those in which it moves; 0 where these are few."""
+    moving = pose_pass.steps[:, column]
+    moving = moving[moving > 0]
+    step = float(np.median(np.diff(pose_pass.stamp_ns))) / 1e9
+    return float(np.median(moving)) / step if len(moving) >= LEAST_SAMPLES and step > 0 else 0.0
 
 
 def _units(pose_pass: PosePass, column: int, name: str) -> Iterator[Finding]:
     guess = unit_guess(pose_pass, column)
     if guess is not None:
         unit, far = guess
-        message = f"{length(far)} from the origin in the median: {unit}?"
         span = Span.of(pose_pass.stamp_ns, 0, -1)
-        yield span.finding("unit-suspect", message, name, len(pose_pass.stamp_ns))
+        if far > FAR_M:
+            message = f"{length(far)} from the origin in the median: {unit}?"
+            yield span.finding("unit-suspect", message, name, len(pose_pass.stamp_ns))
+        else:
+            message = f"{number(_usual_speed(pose_pass, column))} m/s in its ordinary step"
+            yield span.finding("speed-suspect", message, name, len(pose_pass.stamp_ns))
 
 
 def _up(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:

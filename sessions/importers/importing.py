@@ -317,7 +317,7 @@ def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) ->
 
     Rows that hold no rotation are flagged as lost, and keep their numbers.
     """
-    notes = []
+    notes = [] if len(table.times_ns) else [f"{name}: there is no sample of it"]
     keep = increasing_rows(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
     positions = frame.axes.points(table.positions[keep]) * METRES_PER_UNIT[frame.units]
     quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
@@ -568,7 +568,9 @@ def _check_poses(session: Session, source: Path) -> None:
     if np.isin(status, (Status.ABSENT, Status.LOST)).all():
         conversions = session.facts.get("conversions", "").split("; ")
         why = "; ".join(conversion for conversion in conversions if "lost" in conversion) or "the source flags them"
-        raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
+        raise ImportFileError(
+            f"{source}: every pose in it is lost ({why}); record it again, or choose other columns or topics"
+        )
 
 
 def proxy_for(name: str) -> str:

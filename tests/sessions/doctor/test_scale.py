@@ -45,6 +45,15 @@ def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(factor, samples):
     assert {item.code for item in scale_findings(outcome, Scene(), {})} == {"unit-suspect"}
 
 
+@pytest.mark.parametrize(("gap", "codes"), [(0.5, ["speed-suspect"]), (0.005, [])])
+def test_two_sources_in_turns_are_no_wrong_unit(gap, codes):
+    stamps = np.arange(200) // 2 * 11_111_111 + np.arange(200) % 2 * 1_000_000
+    position = np.column_stack([gap * (np.arange(200) % 2), 1 + np.arange(200) / 1000, np.full(200, -0.4)])
+    poses = {"cup": (position, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}
+    outcome = run_pose_pass([Session.from_arrays(stamps, poses).frames])
+    assert [item.code for item in scale_findings(outcome, Scene(), {})] == codes
+
+
 @pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
 def test_head_with_constant_z_is_reported_in_any_axes(height, away, codes):
     outcome = run_pose_pass([headed(height, away).frames])

@@ -48,6 +48,14 @@ def test_meshes_of_the_user_override_scene_and_stand_ins(tmp_path):
     assert parse_scene(session.scene.text).body("camera").proxy
 
 
+def test_body_without_a_sample_is_named():
+    nothing = PoseTable(np.zeros(0, dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 4)))
+    cup = PoseTable(np.arange(2), np.zeros((2, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)))
+    frame = SourceFrame.in_axes("openxr", "openxr", "m", "ns")
+    session = session_of_tables({"cup": cup, "pen": nothing}, frame, Ledger("log"))
+    assert session.facts["conversions"] == "pen: there is no sample of it"
+
+
 def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
