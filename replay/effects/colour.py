@@ -153,7 +153,8 @@ def _colour_changes(shade: Shade, vessel: str, times: FloatArray, fraction: Floa
         )
         message = f"{shade.name} in {vessel} turns from {colour_before} to {colour_after}"
         if shade.name in shade.species:
-            message = f"the colour of {shade.name} in {vessel} {'appears' if side[row_before] < 0 else 'disappears'}"
+            verb = "appears" if side[row_before] < 0 else "pales" if row_after is None else "disappears"
+            message = f"the colour of {shade.name} in {vessel} {verb}"
         start, end = float(times[row_before + 1]), None if row_after is None else float(times[row_after])
         if shade.name not in shade.species and end is None:
             message += ", not wholly by the end"

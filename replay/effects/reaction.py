@@ -15,7 +15,7 @@ from replay.effects.chemistry.equilibrium_extent import GAS_J_MOL_K
 from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
-from replay.effects.chemistry.reacted import reacted_events
+from replay.effects.chemistry.reacted import reacted_events, solid_events
 from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.redox import ZERO_C_KELVIN
 from replay.effects.chemistry.salts import WATER_KG
@@ -109,6 +109,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     findings.events += no_reaction_events(matter, has_formed)
     findings.events += stop_events(matter)
     findings.events += reacted_events(matter, followed_solids, findings.events)
+    findings.events += solid_events(matter, followed_solids)
     findings.events += supersaturation_events(matter)
     findings.events += aged_hydroxide_events(matter)
     findings.events += assumption_events(matter)

@@ -1,4 +1,4 @@
-"""Events of equations without a constant that ran, with how far, where no other event says it."""
+"""Events of equations that ran and of solids that dissolved or fell out, where no other event reports them."""
 
 from collections.abc import Collection, Iterable, Iterator
 from typing import Final
@@ -15,6 +15,10 @@ from replay.words import quantity
 
 LEAST_MOL: Final = 1e-9
 """Of a reaction: less is none."""
+
+LEAST_G: Final = 1e-3
+LEAST_CHANGED_FRACTION: Final = 1e-3
+"""Of a solid: less of it, or of what there was, is not seen."""
 
 USED_UP_FRACTION: Final = 1e-6
 """Of what has run: a reagent that lets less of it run is used up."""
@@ -74,3 +78,28 @@ def reacted_events(
             start, end = float(history.times[moments[0] + 1]), float(history.times[moments[-1] + 1])
             values: dict[str, float | str] = {"equation": process.text, "moles": run_mol}
             yield EffectEvent(start, "reacted", (vessel,), end if end > start else None, values, text)
+
+
+def solid_events(matter: Matter, followed: Collection[str]) -> Iterator[EffectEvent]:
+    """An event ``solid-change`` for each vessel and solid at equilibrium of which more or less stands at the end.
+
+    ``followed``: solids that an effect precipitation reports.
+    """
+    ledger = matter.ledger
+    indices = [*ledger.reactions.phases.tolist(), *ledger.reactions.salt_columns.tolist()]
+    for vessel, history in matter.histories.items():
+        for index in indices:
+            column = ledger.columns[index]
+            solid, amount = column.removesuffix(SOLID), history.amounts[:, index]
+            grams = float(amount[-1] - amount[0]) * (molar_mass(solid) if column.endswith(SOLID) else 0.0)
+            most_grams = float(amount.max()) * (molar_mass(solid) if column.endswith(SOLID) else 0.0)
+            is_reported = solid in followed or column in matter.brines(vessel)
+            if is_reported or abs(grams) <= max(LEAST_G, LEAST_CHANGED_FRACTION * most_grams):
+                continue
+            text = f"{quantity(grams, 'g')} {solid} fall out in {vessel}"
+            if grams < 0.0:
+                brought = quantity(float(amount[0]) * molar_mass(solid), "g")
+                text = f"{quantity(-grams, 'g')} of {brought} {solid} dissolve in {vessel}"
+            moments = np.flatnonzero(np.diff(amount))
+            values: dict[str, float | str] = {"formula": solid, "mass_g": grams}
+            yield EffectEvent(float(history.times[moments[0] + 1]), "solid-change", (vessel,), None, values, text)

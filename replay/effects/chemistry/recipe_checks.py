@@ -191,6 +191,8 @@ def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
         if not (formula in available or mine in components or as_ions):
             others = available - {WATER}
             advice = nearest(formula, others) if others else "; the vessels hold water alone"
+            if needed_ions and {name for name, _ in needed_ions} <= {name for name, _ in ions}:
+                advice = f"; its ions are there: write the equation that makes {formula} as well"
             raise declared.fail(f"equation: nobody brings {formula!r}{advice}")
 
 

@@ -43,6 +43,9 @@ Source: P. Atkins and J. de Paula, Physical Chemistry, 10th ed.: ethanol and ace
 SPECTATOR_IONS: Final = frozenset(("Li+", "Na+", "K+"))
 """Ions that only look on."""
 
+NOBLEST_METALS: Final = frozenset(("Au(s)", "Pt(s)"))
+"""Metals that aqua regia dissolves and nitric acid does not, whose salts no table has."""
+
 SULFIDE: Final = "S^2-"
 
 LOG_J: Final = 5.708e3
@@ -125,6 +128,10 @@ def energy_in_water(process: Process) -> float:
 
 def reason_not_to_proceed(joule: float, process: Process, equation: Equation) -> str:
     """Why an equation does not proceed by itself; ``""``: it does, or nobody knows its free energy."""
+    noble = sorted(NOBLEST_METALS & {column for column, many in process.changes.items() if many < 0.0})
+    ligands = {atom for formula in equation.reagents for atom in ("Cl", "CN") if atom in formula}
+    if np.isnan(joule) and noble and not ligands:
+        return f"{noble[0].removesuffix(SOLID)} dissolves in no acid without chloride"
     if not joule > UNWILLING_J:
         return ""
     metal = next(
