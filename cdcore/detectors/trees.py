@@ -1,6 +1,6 @@
 """The detectors that search two trees of boxes: ``aabb``, ``obb``, ``rapid-style`` and ``solid-style``.
 
-Each is a row of ``TREE_KINDS`` (``cdcore.narrow.published_trees``), the words that say when to choose it, and its broad
+Each is a row of ``TREE_KINDS`` (``cdcore.narrow.tree_kinds``), the words that say when to choose it, and its broad
 phase. Run to completion, none of them loses a face.
 """
 

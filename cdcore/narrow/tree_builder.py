@@ -3,8 +3,7 @@
 It takes level by level with whole arrays: nothing to compile, no recursion. Axes come from Jacobi rotations instead of
 LAPACK, so that every machine builds the same tree.
 
-Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree (1996), for oriented boxes; I. Wald, On fast construction of
-SAH-based bounding volume hierarchies (2007), for binned splits by surface area.
+Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree (1996), for oriented boxes.
 """
 
 from __future__ import annotations
@@ -19,10 +18,6 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 SWEEPS: Final = 5
 """Jacobi rotations converge quadratically: 3 x 3 matrices are diagonal to rounding after five sweeps."""
-BINS: Final = 16
-"""Places along an axis at which a split by surface area may cut."""
-SHORTEST_SPLIT: Final = 0.25
-"""Axes along which a box is shorter than this share of its longest side are not tried."""
 FACES_TOGETHER: Final = 16384
 """So many faces of small bodies go through the builder together: a step of all takes as many calls as of one."""
 
@@ -190,54 +185,3 @@ def half_surface(size: FloatArray) -> FloatArray:
     """Half the surface of boxes with sides (3, ...)."""
     x, y, z = size
     return x * y + y * z + z * x
-
-
-def by_surface_area(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[Boxes, BoolArray]:
-    """Tighter boxes, cut where the numbers of faces times the surfaces of both sides are least."""
-    boxes, along = tighter_boxes(corners, node, first)
-    side, centroids = boxes[2] - boxes[1], along.mean(axis=0)
-    spans = np.concatenate([along.min(axis=0), -along.max(axis=0)])
-    cost, position = cheapest_cuts(spans, centroids, node, first)
-    cost[side < SHORTEST_SPLIT * side.max(axis=0)] = np.inf
-    position[cost == np.inf] = np.inf
-    best = cost.argmin(axis=0)[node]
-    return boxes, centroids[best, np.arange(len(node))] >= position[best, node]
-
-
-def cheapest_cuts(
-    spans: FloatArray, along: FloatArray, node: IntArray, first: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Costs and places (3, n) of the cheapest cuts along three axes; an infinite cost where nothing can be cut.
-
-    ``spans`` (6, E): least coordinates of a face and its largest, negative; ``along`` (3, E) its centroid's.
-    """
-    lower = np.minimum.reduceat(along, first, axis=1)
-    width = (np.maximum.reduceat(along, first, axis=1) - lower) / BINS
-    fraction = (along - lower[:, node]) / np.where(width > 0, width, 1.0)[:, node]
-    # Bins are the slowest axis: the smallest up to each bin are then one call a bin.
-    rows = node + len(first) * np.arange(3)[:, None]
-    slot = (lower.size * np.minimum(BINS - 1, fraction.astype(np.int64)) + rows).ravel()
-    counts = np.bincount(slot, minlength=BINS * lower.size).reshape(BINS, *lower.shape).cumsum(axis=0)
-    boxes = np.full((6, BINS, *lower.shape), np.inf)
-    for bound, coordinate in zip(boxes.reshape(6, -1), spans, strict=True):
-        np.minimum.at(bound, slot, np.tile(coordinate, 3))
-    after = half_surface(-box_sides(boxes[:, ::-1])[:, -2::-1])
-    before = half_surface(-box_sides(boxes)[:, :-1])
-    number, total = counts[:-1], counts[-1:]
-    with np.errstate(invalid="ignore"):
-        cost = number * before + (total - number) * after
-    cost[(number == 0) | (number == total)] = np.inf
-    return cost.min(axis=0), lower + (cost.argmin(axis=0) + 1) * width
-
-
-def box_sides(bounds: FloatArray) -> FloatArray:
-    """Sides (3, b, ...), negative, of the box around the contents of each bin and those before it.
-
-    ``bounds`` (6, b, ...) of each bin: least coordinates, and the largest, negative.
-    """
-    sides = np.empty_like(bounds[:3])
-    least = bounds[:, 0]
-    for number in range(bounds.shape[1]):
-        least = np.minimum(least, bounds[:, number])
-        np.add(least[:3], least[3:], out=sides[:, number])
-    return sides

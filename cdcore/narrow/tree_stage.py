@@ -12,12 +12,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.mesh import once_for_meshes
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.descent import WIDTH
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, swapped_faces
-from cdcore.narrow.published_trees.box_trees import TREE_KINDS, TREES_OF
 from cdcore.narrow.published_trees.tree_search import CUT_SHORT, PairPoses, search_rows
+from cdcore.narrow.tree_kinds import TREE_KINDS
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, readonly
 from cdcore.poses.kernels import place_face
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
@@ -34,6 +35,8 @@ SMALLEST_MARGIN: Final = 1e-60
 UNLIMITED: Final = int(np.iinfo(np.int64).max)
 """The budget of a search that runs to completion."""
 MODES: Final = ("all", "first")
+TREES_OF: Final = {name: once_for_meshes(kind.trees) for name, kind in TREE_KINDS.items() if kind.search}
+"""Detector -> the trees of meshes, and their depths; kept as long as the meshes, for all settings of a detector."""
 
 SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
 """Joint Frobenius norm of R^T R - I of both bodies: a motion keeps each of nine entries within ORTHONORMAL_KEEP."""
@@ -73,6 +76,8 @@ class TreeStage:
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, kind: str, settings: TreeSettings) -> None:
         self._kind = TREE_KINDS[kind]
+        assert self._kind.search is not None, f"{kind} is searched by cdcore.narrow.bvh"
+        self._traversal = self._kind.search
         self._counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
         self._corners = [body.mesh.triangles for body in bodies]
         self.trees, depths = zip(*TREES_OF[kind]([body.mesh for body in bodies]), strict=True)
@@ -127,7 +132,7 @@ class TreeStage:
         counts = np.zeros((len(poses.pad), len(self._counters)), dtype=np.int64)
         ended = np.zeros(len(poses.pad), dtype=np.uint8)
         pair_rows = search_rows(
-            self._kind.search,
+            self._traversal,
             self.trees[a],
             self.trees[b],
             poses,

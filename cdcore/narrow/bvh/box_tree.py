@@ -15,11 +15,9 @@ import numpy as np
 from cdcore.kernels.memory import integers_of_rows, row_of
 from cdcore.mesh import TriangleMesh, once_for_meshes
 from cdcore.narrow.bvh.tree_memory import TreeMemory
-from cdcore.narrow.tree_builder import BoxNodes, build_trees, by_surface_area, coordinates_along
+from cdcore.narrow.tree_builder import BoxNodes, build_trees, coordinates_along
+from cdcore.narrow.tree_kinds import TREE_KINDS
 from cdcore.numerics import FloatArray, Int32Array, IntArray
-
-LEAF_FACES = 8
-"""Most faces of a leaf; 4 were 1.1 times slower for face sets, no faster for booleans (2026-11-22)."""
 
 
 class BoxTree(NamedTuple):
@@ -55,7 +53,8 @@ def box_trees_of(meshes: Sequence[TriangleMesh]) -> list[BoxTree]:
 
 def build_box_trees(bodies: Sequence[FloatArray]) -> list[BoxTree]:
     """The trees of meshes from their corners (f, 3, 3), body frame."""
-    built = build_trees(bodies, by_surface_area, LEAF_FACES)
+    kind = TREE_KINDS["exact"]
+    built = build_trees(bodies, kind.rule, kind.leaf_faces)
     return [_box_tree(nodes, triangles) for (nodes, _), triangles in zip(built, bodies, strict=True)]
 
 

@@ -22,14 +22,10 @@ from cdcore.kernels.memory import integers_of
 from cdcore.narrow.descent import CLOSED, DESCENT_STATES, FIRST, SECOND, STOP, descend, start_at
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.narrow.tree_builder import BoxNodes
+from cdcore.narrow.tree_kinds import BOTH, LARGER_IN_WORLD, SIX_AXES, WORLD_BOXES, Traversal
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import place_face, relative_pose
 from cdcore.triangles.decide import UNDECIDED, placed_pair_meets
-
-WORLD_BOXES, SIX_AXES, FIFTEEN_AXES = range(3)
-"""Box tests."""
-LARGER_IN_WORLD, LARGER, BOTH = range(3)
-"""What opens of two nodes that are no leaves."""
 
 CUT_SHORT: Final = 1
 """How a search ended that its budget stopped."""
@@ -37,18 +33,6 @@ FIRST_HITS: Final = 64
 """Rows of the list of faces that meet, before it grows."""
 KNOWN: Final = DESCENT_STATES
 """Place behind those of the descent's state: face pairs known to meet."""
-
-
-class Traversal(NamedTuple):
-    """How two trees are searched.
-
-    ``equal_opens_a``: of two boxes of one size A's opens; ``gjk``: faces are asked with GJK before exact arithmetic.
-    """
-
-    box_test: int
-    opens: int
-    equal_opens_a: bool = True
-    gjk: bool = False
 
 
 class PairPoses(NamedTuple):

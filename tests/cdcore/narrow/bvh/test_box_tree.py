@@ -6,7 +6,8 @@ from support.random_worlds import KINDS, grid_plate
 from support.second_opinions import faces_below
 from support.shapes import random_rotations
 
-from cdcore.narrow.bvh.box_tree import LEAF_FACES, build_box_trees
+from cdcore.narrow.bvh.box_tree import build_box_trees
+from cdcore.narrow.tree_kinds import TREE_KINDS
 
 MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}
 MESHES["plate"] = grid_plate(8)
@@ -25,7 +26,7 @@ def test_leaves_hold_every_face_once(name):
     sizes = (tree.stop - tree.start)[tree.child < 0]
     assert sizes.sum() == len(MESHES[name])
     assert sizes.min() >= 1
-    assert sizes.max() <= LEAF_FACES
+    assert sizes.max() <= TREE_KINDS["exact"].leaf_faces
     assert faces_below(tree, 0).tolist() == list(range(len(MESHES[name])))
 
 
