@@ -144,7 +144,7 @@ def row_of(kind: Any, **entries: NDArray[Any] | int) -> Rows:
 
 def integers_of_rows(rows: Rows) -> NDArray[np.int64]:
     """The same memory as a kernel takes it, (n, words)."""
-    return rows.view(np.int64).reshape(len(rows), -1)
+    return rows.view(np.int64).reshape(len(rows), rows.dtype.itemsize // 8)
 
 
 def _shape(kind: Any) -> Any:
@@ -205,13 +205,13 @@ def reader(kind: Any) -> Callable[[Memory, int], Any]:
     return machine_operation(typed, interpreted)
 
 
-def _read(shape: Any, words: Iterator[Any]) -> Any:
+def _read(shape: Any, row: Iterator[Any]) -> Any:
     """A named tuple from the words of its row, in Python."""
     fields = list[Any]()
     for entry in shape:
-        word = next(words)
+        word = next(row)
         if isinstance(entry, types.UniTuple):
-            word = word, next(words), next(words)
+            word = word, next(row), next(row)
         elif isinstance(entry, types.NamedTuple):
             word = _read(entry, map(int, memory_at(word, "<i8")))
         elif isinstance(entry, types.CPointer):

@@ -1,6 +1,6 @@
-"""Which trees of boxes there are: a row says where boxes lie, how faces are cut in two, and how two trees are searched.
+"""The trees of boxes, each a row of ``TREE_KINDS``: where boxes lie, how faces are cut in two, how two are searched.
 
-``TREE_KINDS`` is the table. Rules take a level of nodes at once, as ``Rule`` of the builder says.
+Rules take a level of nodes at once, as ``Rule`` of the builder says.
 
 Source: I. Wald, On fast construction of SAH-based bounding volume hierarchies (2007), for binned splits by surface
 area; those of the others stand at their detectors.

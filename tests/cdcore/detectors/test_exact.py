@@ -119,6 +119,11 @@ def test_exact_touch_and_gap_of_an_ulp_live_and_offline():
     assert np.array_equal(detect_live(detector, motion).verdict, whole)
 
 
+@pytest.mark.parametrize("name", ["exact", "collider"])
+def test_live_session_without_pairs_answers_about_none(name):
+    assert create_detector(name, BODIES, pairs=[]).live().look(along([0.0])).shape == (0,)
+
+
 @pytest.mark.slow
 def test_question_passes_few_files_and_functions():
     printed = subprocess.check_output([sys.executable, CALL_COUNTS], text=True)
