@@ -76,6 +76,13 @@ def length_change(joints: Joints) -> float:
     return float(np.median((upper - lower)[usable] / middle[usable])) if usable.any() else 0.0
 
 
+def stuck_joint(joints: Joints) -> str:
+    """A joint that never moves although the wrist does, such as one at the origin that was not tracked, or ``""``."""
+    if WRIST not in joints or not np.ptp(joints[WRIST], axis=0).any():
+        return ""
+    return next((joint for joint, positions in joints.items() if not np.ptp(positions, axis=0).any()), "")
+
+
 def exchanged_joints(joints: Joints) -> tuple[str, str] | None:
     """Two exchanged joints: the other way round, bones have the lengths of a hand's, or no finger folds back."""
     links = neighbours_of(joints)

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from sessions.importers.csv_columns_and_units import CLOCK_NS, unit_in_name
+from sessions.importers.csv_columns_and_units import CLOCK_NS, VOCABULARY, name_tokens_of, unit_in_name
 from sessions.importers.csv_head import CsvHead, read_head
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.hands import hand_checks
@@ -29,6 +29,7 @@ from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.model.scene import Scene, SceneBody, SceneGroup
 from sessions.model.session import Session
 
+SEEN_TOKENS: Final = frozenset(VOCABULARY["seen"])
 LARGEST_RADIUS_M: Final = 0.1
 """A radius above it is that of no hand; it is left out, as one that is not above 0."""
 
@@ -59,7 +60,7 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     hands = read_joints(table, layout, ledger)
     _check_hands(source, hands)
     frame = _source_frame(table, layout, hands, given, convention)
-    notes = [*table.notes]
+    notes = [*table.notes, *_unread_flags(table, layout)]
     moved = {hand.name: _in_metres(hand, frame) for hand in hands}
     motions = {hand.name: _motions(moved[hand.name], notes) for hand in hands}
     if not any(motions.values()):
@@ -78,6 +79,19 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     tracks = {body: motion.track for bones in motions.values() for body, motion in bones.items()}
     session = session_of_tables(tables, frame, ledger, notes, made=tracks)
     return replace(session, meshes=_meshes(motions, radii), scene=_scene(motions))
+
+
+def _unread_flags(table: CsvTable, layout: HandLayout) -> Iterator[str]:
+    """Yields a sentence on columns that are not read, and that may say in which rows a hand was not seen."""
+    columns = [
+        column
+        for column in table.columns
+        if not SEEN_TOKENS.isdisjoint(token.lower() for token in name_tokens_of(column))
+        and column not in layout.valid.values()
+        and table.count_different(column) > 1
+    ]
+    if columns:
+        yield f"columns that may say which poses are lost, and are not read: {', '.join(columns)}"
 
 
 def _completed_layout(head: CsvHead, layout: HandLayout, given: HandMapping) -> HandLayout:
@@ -122,6 +136,13 @@ def _check_hands(source: Path, hands: list[HandJoints]) -> None:
                 source,
                 f"the bones of the {hand.name} change their length by {100 * change:.0f} %: these are no positions of "
                 "joints in space (coordinates in a picture?), or joints are named wrongly",
+            )
+        stuck = hand_checks.stuck_joint(examined)
+        if stuck:
+            raise hand_file_error(
+                source,
+                f"the {stuck} of the {hand.name} stays at one place in every row, and its wrist moves: it was not "
+                'tracked; leave it out by a mapping: under [joints] the name of its columns = ""',
             )
         exchanged = hand_checks.exchanged_joints(examined)
         if exchanged is not None:

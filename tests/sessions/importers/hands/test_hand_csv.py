@@ -254,6 +254,20 @@ def test_exchanged_joints_are_named(tmp_path, number):
     refused("hands", path, f"({first} and {second}|{second} and {first}) of the left hand are exchanged")
 
 
+def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
+    hands = left_hand()
+    hands["left"]["index tip"] = np.zeros_like(hands["left"]["wrist"])
+    path = write_wide(tmp_path / "take.csv", TIMES, hands)
+    refused("hands", path, "the index tip of the left hand stays at one place in every row")
+
+
+@pytest.mark.parametrize(("lost", "is_named"), [(TIMES > 0.2, True), (TIMES < 0, False)])
+def test_column_of_confidence_is_named_as_unread(tmp_path, lost, is_named):
+    more = [("left_confidence", np.where(lost, 0.0, 1.0))]
+    session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=more))
+    assert ("and are not read: left_confidence" in session.facts["conversions"]) == is_named
+
+
 def test_two_hands_of_the_same_side_are_refused(tmp_path):
     """Columns say left and right, but the joints of both form a left hand."""
     joints_of = {side: made_hand(CURL, [x, 0, 0], "left") for side, x in SIDES.items()}
