@@ -103,6 +103,7 @@ def restless():
     return bodies, Motion(np.arange(count) / 90, positions, rotations, rng.random((count, 5)) < 0.95)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("settings", LIVE, ids=str)
 def test_all_query_modes_agree_on_jumping_resting_and_lost_bodies(settings):
     name, chosen = settings

@@ -87,7 +87,9 @@ def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
     assert counted.release.metres == pytest.approx(np.ceil(1e4 * max(within)) / 1e4)
 
 
-@pytest.mark.parametrize("detector", ["mesh=discrete[rate_hz=40]", "mesh=collider[skin_m=0.00005]"])
+@pytest.mark.parametrize(
+    "detector", [pytest.param("mesh=discrete[rate_hz=40]", marks=pytest.mark.slow), "mesh=collider[skin_m=0.00005]"]
+)
 def test_proposed_release_distance_has_the_predicted_effect(detector):
     """The proposal of the first run is the detector of the second."""
     noise = np.random.default_rng(1).normal(0.0001, 0.0002, 120)

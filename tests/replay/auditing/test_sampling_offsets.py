@@ -18,6 +18,7 @@ def bumps(seed, frames=120):
     return cubes({"a": [0.0] * frames, "b": positions.tolist()})
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("detector", "seed"),
     [

@@ -144,7 +144,7 @@ def check_fall(height, rate, restitution, depth, noise, phase):
         assert hard[0] == pytest.approx(speed, rel=0.05), (restitution, depth, phase)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_a_fall_breaks_above_the_threshold_and_never_below(height, rate):

@@ -55,6 +55,7 @@ def vessel(row, name):
     return liquid
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     "row",
     [row for row in MIXTURES if row["family"] in WITHOUT and len(row["equations"]) == 1 and "rate_per_s" not in row],

@@ -32,6 +32,7 @@ def test_ten_indicators_have_a_name():
     assert set(INDICATORS) == {*BY_PH, "Eriochrome black T", "starch", "ferroin"}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", BY_PH)
 def test_a_ph_indicator_changes_within_its_range(name):
     """In a phosphate solution, whose pH rises through all ranges."""

@@ -44,6 +44,7 @@ def test_a_plan_is_the_closure_of_the_declared_effects(every):
         }
 
 
+@pytest.mark.slow
 def test_the_files_of_undeclared_effects_are_never_imported():
     code = (
         "from support.liquid_worlds import scene_of\nfrom replay.effects import EFFECTS\n"

@@ -77,6 +77,7 @@ GASES = {
 }
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("molar", [0.02, 0.8])
 @pytest.mark.parametrize("gas", GASES)
 def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):

@@ -20,7 +20,7 @@ id = "glass"
 shape = "cylinder"
 radius = {radius}
 length = 0.3
-faces = 1000
+faces = 200
 fixed = {{ position = [{x}, {y}, {z}] }}
 
 [[pair]]

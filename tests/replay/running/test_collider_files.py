@@ -169,6 +169,7 @@ def test_mujoco_takes_the_written_model(session, tmp_path):
     assert farthest(solid.vertices, first.vertices) < 1e-6
 
 
+@pytest.mark.slow
 def test_mujoco_takes_bodies_of_a_tenth_of_a_millimetre(session, tmp_path):
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     tiny = {name: MeshData(5e-3 * mesh.vertices, mesh.faces) for name, mesh in session.meshes.items()}
@@ -222,8 +223,8 @@ def farthest(points, others):
     [
         ("unity", "unity", FLIP_X, 1.0),
         ("unreal", "unreal", SWAP_YZ, 0.01),
-        ("unity", "gltf", FLIP_X, 1.0),
-        ("godot", "godot", np.eye(3), 1.0),
+        pytest.param("unity", "gltf", FLIP_X, 1.0, marks=pytest.mark.slow),
+        pytest.param("godot", "godot", np.eye(3), 1.0, marks=pytest.mark.slow),
     ],
 )
 def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, metres, tmp_path):

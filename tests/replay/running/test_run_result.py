@@ -98,7 +98,7 @@ def test_plot_draws_every_detector_over_cost_and_time(result):
     assert len([*tree.iter("{http://www.w3.org/2000/svg}svg")]) == 3 and "slow: " in tree.get("aria-label")
 
 
-@pytest.mark.parametrize("name", ["<b>a", 'a"&', "]]>", "\u202ea"])
+@pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"])
 def test_plot_takes_any_name_as_text(name):
     made = replay.run(cubes({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
     assert ElementTree.fromstring(made.plot()._repr_svg_()).tag.endswith("svg")

@@ -80,6 +80,7 @@ INTEGRAL = [
 ]  # fmt: skip
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("formula", "molal", "kilojoule"), INTEGRAL)
 def test_a_solid_in_little_water_has_its_integral_heat(formula, molal, kilojoule):
     moles = 0.1 * molal

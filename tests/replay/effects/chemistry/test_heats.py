@@ -12,6 +12,7 @@ HEATS = tomllib.loads(Path(__file__).with_name("textbook_heats.toml").read_text(
 PER_ML = 4.18
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])
 def test_a_heat_is_that_of_the_textbook(row):
     solid = row["b"].get("solid")

@@ -82,7 +82,7 @@ def mixed(row):
     return result
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("row", [*MIXTURES, *MORE], ids=lambda row: row["name"])
 def test_a_mixture_comes_out_as_phreeqc_or_the_manual_says(row):
     result = mixed(row)

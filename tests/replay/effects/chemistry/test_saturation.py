@@ -12,13 +12,13 @@ STEPS = 200
 
 
 def poured_on(solid, acid, molar, equation, rate):
-    """Series and gas of acid poured within 20 ms on a gram of a solid in a little water, 4 s later."""
+    """Series and gas of acid poured within 20 ms on a gram of a solid in a little water, a second later."""
     bodies = (
         glass("a", 60.0, solute=acid, molar=molar),
         glass("b", WATER_ML, properties={"solid": {"formula": solid, "mass_g": 1.0}}),
     )
     reaction = ("reaction", {"equation": equation} | ({} if rate is None else {"rate_per_s": rate}))
-    effects = poured([0.0, 60.0, 60.0, *([0.0] * 400)], bodies, ("mixing", {"in": ["b"]}), reaction)
+    effects = poured([0.0, 60.0, 60.0, *([0.0] * 100)], bodies, ("mixing", {"in": ["b"]}), reaction)
     gas = sum(event.values["moles"] for event in effects["reaction"].output.events_named("gas"))
     return {name: series.values[-1] for name, series in effects["reaction"].series.items()}, gas, effects
 
@@ -52,10 +52,10 @@ def stepwise(acid_mol, kilograms):
     return dissolved + 1.0 - output["Calcite"][-1], gas, output["pH"][-1]
 
 
-@pytest.mark.parametrize("molar", [1.0, 0.3, 0.1])
+@pytest.mark.parametrize("molar", [1.0, pytest.param(0.3, marks=pytest.mark.slow), 0.1])
 def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
     """With acid alone as its limit 3.6 % more dissolved, and the pH was 6.3."""
-    series, gas, effects = poured_on("CaCO3", "HCl", molar, MARBLE, 5.0)
+    series, gas, effects = poured_on("CaCO3", "HCl", molar, MARBLE, 20.0)
     volume = effects["mixing"].series["b/volume"].values[-1]
     dissolved, left, ph = stepwise(1e-3 * molar * (volume - WATER_ML), 1e-3 * volume)
     assert series["b/extent"] == pytest.approx(dissolved, rel=0.01)
@@ -73,7 +73,7 @@ SULFIDES = [
 @pytest.mark.parametrize(("solid", "equation", "tolerance"), SULFIDES)
 def test_a_rate_changes_no_amount_of_a_sulfide_that_dissolves(solid, equation, tolerance):
     at_once, gas, _ = poured_on(solid, "HCl", 1.0, equation, None)
-    slow, slow_gas, _ = poured_on(solid, "HCl", 1.0, equation, 5.0)
+    slow, slow_gas, _ = poured_on(solid, "HCl", 1.0, equation, 20.0)
     assert slow_gas == pytest.approx(gas, rel=max(tolerance, 1e-9))
     assert slow["b/pH"] == pytest.approx(at_once["b/pH"], abs=0.02)
     if solid == "CuS":

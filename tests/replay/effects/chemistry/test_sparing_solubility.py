@@ -31,6 +31,7 @@ def dissolved(solid, celsius, grams):
     return effects["precipitation"].output.events_named("dissolved")[0].values["mass_g"]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("solid", "celsius", "grams"), ROWS)
 def test_sparing_solubility_agrees_with_tables_hot_and_cold(solid, celsius, grams):
     """``grams`` are the tabled solubility at that temperature; agreement within 18 %."""

@@ -17,7 +17,7 @@ def scores(drawn, short):
 
 
 def test_traits_and_touches_go_together_as_the_model_says():
-    drawn = draw_class(2500)
+    drawn = draw_class(1500)
     ease, motivation = scores(drawn, "ease"), scores(drawn, "mot")
     touches = [len(item.touches) for item in drawn]
     near = [item.near for item in drawn]

@@ -49,7 +49,7 @@ def folder(audited, tmp_path, monkeypatch):
     sys.modules.pop("sent_along", None)
 
 
-@pytest.mark.parametrize("name", ["sent_along:Blind", "os:system"])
+@pytest.mark.parametrize("name", ["sent_along:Blind", pytest.param("os:system", marks=pytest.mark.slow)])
 def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys):
     tamper(folder, "detectors", slow={"name": name, "settings": {}})
     for text in (["shrink", "run", "--miss", "1"], ["diff", "run", "run"], ["share", "run", "-o", "sent", "--anyway"]):

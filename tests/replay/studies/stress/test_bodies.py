@@ -14,7 +14,7 @@ def run_cases(detectors, cases, **more):
     return stress(",".join(detectors), families=(), cases=cases, **more).tallies
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("number", [number for number in CASE_NAMES if number != 29])
 def test_exact_passes_or_speaks_of_frames(number):
     (item,) = run_cases(["exact"], [number])
