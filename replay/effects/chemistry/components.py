@@ -178,12 +178,14 @@ def _is_plausible(formula: str, ions: Counter[str], water: int) -> bool:
         name for name in ions if len(component_of(name).heavy_atoms) and "C" in component_of(name).heavy_atoms
     ]
     organic_ions = [name for name in organic_ions if name not in ("CO3^2-", "CN-", "SCN-")]
-    if organic_ions and water != crystal_water(formula):
+    if organic_ions and (water != crystal_water(formula) or not _is_organic_salt(formula, ions, organic_ions)):
         return False
     # TRIS is no trimethylammonium hydrogencarbonate, lysine no salt of dimethylamine.
     if set(ions) & ORGANIC_BASES and not (set(ions) <= ORGANIC_BASES | SALT_ANIONS or set(ions) & METALS):
         return False
-    # Pyrophosphate does not become phosphate in water, as an oxide of phosphorus does.
+    # Pyrophosphate does not become phosphate in water, as an oxide of phosphorus does, nor phosphate pyrophosphate.
+    if "P2O7^4-" in ions and water != crystal_water(formula):
+        return False
     if "PO4^3-" in ions and water < 0 and (len(ions) > 1 or charge_of(formula) != 0):
         return False
     # Chromate loses water; any other ion that did would be another molecule.
@@ -196,6 +198,17 @@ def _is_plausible(formula: str, ions: Counter[str], water: int) -> bool:
     if organic_ions and sum(ions.values()) > 1:
         return False
     return charge_of(formula) != 0 or len(ions) <= 1
+
+
+def _is_organic_salt(formula: str, ions: Counter[str], organic_ions: list[str]) -> bool:
+    """Whether a formula can be of these organic ions: calcium lactate is no acetate, sodium gluconate no carbonate."""
+    if not set(ions) & METALS:
+        return True
+    if len(organic_ions) > 1 or "CO3^2-" in ions:
+        return False
+    # Of acids with several protons there are acid salts: KHC8H4O4, KHC2O4.
+    protons = charge_of(formula) - sum(many * component_of(name).charge for name, many in ions.items())
+    return protons <= 0 or component_of(organic_ions[0]).charge < -1
 
 
 def solute_components(formula: str) -> dict[str, int]:

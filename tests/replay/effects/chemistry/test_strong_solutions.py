@@ -73,6 +73,8 @@ SALTS = {
     "NaOH": ({"Na": 1}, (WATEQ, LLNL, SIT, PITZER)),
     "NH3": ({"N(-3)": 1}, (LLNL, SIT)),
     "Na3C6H5O7": ({"Na": 3, "Cit": 1}, (SIT,)),
+    "Na2H2P2O7": ({"Na": 2, "Pyrophos": 1}, (SIT,)),
+    "C6H12O7": ({"Glu": 1}, (SIT,)),
 }
 """Salt -> what it brings, and the data bases that know how its ions give and take protons."""
 
