@@ -70,10 +70,17 @@ def find_mixing_heat(inputs: EffectInputs, declared: Declaration, findings: Find
         mixed_rows &= keeps_heat | ~np.maximum.accumulate(keeps_heat)
         series = Series(times[mixed_rows], celsius[mixed_rows], "degC")
         note_temperature(findings, name, series, boils_c, volume_ml[mixed_rows] > 0.0)
-        findings.events += [
-            *_extreme_events(name, times[mixed_rows], celsius[mixed_rows]),
-            *_freezing_events(name, matter, declared["ambient_c"]),
-        ]
+        if not _drifts_alone(name, matter):
+            findings.events += _extreme_events(name, times[mixed_rows], celsius[mixed_rows])
+        findings.events += _freezing_events(name, matter, declared["ambient_c"])
+
+
+def _drifts_alone(name: str, matter: Matter) -> bool:
+    """Whether a vessel comes nearer to the room and no more, while another one is poured into."""
+    history, flames = matter.histories[name], matter.ledger.flames
+    is_left_alone = not history.added_ml[-1].any() and matter.ledger.at[name] not in flames
+    has_reacted = bool((history.extents[-1] > history.extents[0]).any())
+    return is_left_alone and not has_reacted and not matter.is_still
 
 
 def _early_dissolution_events(name: str, matter: Matter) -> list[EffectEvent]:

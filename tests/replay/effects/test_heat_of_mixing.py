@@ -64,6 +64,14 @@ def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
     assert early.sum() > 10 and series.values[early] == pytest.approx(expected, rel=1e-9)
 
 
+def test_a_vessel_that_drifts_to_the_room_is_no_result():
+    """Hot water cools in its glass, and warms what it is poured into: the second is what is reported."""
+    bodies = (vessel("a", 60.0, "", 0.0, temperature_c=60.0), vessel("b", 50.0, "", 0.0))
+    heat = ("heat", {**HEAT, "loss_w_per_k": 10.0})
+    effects = poured([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    assert {event.bodies for event in effects["heat"].events if event.name in ("warmest", "coldest")} == {("b",)}
+
+
 def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     """2 g of calcium chloride's hydrate cool 25 mL or so by 1.4 K; the first drops on it are not what is told."""
     solid = {"solid": {"formula": "CaCl2.6H2O", "mass_g": 2.0}}
