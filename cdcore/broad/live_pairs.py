@@ -12,7 +12,7 @@ import numpy as np
 
 from cdcore.broad.box_stage import boxes_may_meet
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_verdicts
+from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, fill_sphere_verdicts
 from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
@@ -108,7 +108,7 @@ def decide_by_volumes(
     sphere_room = np.empty((len(steps), 3)), np.empty(len(steps))
     box_room = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
     note_moves(poses, valid, spheres, (last_rotation, last_translation), steps)
-    sphere_verdicts(poses, valid, spheres, ends, sphere_room, sphere_verdict)
+    fill_sphere_verdicts(poses, valid, spheres, ends, sphere_room, sphere_verdict)
     count = 0
     for p in range(len(first)):
         a, b = first[p], second[p]

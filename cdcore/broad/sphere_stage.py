@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere
-from cdcore.kernels.compiling import kernel
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import place_coordinate
 from cdcore.protocol import Motion, Verdict
@@ -35,6 +35,14 @@ def sphere_verdicts(
 
     ``spheres``: centres, radii, and sizes of bodies at rest; ``room``: as ``sphere_room`` makes it.
     """
+    return fill_sphere_verdicts(poses, valid, spheres, ends, room, verdict)
+
+
+@hot_kernel
+def fill_sphere_verdicts(
+    poses: Arrays, valid: BoolArray, spheres: Arrays, ends: tuple[IntArray, IntArray], room: Arrays, verdict: ByteArray
+) -> int:
+    """The same, for kernels: compiled once for a whole motion and for a live look."""
     (rotation, translation), (centres, radii, size_at_rest), (first, second) = poses, spheres, ends
     world, size = room
     frames, bodies = valid.shape
