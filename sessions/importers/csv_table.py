@@ -382,6 +382,8 @@ class CsvTable:
 
     def _cure_of_number(self, text: str) -> str:
         """Returns the cure of a cell that is no number."""
+        if text in self.columns:
+            return "the line names columns again, in another order; split the file there"
         separators = re.findall("[.,'’ ]", text)
         if GROUPS.fullmatch(text) and (len(separators) > 1 or separators[0] not in ".,"):
             return "export numbers without separators of thousands"
@@ -434,7 +436,9 @@ class CsvTable:
         """Stamps with digits beyond the nanosecond, or with a cell that is no time, which an error names."""
         missing = np.flatnonzero(~np.isfinite(self._floats(column, rows)))
         if len(missing):
-            raise self._cell_error(column, rows, int(missing[0]), "the time is missing; remove the row")
+            cell = self.texts(column, rows)[int(missing[0])]
+            message = "the time is missing" if cell in EMPTY_CELLS else f"{cell[:40]!r} is no time"
+            raise self._cell_error(column, rows, int(missing[0]), f"{message}; remove the row")
         scale, start = Decimal(CLOCK_NS[unit]), TICKS_1970 if unit == "ticks" else 0
         try:
             exact = [

@@ -29,7 +29,7 @@ from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.model.scene import Scene, SceneBody, SceneGroup
 from sessions.model.session import Session
 
-SEEN_TOKENS: Final = frozenset(VOCABULARY["seen"])
+LOSS_TOKENS: Final = frozenset(VOCABULARY["seen"])
 LARGEST_RADIUS_M: Final = 0.1
 """A radius above it is that of no hand; it is left out, as one that is not above 0."""
 
@@ -86,7 +86,7 @@ def _unread_flags(table: CsvTable, layout: HandLayout) -> Iterator[str]:
     columns = [
         column
         for column in table.columns
-        if not SEEN_TOKENS.isdisjoint(token.lower() for token in name_tokens_of(column))
+        if not LOSS_TOKENS.isdisjoint(token.lower() for token in name_tokens_of(column))
         and column not in layout.valid.values()
         and table.count_different(column) > 1
     ]

@@ -92,10 +92,12 @@ def test_table_of_loggers_is_drafted_and_read(tmp_path, change):
         (("0;1.500", "0;1,5"), "decimal commas; export one of them"),
         (('0,"1,500.25"', "0,1.5"), "export numbers without separators of thousands"),
         (("0,1_0", "0,1"), "'1_0' is no number; repair the cell"),
+        (("0,1", "x,time"), "the line names columns again, in another order; split the file there"),
+        (("1e999,1", "0,1"), "'1e999' is no time; remove the row"),
     ],
 )
 def test_number_of_two_readings_is_refused(tmp_path, cells, text):
-    path, delimiter = tmp_path / "log.csv", cells[0][1]
+    path, delimiter = tmp_path / "log.csv", ";" if ";" in cells[0] else ","
     rest = delimiter.join(["1", "0", "0", "0", "0", "1"])
     rows = [f"{delimiter.join([cell, rest])}" for cell in cells]
     path.write_text("\n".join([delimiter.join(f"time,{POSE}".split(",")), *rows, ""]))
