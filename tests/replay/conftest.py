@@ -7,6 +7,7 @@ import pytest
 from replay.advice import collider_search, scene_outcome
 from replay.cutting import surface_distance
 from replay.detection import compile_notice
+from replay.show.report import still
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -25,6 +26,15 @@ def shared_pieces(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("replay.cutting.piece_store.cache_folder", lambda: folder)
         yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def coarse_stills():
+    """Pictures of faults in reports have a fifth of their pixels each way; yields the usual pixels per unit."""
+    usual = dict(still.PIXELS_PER_UNIT)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(still, "PIXELS_PER_UNIT", {size: factor / 5 for size, factor in usual.items()})
+        yield usual
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,10 @@ def file(tmp_path, monkeypatch):
     return str(tmp_path / "s.mcap")
 
 
-def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, capsys):
+def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, monkeypatch, capsys):
+    """Pieces that are kept from earlier commands are not announced."""
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
+    (tmp_path / "cut-1.npz").touch()
     out = tmp_path / "runs"
     arguments = ["tradeoff", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
     assert main(arguments) == 0
@@ -30,12 +33,10 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
         and reported["rows"][0]["number"] == 1
     )
     assert (out / "report.html").is_file() and str(out) in err
+    assert "cutting meshes" not in err
 
 
-@pytest.mark.parametrize("kept", [True, False])
-def test_missing_pieces_are_announced_before_cutting(file, kept, tmp_path, monkeypatch, capsys):
+def test_missing_pieces_are_announced_before_cutting(file, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
-    if kept:
-        (tmp_path / "cut-1.npz").touch()
     assert main(["tradeoff", file, "--engine", "unity"]) == 0
-    assert ("cutting meshes" in capsys.readouterr().err) != kept
+    assert "cutting meshes" in capsys.readouterr().err

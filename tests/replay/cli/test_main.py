@@ -89,8 +89,7 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
-@pytest.mark.parametrize("where", [">&-", ">/dev/full", ">&- 2>&-"])
-@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(("where", "unbuffered"), [(">&-", "1"), (">/dev/full", ""), (">&- 2>&-", "")])
 def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):
     write_session(cubes({"a": [0, 1]}), tmp_path / "s.mcap")
     sentence = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"

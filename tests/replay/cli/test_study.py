@@ -7,13 +7,18 @@ from support.study_samples import CODEBOOK, a_class, made_class, write_answers
 from replay.cli.main import main
 
 
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Run folders of a class of 30 students, which tests only read."""
+    return made_class(tmp_path_factory.mktemp("class") / "runs", 30, 30, contacts=4)
+
+
 @pytest.fixture
-def files(tmp_path):
+def files(tmp_path, runs):
     """The words of ``study page`` for a class of 30 students."""
     answers, _ = a_class(30, seed=3)
     write_answers(tmp_path / "answers.csv", answers, [f"S{k:03d}" for k in range(30)])
     (tmp_path / "codebook.yaml").write_text(CODEBOOK.replace("[contacts_per_min, grasps]", "[contacts_per_min]"))
-    runs = made_class(tmp_path / "runs", 30, 30, contacts=4)
     requested = ["--questionnaire", tmp_path / "answers.csv", "--codebook", tmp_path / "codebook.yaml"]
     return ["study", "page", *map(str, [runs, "--out", tmp_path / "study", *requested])]
 

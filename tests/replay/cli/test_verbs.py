@@ -125,7 +125,7 @@ VERBS = (
     "run p.mcap --step-rate 25",
     "run p.mcap --detectors box=collider[shape=box,skin_m=2.1]; run p.mcap --detectors exact -o r6",
     f"run p.mcap {SLOW},sphere --max-missed 0 --format markdown", "run p.mcap --detectors hybrid --format markdown",
-    f"{MANY} -o m1; {MANY} -o m1", f"{MANY} --format json", f"{MANY} --format markdown", MANY,
+    f"{MANY} -o m1; {MANY} -o m1", f"{MANY} --format json", f"{MANY} --format markdown",
     f"run apart.mcap twice.mcap --no-picture {SLOW}", "run text.mcap apart.mcap --detectors hybrid --oracle none",
     "run several/0 -o m2 --detectors hybrid --no-picture", "run mine",
     f"{OTHERS}; {OTHERS} --seed 1; {OTHERS} --seed 1 --force; {OTHERS} --seed 1",

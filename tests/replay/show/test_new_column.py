@@ -68,14 +68,13 @@ def texts(tmp_path_factory):
     return result, folder / "after", before, after
 
 
-@pytest.mark.parametrize("output", OUTPUTS)
-def test_column_added_to_the_table_appears_in_every_output(texts, output):
+def test_column_added_to_the_table_appears_in_every_output(texts):
     """A column "probe" is added to the table of columns, and to nothing else, between the texts before and after."""
     result, _, before, after = texts
     cells = {f"probe-{40 + len(rank.label)}" for rank in result.ranking}
-    assert cells <= set(re.findall(r"probe-\d+", after[output]))
-    assert "probe" in after[output]
-    assert "probe" not in before[output]
+    for output in OUTPUTS:
+        assert cells <= set(re.findall(r"probe-\d+", after[output])), output
+        assert "probe" not in before[output], output
 
 
 def test_a_new_column_is_a_column_in_parquet(texts):
@@ -124,12 +123,14 @@ def faulty():
     return with_steady_times(compute(cubes(places, scene=SCENE), detectors=f"{TWO},{box}", oracle="exact"))
 
 
-@pytest.mark.parametrize("table", TABLES)
-def test_new_column_of_any_table_reaches_five_outputs(faulty, table, monkeypatch):
-    monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], MARKER))
+def test_new_column_of_any_table_reaches_five_outputs(faulty, monkeypatch):
+    for table in TABLES:
+        marker = replace(MARKER, of=lambda row, table=table: f"marker-cell-of-{table}")
+        monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], marker))
     texts = all_texts(faulty)
     assert texts.keys() == set(OUTPUTS)
-    assert [output for output, text in texts.items() if "marker-cell" not in text] == []
+    absent = [(table, output) for table in TABLES for output in OUTPUTS if f"-of-{table}" not in texts[output]]
+    assert absent == []
 
 
 FILE_TABLES = (*TABLES, "episodes", "events")
@@ -137,28 +138,30 @@ MEASURED = replace(MARKER, dtype=float, unit="m", of=lambda row: 2.5, show=lambd
 
 
 @pytest.fixture
-def with_column(faulty, tmp_path, request, monkeypatch):
-    """The folder of a run with one more row in the declaration of a table."""
-    monkeypatch.setitem(columns.COLUMNS, request.param, (*columns.COLUMNS[request.param], MEASURED))
+def folder_with_columns(faulty, tmp_path, monkeypatch):
+    """The folder of a run with one more row in the declaration of every table."""
+    for name in FILE_TABLES:
+        monkeypatch.setitem(columns.COLUMNS, name, (*columns.COLUMNS[name], MEASURED))
     tables = result_tables(faulty)
     document = structs.replace(
         faulty.document, tables={name: stored_table(name, table) for name, table in tables.items()}
     )
     folder = tmp_path / "run"
     write_run_folder(replace(faulty, tables=tables, document=document), folder)
-    return request.param, folder
+    return folder
 
 
-@pytest.mark.parametrize("with_column", FILE_TABLES, indirect=True)
-def test_new_column_reaches_parquet_csv_and_reader(with_column):
-    name, folder = with_column
-    assert set(pq.read_table(folder / f"{name}.parquet")["probe"].to_pylist()) <= {2.5}
-    write_tables({name: pq.read_table(folder / f"{name}.parquet")}, folder, "csv")
-    head, *rows = csv.reader((folder / f"{name}.csv").read_text(encoding="utf-8-sig").splitlines())
-    assert "probe" in head
-    assert {row[head.index("probe")] for row in rows} <= {"2.5"}
-    if name in ("episodes", "misses", "false", "events"):
-        assert {row["probe"] for row in read_run_folder(folder).rows(name)} <= {2.5}
+def test_new_column_reaches_parquet_csv_and_reader(folder_with_columns):
+    folder = folder_with_columns
+    for name in FILE_TABLES:
+        table = pq.read_table(folder / f"{name}.parquet")
+        assert set(table["probe"].to_pylist()) <= {2.5}, name
+        write_tables({name: table}, folder, "csv")
+        head, *rows = csv.reader((folder / f"{name}.csv").read_text(encoding="utf-8-sig").splitlines())
+        assert {row[head.index("probe")] for row in rows} <= {"2.5"}, name
+    run = read_run_folder(folder)
+    for name in ("episodes", "misses", "false", "events"):
+        assert {row["probe"] for row in run.rows(name)} <= {2.5}, name
 
 
 def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
@@ -194,26 +197,28 @@ def test_parquet_columns_use_the_unit_in_their_name(faulty):
     assert effect["ms"] == pytest.approx(1e3 * record.seconds)
 
 
-@pytest.mark.parametrize("name", [SectionName.ANSWER, SectionName.RANKING])
-def test_every_output_renders_answer_and_ranking_of_the_list(faulty, name, monkeypatch):
-    section_of_run = SECTIONS[name]
+def test_every_output_renders_answer_and_ranking_of_the_list(faulty, monkeypatch):
+    sections = {name: SECTIONS[name] for name in (SectionName.ANSWER, SectionName.RANKING)}
+    for name, section_of_run in sections.items():
 
-    def with_marker(run):
-        section = section_of_run(run)
-        sentences = ("marker-sentence", *section.sentences[name is SectionName.ANSWER :])
-        return replace(section, sentences=sentences)
+        def with_marker(run, name=name, section_of_run=section_of_run):
+            section = section_of_run(run)
+            sentences = (f"marker-sentence-of-{name}", *section.sentences[name is SectionName.ANSWER :])
+            return replace(section, sentences=sentences)
 
-    monkeypatch.setitem(SECTIONS, name, with_marker)
-    assert [output for output, text in all_texts(faulty).items() if "marker-sentence" not in text] == []
+        monkeypatch.setitem(SECTIONS, name, with_marker)
+    texts = all_texts(faulty)
+    markers = [f"marker-sentence-of-{name}" for name in sections]
+    assert [(output, marker) for output in OUTPUTS for marker in markers if marker not in texts[output]] == []
 
 
 def test_no_output_shows_a_column_that_no_table_has(faulty):
     assert not [output for output, text in all_texts(faulty).items() if "marker-cell" in text]
 
 
-@pytest.mark.parametrize("table", columns.COLUMNS)
-def test_every_column_of_every_table_has_a_meaning(table):
-    assert all(column.meaning for column in columns.COLUMNS[table])
+def test_every_column_of_every_table_has_a_meaning():
+    tables = columns.COLUMNS.items()
+    assert [(table, column.name) for table, some in tables for column in some if not column.meaning] == []
 
 
 def test_a_new_column_is_in_the_list_of_the_guide(monkeypatch, capsys):

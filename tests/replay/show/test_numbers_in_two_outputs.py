@@ -276,7 +276,17 @@ def printed(*contents):
     return console.file.getvalue()
 
 
-@pytest.fixture(scope="module", params=[*SCREENS, "effects beside an audit"])
+QUICK_STATES = ("several", "undecided", "only false", "effects beside an audit")
+"""States that differ most: contacts missed and late, contacts undecided, false contact, and a table of effects."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(state, marks=() if state in QUICK_STATES else pytest.mark.slow)
+        for state in (*SCREENS, "effects beside an audit")
+    ],
+)
 def outputs(request, tmp_path_factory):
     """Cells of each output, and sentences of each output."""
     result = result_of(request.param)
@@ -361,8 +371,8 @@ def test_most_numbers_occur_in_more_than_two_outputs(outputs):
 
 
 @pytest.mark.parametrize("outputs", ["several"], indirect=True)
-@pytest.mark.parametrize("output", ["terminal", "Markdown", "report", "picture", "Parquet", "summary"])
-def test_another_number_in_a_single_output_is_noticed(outputs, output):
+def test_another_number_in_a_single_output_is_noticed(outputs):
     facts, _ = outputs
-    cell = max(facts[output], key=lambda cell: sum(cell in known for known in facts.values()))
-    assert not any(agrees("77", known[cell]) for name, known in facts.items() if name != output and cell in known)
+    for output in ("terminal", "Markdown", "report", "picture", "Parquet", "summary"):
+        cell = max(facts[output], key=lambda cell: sum(cell in known for known in facts.values()))
+        assert not any(agrees("77", known[cell]) for name, known in facts.items() if name != output and cell in known)

@@ -29,7 +29,14 @@ FIRST_COUNT = {"terminal": 2, "Markdown": 2, "picture": 1, "notebook": 1}
 COLUMNS = ("missed", "late or cut short", "false contact", "mean ms", "p99 ms")
 
 
-@pytest.fixture(scope="module", params=SCREENS)
+QUICK_SCREENS = ("several", "undecided", "busy")
+"""States that differ most: contacts missed and late, contacts undecided, and times of a busy machine."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(state, marks=() if state in QUICK_SCREENS else pytest.mark.slow) for state in SCREENS],
+)
 def screens(request, tmp_path_factory):
     """A run, its summary as written, and the text of each screen."""
     result = result_of(request.param)
@@ -136,7 +143,7 @@ def test_recording_rate_is_the_same_in_fix_and_report(screens):
     assert all(f"({words.rate(rate)})" in fix.text for fix in fixes)
 
 
-@pytest.mark.parametrize("state", ["several", "one missed", "nine pairs"])
+@pytest.mark.parametrize("state", ["several", pytest.param("nine pairs", marks=pytest.mark.slow)])
 def test_tradeoff_and_ranking_have_the_same_counts(state):
     result = STATES[state]()
     scoring = Scoring(result.assembly, replay.detection.detector_spec.parse_detector("exact"), 0, 2e-6, result.session)

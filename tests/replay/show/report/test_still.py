@@ -9,12 +9,21 @@ import pytest
 from PIL import Image
 from support.report_states import steady
 
+from replay.show.report import still
 from replay.show.report.page import report_html
 from replay.show.report.rasteriser import FOCAL_RATIO, Lines, Shape, View, covered_pixels, draw_picture
 from replay.show.report.still import FIRST_SIZE, fault_still
 
+pytestmark = pytest.mark.usefixtures("usual_pixels")
+
 SIZE = (180, 120)
 BLACK = np.zeros((SIZE[1], SIZE[0], 3))
+
+
+@pytest.fixture
+def usual_pixels(coarse_stills, monkeypatch):
+    """Pictures of faults have as many pixels as in a report of a user."""
+    monkeypatch.setattr(still, "PIXELS_PER_UNIT", coarse_stills)
 
 
 def view():
