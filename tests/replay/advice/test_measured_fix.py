@@ -58,7 +58,13 @@ BEAKER = revolved_mesh(WALL, 24)
 
 @pytest.mark.parametrize(
     "subject",
-    ["hull50", pytest.param("collider[shape=hull]", marks=pytest.mark.slow), "collider[shape=box,rate_hz=50]"],
+    [
+        "hull50",
+        *(
+            pytest.param(subject, marks=pytest.mark.slow)
+            for subject in ("collider[shape=hull]", "collider[shape=box,rate_hz=50]")
+        ),
+    ],
 )
 def test_repeated_measured_fix_gives_its_figures(subject):
     session = stirred(BEAKER)
@@ -101,6 +107,7 @@ def test_pieces_that_miss_more_are_advised_at_every_frame():
     assert trade.startswith(f"{change_text(before, stepped)}.")
 
 
+@pytest.mark.slow
 def test_name_of_any_characters_is_accepted_as_a_spec():
     first = run(stirred(BEAKER, "a,b [c]+"), detectors="subject=hull50,exact", fix_time=60)
     fix = first.answers[0].fix
@@ -160,6 +167,7 @@ def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
     assert ("The machine was busy (40 %)" in answer.fix.notes) == (busy == "fix")
 
 
+@pytest.mark.slow
 def test_fix_advises_no_pieces_as_wrong_as_the_hull(nothing_cut, monkeypatch):
     """A hull of the beaker in place of its pieces is as wrong as its hull."""
     beaker = revolved_mesh(WALL, 12)
@@ -227,6 +235,7 @@ def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):
     assert ",cut=beaker" in fix.setting and "second" not in fix.setting
 
 
+@pytest.mark.slow
 def test_good_pieces_of_both_bodies_are_advised(two_beakers):
     fix = run(two_beakers, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert fix.measured and re.match(r"Split beaker (into \d+ )?and second into ", fix.text)

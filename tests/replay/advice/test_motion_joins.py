@@ -120,6 +120,7 @@ def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
     assert (pieces, frames) == (1, 0)
 
 
+@pytest.mark.slow
 def test_untested_joins_change_no_level(stirred, monkeypatch):
     lazy = stirred.joined
     original = motion_joins._Joins._best_join

@@ -42,7 +42,7 @@ def with_open_pose_axes(session):
     ("convention", "kind", "exported"),
     [
         ("unity", "obj", True),
-        ("unreal", "glb", True),
+        pytest.param("unreal", "glb", True, marks=pytest.mark.slow),
         pytest.param("unity", "glb", False, marks=pytest.mark.slow),
         pytest.param("ros", "stl", True, marks=pytest.mark.slow),
     ],

@@ -58,6 +58,7 @@ def test_import_run_and_fix_lead_to_colliders_for_unity(own, capsys):
     assert all(len(piece.faces) <= 255 and piece.is_convex for piece in pieces.values())
 
 
+@pytest.mark.slow
 def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeypatch):
     monkeypatch.setattr(piece_store, "cache_folder", lambda: own / "cache")
     main(IMPORT)

@@ -152,6 +152,7 @@ def test_doctor_refuses_answers_to_unasked_questions(recording, capsys):
     assert recording.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, tmp_path, capsys):
     answered = tmp_path / "answered.mcap"
     answered.write_bytes(recording.read_bytes())
@@ -167,6 +168,7 @@ def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, t
     assert len(json.loads(capsys.readouterr().out)["open_questions"]) == 1
 
 
+@pytest.mark.slow
 def test_engine_advice_names_the_command_for_open_questions(recording, capsys):
     main(["tradeoff", str(recording), "--engine", "unity"])
     assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())

@@ -117,6 +117,7 @@ def test_convex_solid_keeps_255_triangles_with_small_error():
     assert within_triangles(few) is few
 
 
+@pytest.mark.slow
 def test_spool_is_cut_at_every_flange_and_separate_discs_stay():
     radii = np.repeat([0.03, 0.01, 0.03, 0.01, 0.03], 2)
     heights = np.repeat(np.arange(6), 2)[1:-1] * 0.02 - 0.05

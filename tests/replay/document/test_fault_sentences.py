@@ -17,7 +17,7 @@ from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
 from replay.auditing.loss import fraction_of
 from replay.detection.detector_spec import parse_detector
-from replay.document.fault_sentences import CAUSE_REASONS
+from replay.document.fault_sentences import CAUSE_REASONS, noise_remark
 from replay.engine import compute
 
 BODY = r"[a-z]+"
@@ -377,6 +377,12 @@ def without_noise(why, fault):
         return why
     assert float(match[1]) == pytest.approx(1e3 * fault.depth, rel=0.01)
     return why[: match.start()]
+
+
+def test_only_shallow_contacts_of_known_depth_may_be_noise():
+    shallow, deep = NOISE_MM / 2000, NOISE_MM / 500  # metres: half and twice of what noise can make
+    assert "the noise of a tracker could have made it" in noise_remark(shallow, at_least=False)
+    assert noise_remark(shallow, at_least=True) == noise_remark(deep, at_least=False) == ""
 
 
 def claims(run):

@@ -60,15 +60,11 @@ def test_page_loads_nothing_and_runs_its_own_script_only():
     assert "http" not in allowed and len(script.encode()) <= 25_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "curve", "headline"),
     [
-        pytest.param(
-            "ammonia-calorimetry",
-            "The temperature of calorimeter: 20.00 to 24.4",
-            "warms from 20.00 to 24.4",
-            marks=pytest.mark.slow,
-        ),
+        ("ammonia-calorimetry", "The temperature of calorimeter: 20.00 to 24.4", "warms from 20.00 to 24.4"),
         ("titration", "over what came in; the line is its end point, ", "equivalent in flask after 25.0"),
     ],
 )
