@@ -15,6 +15,7 @@ import time
 import warnings
 import zlib
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -275,7 +276,7 @@ def removal(out, chance):
 MUTANTS = [3, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "200")), marks=pytest.mark.slow)]
 LONGEST_S = 10.0
 FOR_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
-CHANGES = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.symlink")
+CHANGES = frozenset(("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.symlink"))
 touched: list[str] = []
 
 
@@ -284,12 +285,16 @@ def _noted(event, arguments):
         touched.append(os.fsdecode(arguments[0]) if not isinstance(arguments[0], int) else "")
 
 
-sys.addaudithook(_noted)
+@cache
+def note_changes():
+    """Notes changes of files from here on; a hook, which no program can take back, slows whatever follows."""
+    sys.addaudithook(_noted)
 
 
 @contextmanager
 def nothing_written(but=Path("none")):
     """Nothing anywhere is written, made, moved or removed, but the file named and its parts."""
+    note_changes()
     touched.clear()
     yield
     compiled = sys.pycache_prefix or "__pycache__"
