@@ -25,17 +25,17 @@ from cdcore.poses import place_points
 PAIR = np.array([[0, 1]])
 
 
-def asked(inner, outer, motion=None, asked=True):
-    """Frames in which one is inside the other, over the whole motion; frame by frame the answer is the same."""
+def contained_frames(inner, outer, motion=None, enabled=True):
+    """Whether one body is inside the other, (T,), over the whole motion; frame by frame the answer is the same."""
     bodies = [Body("inner", inner), Body("outer", outer)]
     motion = still(bodies, np.zeros((2, 3))) if motion is None else motion
     stage, frames, verdict = (
-        ContainmentStage(bodies, PAIR, enabled=asked),
+        ContainmentStage(bodies, PAIR, enabled=enabled),
         np.arange(len(motion)),
         np.zeros((len(motion), 1), "u1"),
     )
-    assert stage.mark(motion, frames, 0 * frames, verdict) == asked * len(motion)
-    if asked:
+    assert stage.mark(motion, frames, 0 * frames, verdict) == enabled * len(motion)
+    if enabled:
         live = [stage.question(motion.frames(frame, frame + 1), 0, 0.0)[0] for frame in frames]
         assert verdict[:, 0].tolist() == live
     return verdict[:, 0] == Verdict.CONTAINED
@@ -88,10 +88,10 @@ def shapes():
 
 
 @pytest.mark.parametrize("case", shapes())
-@pytest.mark.parametrize("backward", [False, True], ids=["asked forward", "asked backward"])
+@pytest.mark.parametrize("backward", [False, True], ids=["forward", "backward"])
 def test_body_with_a_component_inside_is_contained(case, backward):
     inner, outer, expected = shapes()[case]
-    assert asked(*((outer, inner) if backward else (inner, outer))).tolist() == [expected]
+    assert contained_frames(*((outer, inner) if backward else (inner, outer))).tolist() == [expected]
 
 
 @pytest.mark.parametrize("away", [0.0, 1e4])
@@ -103,7 +103,7 @@ def test_random_relative_poses_agree_with_the_exact_answer(away):
         "kij,kj->ki", rotation[:, 1], rng.uniform([-0.05, -0.05, -0.01], [0.05, 0.05, 0.11], (250, 3))
     )
     motion = Motion(np.arange(250), position + away, rotation)
-    answers, inside = asked(inner, outer, motion), []
+    answers, inside = contained_frames(inner, outer, motion), []
     for frame in range(250):
         surfaces = [
             place_points(mesh.triangles, rotation[frame, k], motion.translations[frame, k])
@@ -133,8 +133,8 @@ def test_faces_drawn_twice_count_once(reversed_, count):
         np.concatenate([box.vertices, box.vertices]), np.concatenate([box.faces, again + len(box.vertices)])
     )
     twice = Body("box", own)
-    assert asked(ball.mesh, own).all()
-    assert not asked(shift_mesh(ball.mesh, [0.7, 0.0, 0.0]), own).any()
+    assert contained_frames(ball.mesh, own).all()
+    assert not contained_frames(shift_mesh(ball.mesh, [0.7, 0.0, 0.0]), own).any()
     assert containment_word(ball, twice) == containment_word(twice, Body("b", own)) == "decided"
 
 
@@ -172,4 +172,4 @@ def test_winding_numbers_decide_containment_where_ray_parity_cannot(components, 
 
 
 def test_containment_that_is_switched_off_marks_nothing():
-    assert not asked(ball_mesh(0.1), box_mesh(), asked=False).any()
+    assert not contained_frames(ball_mesh(0.1), box_mesh(), enabled=False).any()

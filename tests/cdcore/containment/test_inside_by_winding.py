@@ -14,7 +14,7 @@ SIZE = np.array([0.2, 0.12, 0.12])
 SHIFT = np.array([0.1, 0.03, 0.02])
 PROBE = 0.01
 FRAMES = 150
-ASKERS = {
+DETECTORS = {
     "exact": {}, "hybrid": {}, "static": {}, "aabb": {}, "obb": {}, "rapid-style": {}, "solid-style": {},
     "collider": {"shape": "mesh"}, "hybrid-qaco": {"decide": "mesh"},
 }  # fmt: skip
@@ -86,7 +86,8 @@ def overlap_of_boxes(positions, middles):
     return overlaps, within
 
 
-def requested(name, mesh, positions, live=False, **settings):
+def verdicts_of(name, mesh, positions, live=False, **settings):
+    """Verdicts (T,) of a detector on a small box at these positions, beside a mesh at rest."""
     bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE] * 3))]
     motion = unturned(np.stack([0 * positions, positions], axis=1))
     detector = create_detector(name, bodies, **settings)
@@ -100,7 +101,7 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
     mesh, middles, lost = damaged()[name]
     mesh = reversed_faces(mesh) if wound == "inwards" else mesh
     positions = np.random.default_rng(3).uniform(-0.16, 0.26, (FRAMES, 3)) * [1.0, 0.6, 0.6]
-    verdict = requested("exact", mesh, positions)
+    verdict = verdicts_of("exact", mesh, positions)
     overlaps, within = overlap_of_boxes(positions, middles)
     undecided = verdict == Verdict.UNRESOLVED
     assert not (overlaps & (verdict == Verdict.CLEAR)).any()
@@ -113,29 +114,29 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
     beside = ((positions - PROBE / 2 > upper) | (positions + PROBE / 2 < lower)).any(axis=1)
     assert (verdict[beside] == Verdict.CLEAR).all()
     assert undecided.mean() <= (0.1 if lost else 0.0)
-    assert np.array_equal(requested("exact", mesh, positions, live=True), verdict)
+    assert np.array_equal(verdicts_of("exact", mesh, positions, live=True), verdict)
 
 
 @pytest.mark.sampled(2)
-@pytest.mark.parametrize("asker", ASKERS)
+@pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
-def test_every_detector_that_claims_containment_agrees(asker, live):
+def test_every_detector_that_claims_containment_agrees(detector, live):
     mesh = without_a_side()
     positions = np.array([-0.1, 0.0, 0.0]) + np.random.default_rng(4).uniform(-0.03, 0.03, (40, 3))
-    expected = requested("exact", mesh, positions)
+    expected = verdicts_of("exact", mesh, positions)
     assert {Verdict.UNRESOLVED, Verdict.CLEAR} <= {Verdict(code) for code in expected.tolist()}
-    assert np.array_equal(requested(asker, mesh, positions, live=live, **ASKERS[asker]), expected)
+    assert np.array_equal(verdicts_of(detector, mesh, positions, live=live, **DETECTORS[detector]), expected)
 
 
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
     mesh, steps = without_a_side(), np.linspace(-0.13, 0.0, 150)
     positions = steps[:, None] * [1.0, 0.0, 0.0]
-    expected = requested("exact", mesh, positions)
+    expected = verdicts_of("exact", mesh, positions)
     assert expected[0] == Verdict.CLEAR
     assert (expected[steps > -0.1] != Verdict.CLEAR).all()
-    for asker, settings in ASKERS.items():
-        assert np.array_equal(requested(asker, mesh, positions, live=live, **settings), expected), asker
+    for detector, settings in DETECTORS.items():
+        assert np.array_equal(verdicts_of(detector, mesh, positions, live=live, **settings), expected), detector
 
 
 def test_an_interval_through_a_hole_is_not_clear():
@@ -217,7 +218,7 @@ def test_inside_of_a_single_walled_cup_is_undecided(rotation):
 def test_a_body_may_be_open_where_the_other_is_closed():
     cup = tube(open_at_top=True)
     inner = TriangleMesh(cup.vertices * 0.1, cup.faces)
-    assert requested("exact", box_mesh([0.5] * 3), np.zeros((1, 3))) == [Verdict.CONTAINED]
+    assert verdicts_of("exact", box_mesh([0.5] * 3), np.zeros((1, 3))) == [Verdict.CONTAINED]
     bodies = [Body("block", box_mesh([0.5] * 3)), Body("cup", inner)]
     assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).verdict[0, 0] == Verdict.CONTAINED
 
@@ -232,16 +233,16 @@ def test_inside_unconnected_triangles_is_never_clear_and_outside_is():
     positions = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
     overlaps, within = overlap_of_boxes(positions, [0 * SHIFT])
     for mesh in (free_triangles(grid_box(SIZE, 4), 1e-7), free_triangles(box_mesh(SIZE), 1e-9)):
-        verdict = requested("exact", mesh, positions)
+        verdict = verdicts_of("exact", mesh, positions)
         assert not (overlaps & (verdict == Verdict.CLEAR)).any()
         assert (verdict[~overlaps] == Verdict.CLEAR).all()
         assert within.sum() > 10
-        assert np.array_equal(requested("exact", mesh, positions, live=True), verdict)
+        assert np.array_equal(verdicts_of("exact", mesh, positions, live=True), verdict)
 
 
 def test_a_flat_sheet_contains_nothing():
     sheet = TriangleMesh([[-1, -1, 0], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     positions = np.array([[0, 0, 0.4], [0.5, 0, 0.39], [0.5, 0, 0.35], [0.5, 0.5, 0.2]])
-    assert (requested("exact", sheet, positions) == Verdict.CLEAR).all()
+    assert (verdicts_of("exact", sheet, positions) == Verdict.CLEAR).all()
     bodies = [Body("sheet", sheet), Body("probe", box_mesh([PROBE] * 3))]
     assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).containment == ("decided",)

@@ -16,7 +16,7 @@ from replay.studies.stress.families import FAMILIES
 
 
 @kernel
-def requested(row, a, b, chord, pad, scratch):
+def lanes_that_may_meet(row, a, b, chord, pad, scratch):
     block = Block(pair_at(integers_of(row), 0), 0, chord, pad, scratch)
     return box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
 
@@ -30,7 +30,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed):
     dropped = clear = 0
     for a in range(1, len(a_tree.boxes), 2):
         for b in range(1, len(b_tree.boxes), 2):
-            left = requested(scene.row, a, b, scene.chord, scene.pad, scene.scratch)
+            left = lanes_that_may_meet(scene.row, a, b, scene.chord, scene.pad, scene.scratch)
             below = faces_below(a_tree, a), faces_below(b_tree, b)
             for lane in range(8):
                 first, second = worlds[lane][0][below[0]], worlds[lane][1][below[1]]
@@ -56,8 +56,8 @@ def faces_left(scene, pad):
     for a in np.flatnonzero(a_tree.child < 0):
         for b in np.flatnonzero(b_tree.child < 0):
             count = survivors(scene.row, a, b, scene.chord, pad, scene.scratch)
-            for face_a, face_b, requested, meet in scene.candidates[: 4 * count].reshape(-1, 4).tolist():
-                yield a_tree.faces[face_a], b_tree.faces[face_b], requested, meet
+            for face_a, face_b, possible, meet in scene.candidates[: 4 * count].reshape(-1, 4).tolist():
+                yield a_tree.faces[face_a], b_tree.faces[face_b], possible, meet
 
 
 @pytest.mark.sampled(3)
@@ -65,8 +65,8 @@ def faces_left(scene, pad):
 def test_meeting_face_pairs_survive_in_their_lanes(seed):
     scene = EightFrames(seed, size=0.6)
     lanes, certain = np.zeros((2, *map(len, scene.meshes)), dtype=int)
-    for face_a, face_b, requested, meet in faces_left(scene, scene.pad):
-        lanes[face_a, face_b], certain[face_a, face_b] = requested | meet, meet
+    for face_a, face_b, possible, meet in faces_left(scene, scene.pad):
+        lanes[face_a, face_b], certain[face_a, face_b] = possible | meet, meet
     meeting = 0
     for lane in range(8):
         first, second = scene.world(lane)
@@ -90,8 +90,8 @@ def test_certain_face_pairs_meet_wherever_rounding_may_have_moved_them(pad, grai
     scene = EightFrames(1, size=0.6, grains=grains)
     shape = [len(mesh) for mesh in scene.meshes]
     lanes, certain = np.zeros((2, *shape), dtype=int)
-    for face_a, face_b, requested, meet in faces_left(scene, pad):
-        lanes[face_a, face_b], certain[face_a, face_b] = requested | meet, meet
+    for face_a, face_b, possible, meet in faces_left(scene, pad):
+        lanes[face_a, face_b], certain[face_a, face_b] = possible | meet, meet
     signs = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])[::2]  # axes and corners
     shifts = 0.999 * pad * signs / np.maximum(1.0, np.linalg.norm(signs, axis=1, keepdims=True))
     lane = 7
