@@ -21,14 +21,20 @@ from replay.words import quantity
 LEAST_MOL: Final = 1e-9
 """Of a reaction: less is none."""
 
-LEAST_CHLORINE_MOLAR: Final = 1e-4
-"""Of dissolved chlorine, mol/L, from which its acid is told."""
+LEAST_HALOGEN_MOLAR: Final = 1e-4
+"""Of a dissolved halogen, mol/L, from which is told what it makes of water or lye."""
 
 MOST_PERMANGANATE_PH: Final = 4.0
-"""From which on permanganate becomes manganese dioxide; chosen by us. In 0.5 mol/L of acid it becomes manganese(II).
+"""From which on permanganate is said to become manganese dioxide and not manganese(II); chosen by us.
 
-Source: Vogel, Quantitative Chemical Analysis, 5th ed., 10.90.
+Titrations of laboratory manuals take 0.5 mol/L of sulfuric acid and more.
 """
+
+LYE_EQUATIONS: Final = {
+    "I2": (9.0, "3 I2 + 6 OH- -> 5 I- + IO3- + 3 H2O"),
+    "Br2": (8.0, "3 Br2 + 6 OH- -> 5 Br- + BrO3- + 3 H2O"),
+}
+"""Halogen -> pH from which it is said to disproportionate, chosen by us, and the equation."""
 
 HOT_C: Final = 45.0
 LEAST_DISSOLVED_FRACTION: Final = 0.05
@@ -58,6 +64,7 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
     yield from _early_stops(matter)
     yield from _hot_solids(matter)
     yield from _chlorine(matter)
+    yield from _halogens_in_lye(matter)
     yield from _permanganate(matter)
     for vessel, history in matter.histories.items():
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
@@ -115,7 +122,7 @@ def _chlorine(matter: Matter) -> Iterator[EffectEvent]:
         return
     for vessel, history in matter.histories.items():
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
-        moments = np.flatnonzero(matter.amount(vessel, "Cl2") / litres > LEAST_CHLORINE_MOLAR)
+        moments = np.flatnonzero(matter.amount(vessel, "Cl2") / litres > LEAST_HALOGEN_MOLAR)
         if len(moments):
             text = (
                 f"chlorine in {vessel} is counted as Cl2 alone, but some of it makes acid of water: for its pH add "
@@ -123,6 +130,31 @@ def _chlorine(matter: Matter) -> Iterator[EffectEvent]:
             )
             values: dict[str, float | str] = {"formula": "Cl2"}
             yield EffectEvent(float(history.times[moments[0]]), "assumed", (vessel,), None, values, text, "warning")
+
+
+def _halogens_in_lye(matter: Matter) -> Iterator[EffectEvent]:
+    """Events of iodine and bromine that stand in lye, where they disproportionate, without an equation that says so."""
+    for formula, (limit_ph, equation) in LYE_EQUATIONS.items():
+        reagents = [set(reaction.equation.reagents) for reaction in matter.recipe.reactions]
+        reacts_with_base = any(
+            formula in formulas and any(dissolved_components(other).get(PROTON, 0) < 0 for other in formulas)
+            for formulas in reagents
+        )
+        for vessel, history in matter.histories.items() if matter.solver is not None and not reacts_with_base else ():
+            litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
+            times = history.times[matter.amount(vessel, formula) / litres > LEAST_HALOGEN_MOLAR]
+            if not len(times):
+                continue
+            wet, equilibria = matter.equilibria(vessel, times)
+            basic = np.flatnonzero(equilibria.ph > limit_ph)
+            if len(basic):
+                text = (
+                    f"{formula} in {vessel} is counted as such at a pH of "
+                    f"{words.decimal(float(equilibria.ph[basic].max()), 1)}, but lye takes it apart: add "
+                    f'[[effect]] with kind = "reaction", equation = "{equation}"'
+                )
+                values: dict[str, float | str] = {"formula": formula}
+                yield EffectEvent(float(times[wet[basic[0]]]), "assumed", (vessel,), None, values, text, "warning")
 
 
 def _permanganate(matter: Matter) -> Iterator[EffectEvent]:

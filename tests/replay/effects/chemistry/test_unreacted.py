@@ -16,6 +16,7 @@ NONE_FREE = "it needs acid, and none is free in flask: a base takes it up, or th
 DIOXIDE = "; permanganate without acid makes MnO2: write the equation with MnO2, or add acid"
 OXALATE = "2 MnO4- + 5 C2O42- + 16 H+ -> 2 Mn2+ + 10 CO2 + 8 H2O"
 IN_LYE = "2 MnO4- + 3 C2O42- + 4 OH- -> 2 MnO2 + 6 CO32- + 2 H2O"
+IN_WATER = "2 MnO4- + 6 I- + 4 H2O -> 2 MnO2 + 3 I2 + 8 OH-"
 IODINE = {"I2": 0.0005, "KI": 0.1}
 
 
@@ -105,7 +106,7 @@ def test_acid_freed_by_a_hydroxide_is_no_equilibrium():
 
 @pytest.mark.parametrize(("acid", "is_reported"), [(0.02, True), (0.5, False)])
 def test_permanganate_in_too_little_acid_is_reported(acid, is_reported):
-    """In weak acid it becomes MnO2. Source: Vogel, Quantitative Chemical Analysis, 5th ed., 10.90."""
+    """In weak acid it becomes MnO2; laboratory manuals take 0.5 mol/L of sulfuric acid."""
     run_of = run({"Na2C2O4": 0.05, "H2SO4": acid}, {"KMnO4": 0.005}, OXALATE)
     assert ["permanganate makes MnO2" in event.text for event in run_of.output.events_named("assumed")] == [
         True
@@ -123,3 +124,10 @@ def test_a_cold_solution_is_saturated_by_its_own_temperature():
     output = compute(world({"flask": still(4)}, (body,), MIX, *tables)).effects["reaction"].output
     (event,) = output.events_named("no-reaction")
     assert event.text.endswith("flask is saturated with KNO3") and "flask/pH" in output.series
+
+
+@pytest.mark.parametrize(("equations", "is_reported"), [((IN_WATER,), True), ((IN_WATER, IODATE), False)])
+def test_iodine_that_stands_in_lye_is_reported(equations, is_reported):
+    """Permanganate makes iodine of iodide in water, and 8 hydroxide ions: a pH of 12."""
+    output = run({"KI": 0.05}, {"KMnO4": 0.005}, *equations).output
+    assert any("lye takes it apart" in event.text for event in output.events_named("assumed")) == is_reported
