@@ -99,8 +99,10 @@ def salt_of(formula: str, table: Mapping[float, float], heat_j: float | None = N
 
 def saturation_fraction(salt: Salt, column: Mapping[str, int], amounts: FloatArray, celsius: FloatArray) -> FloatArray:
     """Mean mol/kg (n,) of a salt's ions, a share of that of its solution saturated in water, of rows (n, columns)."""
-    kilograms = np.maximum(_solvent_mol(column, amounts) * WATER_KG, 1e-300)
     ions_present = _ions_present(salt, column, amounts)
+    dissolved = np.min([amount / many for many, amount in ions_present], axis=0)
+    water = _solvent_mol(column, amounts) + _water_taken_up(salt, np.maximum(0.0, dissolved))
+    kilograms = np.maximum(water * WATER_KG, 1e-300)
     with np.errstate(divide="ignore"):
         logs = [many * np.log(np.maximum(0.0, amount) / (many * kilograms)) for many, amount in ions_present]
     mean_molal = np.exp(np.sum(logs, axis=0) / sum(many for many, _ in ions_present))
@@ -116,6 +118,7 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
     bound = max(0, salt.components.get(WATER, 0) + min(0, salt.components.get(PROTON, 0)))
     ions_present = _ions_present(salt, column, amounts)
     most = np.min([amount / many for many, amount in ions_present], axis=0)
+    water = water + _water_taken_up(salt, most)
     saturated = salt.saturation(celsius)
     shares = np.array([amount / many for many, amount in ions_present])
     counts = np.array([many for many, _ in ions_present])
@@ -142,6 +145,14 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
 def _solvent_mol(column: Mapping[str, int], amounts: FloatArray) -> FloatArray:
     """Mol (n,) of water but hydroxide, which is counted as water less a proton and dissolves nothing."""
     return np.asarray(amounts[:, column[WATER]] + np.minimum(0.0, amounts[:, column[PROTON]]))
+
+
+def _water_taken_up(salt: Salt, dissolved: FloatArray) -> FloatArray:
+    """Mol (n,) of water of which so many mol of a salt made ions: tables of solubility count it as solvent.
+
+    Dichromate is counted as chromate and protons, with the oxygen of a water.
+    """
+    return np.asarray(max(0, -salt.components.get(WATER, 0)) * dissolved)
 
 
 def _ions_present(salt: Salt, column: Mapping[str, int], amounts: FloatArray) -> list[tuple[int, FloatArray]]:

@@ -43,6 +43,11 @@ def test_potassium_nitrate_crystallises_on_cooling():
     assert solid("KNO3", 10.0, 20.0) == pytest.approx(10.0 - 316.0 / 101.1, rel=1e-3)
 
 
+def test_dichromate_dissolves_up_to_its_table_when_hot():
+    """709 g in a kilogram of water at 80 degC (CRC Handbook), 294.2 g/mol; 7 % less came out before."""
+    assert solid("K2Cr2O7", 3.0, 80.0) == pytest.approx(3.0 - 709.0 / 294.2, rel=2e-3)
+
+
 def test_a_common_ion_salts_out():
     """The product of two ions is that of the saturated solution: s (s + 2) = 6.14^2."""
     more = {"Cl-": 2.0, "Na+": 0.0}
