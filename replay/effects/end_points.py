@@ -75,7 +75,7 @@ UNREACHED_RATIO: Final = 1.25
 LEAST_REACTED_FRACTION: Final = 0.9
 """Share of two equivalent reagents that must have reacted for an end point: an indicator or a colour shows it then."""
 
-LEAST_TOLD_FRACTION: Final = 1e-4
+LEAST_REPORTED_FRACTION: Final = 1e-4
 """The same of reagents that are said not to have reacted; of less the equation says that it does not proceed."""
 
 LEAST_REACTED_BESIDE_PARTNER: Final = 0.99
@@ -177,7 +177,7 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     events = [
         _incomplete_event(matter, vessel, point)
         for point in equivalents
-        if LEAST_TOLD_FRACTION <= point.reacted < LEAST_REACTED_FRACTION
+        if LEAST_REPORTED_FRACTION <= point.reacted < LEAST_REACTED_FRACTION
     ]
     events += [
         _end_point_event(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)

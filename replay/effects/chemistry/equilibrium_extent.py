@@ -254,15 +254,15 @@ def _roots(
             secant = (trial_value - value[active]) / (trial_ideal - ideal[active])
             is_usable = (secant > LEAST_SLOPE) & (secant < 1.0 / LEAST_SLOPE)
             slope[active] = np.where(is_usable, secant, slope[active])
-            wanted = trial_ideal - trial_value / slope[active]
+            proposal = trial_ideal - trial_value / slope[active]
         ideal[active], value[active] = trial_ideal, trial_value
         ideal_lower, ideal_upper = ideal_excess(lower[active], at), ideal_excess(upper[active], at)
-        is_inside = (wanted > ideal_lower) & (wanted < ideal_upper)
-        target[active] = np.where(is_inside, wanted, 0.5 * (ideal_lower + ideal_upper))
+        is_inside = (proposal > ideal_lower) & (proposal < ideal_upper)
+        target[active] = np.where(is_inside, proposal, 0.5 * (ideal_lower + ideal_upper))
         following = _inverse(ideal_excess, at, lower[active], upper[active], target[active])
         # An end that was not looked at yet comes before halving what is left.
-        goes_to_end = (wanted >= ideal_upper) & (upper[active] == end[active])
-        goes_to_begin = (wanted <= ideal_lower) & (lower[active] == begin[active])
+        goes_to_end = (proposal >= ideal_upper) & (upper[active] == end[active])
+        goes_to_begin = (proposal <= ideal_lower) & (lower[active] == begin[active])
         following = np.where(goes_to_end, end[active], np.where(goes_to_begin, begin[active], following))
         is_complete = is_below & (trial == end[active])
         is_nothing = ~is_below & (trial == begin[active])

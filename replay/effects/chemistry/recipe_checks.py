@@ -301,7 +301,7 @@ def _check_decided(recipe: Recipe) -> None:
 
 
 def _missing_key(process: Process) -> str:
-    """What would part a process from others that use the same: the constant of a solid of dissolved ions, or a rate."""
+    """Names the key that parts a process from others of its reagent: the constant of a solid, or a rate."""
     solids = [column for column in process.changes if column.endswith(SOLID)]
     is_precipitation = len(solids) == 1 and process.changes[solids[0]] > 0.0
     return f"the log_k of {solids[0].removesuffix(SOLID)} in phreeqc" if is_precipitation else "rate_per_s"
