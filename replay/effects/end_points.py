@@ -413,7 +413,7 @@ def _redox_points(matter: Matter, vessel: str, find: CrossingFinder) -> Crossing
             and matter.histories[vessel].extents[-1, row] > 0.0
         ):
             first_mol, second_mol = (
-                matter.amount(vessel, column) / (_held_by_solids(matter, row, column) - process.changes[column])
+                matter.amount(vessel, column) / (_moles_in_solids(matter, row, column) - process.changes[column])
                 for column in reagents
             )
             oxidant, reductant = (matter.recipe.reagent(row, column) for column in reagents)
@@ -430,8 +430,8 @@ def _redox_reagents(process: Process) -> list[str]:
     return sorted(column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER))
 
 
-def _held_by_solids(matter: Matter, row: int, column: str) -> float:
-    """Mol of a column that solids at equilibrium hold of a mol of a process: the iodide of copper(I) iodide."""
+def _moles_in_solids(matter: Matter, row: int, column: str) -> float:
+    """Mol of a column in the solids at equilibrium that a mol of a process makes: the iodide of copper(I) iodide."""
     reaction = next(reaction for reaction in matter.recipe.reactions if reaction.process == row)
     solids = {matter.ledger.columns[index] for index in matter.ledger.reactions.phases.tolist()}
     return float(

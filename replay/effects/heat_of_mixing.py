@@ -78,9 +78,9 @@ def find_mixing_heat(inputs: EffectInputs, declared: Declaration, findings: Find
 def _drifts_alone(name: str, matter: Matter) -> bool:
     """Whether a vessel comes nearer to the room and no more, while another one is poured into."""
     history, flames = matter.histories[name], matter.ledger.flames
-    is_left_alone = not history.added_ml[-1].any() and matter.ledger.at[name] not in flames
+    has_no_inflow = not history.added_ml[-1].any() and matter.ledger.at[name] not in flames
     has_reacted = bool((history.extents[-1] > history.extents[0]).any())
-    return is_left_alone and not has_reacted and not matter.is_still
+    return has_no_inflow and not has_reacted and not matter.is_still
 
 
 def _early_dissolution_events(name: str, matter: Matter) -> list[EffectEvent]:

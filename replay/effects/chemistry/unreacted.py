@@ -99,8 +99,10 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
             if not extent > 0.0 or extent_to_end <= LEAST_FORMED_FRACTION * (extent_to_end + extent):
                 continue
             percent = 100.0 * extent / (extent_to_end + extent)
-            share = f"{words.decimal(percent, 0)} %" if percent >= 1.0 else "less than 1 %"
-            message = f"{process.text} stops at its equilibrium in {vessel}: {share} has reacted, by its free energy"
+            percent_text = f"{words.decimal(percent, 0)} %" if percent >= 1.0 else "less than 1 %"
+            message = (
+                f"{process.text} stops at its equilibrium in {vessel}: {percent_text} has reacted, by its free energy"
+            )
             event_values: dict[str, float | str] = {"equation": process.text, "log_k": process.log_k}
             yield EffectEvent(float(history.times[-1]), "equilibrium", (vessel,), None, event_values, message)
 
