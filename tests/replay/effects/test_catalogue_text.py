@@ -52,6 +52,8 @@ def test_all_examples_of_an_effect_make_a_scene(row):
     chosen = {key: field for key, field in fields if field.kind not in ("body", "bodies", "pairs")}
     examples = {key: tomllib.loads(f"x = {toml_of(example_of(field))}")["x"] for key, field in chosen.items()}
     changes = {f"{name}.{key}": value for key, value in examples.items() if key not in alternatives}
+    if changes.get(f"{name}.species") == "MnO4-":
+        changes["flask.properties.liquid.solutes.KMnO4"] = 0.01  # an ion that nobody brings has no colour
     assert plan(scene(changes, absent)).effects
 
 
