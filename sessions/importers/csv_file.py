@@ -60,7 +60,7 @@ LIKELY_RATES_HZ: Final = (10.0, 250.0)
 
 MOST_RADIANS: Final = 4.0 * math.pi
 """Radians beyond two turns are likely degrees, whatever a mapping says."""
-NEAR_TURN: Final = 0.1
+FULL_ANGLE_TOLERANCE: Final = 0.1
 """Degrees that reach half a turn of radians, or a whole one, to this much, are likely radians."""
 
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
@@ -418,8 +418,9 @@ def _doubtful_angles(table: CsvTable, plan: CsvMapping) -> Iterator[str]:
             continue
         largest = _largest_angle(table, columns)
         unit, other = ("deg", "rad") if columns.degrees else ("rad", "deg")
-        is_turn = any(-NEAR_TURN < largest - turn <= 0.0 for turn in (math.pi, 2.0 * math.pi))
-        if is_turn if columns.degrees else largest > MOST_RADIANS:
+        full_angles = (math.pi, 2.0 * math.pi)
+        reaches_full_angle = any(-FULL_ANGLE_TOLERANCE < largest - angle <= 0.0 for angle in full_angles)
+        if reaches_full_angle if columns.degrees else largest > MOST_RADIANS:
             angles = f"angles of {name}" if name else "angles"
             yield f"{angles} in {unit}, though the largest is {number(largest)}, as of {other}"
 

@@ -467,7 +467,7 @@ def finish_import(
 
     Raises ``ImportFileError``: no pose that is not lost, a mesh for a body that is not there, unknown axes.
     """
-    _check_poses(session, source)
+    _refuse_without_usable_poses(session, source)
     declared = session.scene if scene is None else with_recorded_groups(scene, session.scene)
     poses = pose_convention(session.facts)
     names = [*session.names, *(body.id for body in declared.bodies if body.id not in session.names)]
@@ -560,7 +560,7 @@ def with_assumptions(session: Session, assumptions: Sequence[Assumption]) -> Ses
     return replace(session, facts={**session.facts, ASSUMPTIONS_FACT: assumptions_fact([*kept, *assumptions])})
 
 
-def _check_poses(session: Session, source: Path) -> None:
+def _refuse_without_usable_poses(session: Session, source: Path) -> None:
     """Refuse a recording without a pose, or with none that is not lost."""
     status = session.frames.status
     if (status == Status.ABSENT).all():

@@ -13,7 +13,7 @@ from sessions.errors import MeshFileError
 from sessions.input_files import check_regular, open_input, read_bytes
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb_tree import COLLIDER_NAME, GlbTree, read_glb, rigid_of
-from sessions.meshes.mesh_files import FILE_TYPES, hull, load_mesh
+from sessions.meshes.mesh_files import FILE_TYPES, convex_hull, load_mesh
 from sessions.quantities import length, number
 
 UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "ft": 0.3048}
@@ -254,7 +254,7 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> ColliderFile:
             continue
         frame = rigid_of(tree.poses[tree.names.index(body)]) if body in tree.names else np.eye(4)
         mesh = tree.in_frame(frame, surface)
-        colliders.setdefault(body, []).append(hull(mesh) if convex else mesh)
+        colliders.setdefault(body, []).append(convex_hull(mesh) if convex else mesh)
     if not colliders:
         advice = "name its nodes UCX_BODY_01 and so on, or hang them on a node of the body's name"
         raise MeshFileError(f"collider file {path}: no collider of {', '.join((names or ['any body'])[:8])}; {advice}")

@@ -6,7 +6,7 @@ import numpy as np
 
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData
-from sessions.scene_formats.scene_source import convex_hull
+from sessions.meshes.mesh_files import hull_of_points
 
 ROUND_FACES: Final = 4000
 
@@ -34,4 +34,4 @@ def tapered_shape(shape: str, height: float, lower: float, upper: float) -> Mesh
         elif end == 0.0:
             points.append(centre)
     corners = np.unique(np.concatenate(points), axis=0)
-    return convex_hull(MeshData(corners, np.zeros((1, 3), dtype=np.int64))) if len(points) == 2 else None
+    return hull_of_points(corners) if len(points) == 2 else None

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import SceneSourceError
 from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_files import convex_hull
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.scene import Pose, SceneBody
 
@@ -197,26 +198,6 @@ def surface_assumptions(source: "SceneSource", requested: Surface) -> tuple[Assu
         for kind, reason in reasons.items()
         if (bodies := tuple(name for name, body in source.bodies.items() if body.surface == kind))
     )
-
-
-def convex_hull(mesh: MeshData) -> MeshData:
-    """Returns the convex hull of a mesh, its faces wound outwards; of a flat mesh the mesh itself.
-
-    Its corners are those of the mesh in float64; `sessions.meshes.mesh_files.hull` rounds them to float32.
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        solid = ConvexHull(mesh.vertices)
-    except QhullError:
-        return mesh
-    kept, faces = np.unique(solid.simplices, return_inverse=True)
-    faces = faces.reshape(solid.simplices.shape)
-    corners = mesh.vertices[solid.simplices]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inwards = (normals * solid.equations[:, :3]).sum(axis=1) < 0.0
-    faces[inwards] = faces[inwards][:, ::-1]
-    return MeshData(mesh.vertices[kept], faces)
 
 
 def _extent(meshes: list[MeshData]) -> Matrix:

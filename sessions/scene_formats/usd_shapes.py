@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from sessions.errors import MeshFileError, SceneError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_files import convex_hull
 from sessions.meshes.polygons import PolygonMesh
 from sessions.scene_formats.round_shapes import ROUND_FACES, tapered_shape
-from sessions.scene_formats.scene_source import convex_hull
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""What a liquid does at once at its temperature: equations without a rate, salts and PHREEQC's equilibrium."""
+"""Reactions that a liquid has at once, at its temperature: equations without a rate, salts, PHREEQC's equilibrium."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final

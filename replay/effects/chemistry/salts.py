@@ -120,12 +120,14 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
     most = np.min([amount / many for many, amount in ions_present], axis=0)
     water = water + _water_taken_up(salt, most)
     saturated = salt.saturation(celsius)
-    shares = np.array([amount / many for many, amount in ions_present])
+    moles_per_ion = np.array([amount / many for many, amount in ions_present])
     counts = np.array([many for many, _ in ions_present])
     with np.errstate(divide="ignore"):
-        beyond = counts @ np.log(shares) > counts.sum() * np.log(np.maximum(saturated * water * WATER_KG, 1e-300))
+        beyond = counts @ np.log(moles_per_ion) > counts.sum() * np.log(
+            np.maximum(saturated * water * WATER_KG, 1e-300)
+        )
     # Less is dissolved with each mol of solid: below saturation nothing falls out, unless its water leaves first.
-    if not (beyond | (bound * np.max(shares, axis=0) > water)).any():
+    if not (beyond | (bound * np.max(moles_per_ion, axis=0) > water)).any():
         return np.zeros(len(amounts))
     # Logarithms of the product of what is dissolved, each ion as a share of what saturation has of it.
     lower, upper = np.zeros(len(amounts)), np.maximum(most, 0.0)
