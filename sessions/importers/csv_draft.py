@@ -531,7 +531,7 @@ def _unclear_clock(head: CsvHead, column: str) -> str:
     if not values:
         return f": {head.cells(column)[0]!r} is of no known format of times (format)"
     if len(values) > 1 and max(np.diff(values)) <= 0:
-        return f": {column!r} increases in none of the first {len(values)} rows"
+        return f": {column!r} never increases within the first {len(values)} rows"
     return ""
 
 

@@ -119,7 +119,7 @@ def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
         ("t,speed,load", "{},1,2", "which columns are a pose"),
         ("t,x,y,z,qx,qy,qz,qw", "1{}000000000,1,2,3,0,0,0,1", "the unit of time"),
         ("t,x,y,z,qx,qy,qz,qw", "10:0{}.5,1,2,3,0,0,0,1", "'10:00.5' is of no known format of times"),
-        ("t,x,y,z,qx,qy,qz,qw", "-{},1,2,3,0,0,0,1", "'t' increases in none of the first 5 rows"),
+        ("t,x,y,z,qx,qy,qz,qw", "-{},1,2,3,0,0,0,1", "'t' never increases within the first 5 rows"),
         ("1,2,3,4,5", "{},2,3,4,5", "column_5"),
     ],
 )
