@@ -22,6 +22,7 @@ class DetectorRow:
     ----------
     entry : ``module:Class``, imported when it is used and not before.
     label : noun phrase for what it tests, as a sentence and a legend say it.
+    is_singular : whether ``label`` is singular, as in "the search is", not "the meshes are".
     sampled : whether engines run it at a step rate, so that running on every frame is worth a word.
     complete_with : settings with which it misses no contact at a frame; ``None``: there are none.
     contact_offset : its setting of a contact offset; ``""``: it has none.
@@ -33,6 +34,7 @@ class DetectorRow:
 
     entry: str
     label: str
+    is_singular: bool = False
     sampled: bool = False
     complete_with: Mapping[str, Any] | None = None
     contact_offset: str = ""
@@ -72,10 +74,11 @@ DETECTORS: Final[dict[str, DetectorRow]] = {
     "hybrid": DetectorRow(
         entry="cdcore.detectors.meshes:HybridDetector", label="spheres, boxes, triangles", complete_with=ASKS_INSIDE
     ),
-    "qaco": DetectorRow(entry="cdcore.detectors.qaco:QacoDetector", label="ant colony"),
+    "qaco": DetectorRow(entry="cdcore.detectors.qaco:QacoDetector", label="ant colony", is_singular=True),
     "hybrid-qaco": DetectorRow(
         entry="cdcore.detectors.qaco:HybridQacoDetector",
         label="published ant colony search",
+        is_singular=True,
         complete_with={"decide": "mesh", "containment": True},
     ),
     "collider": DetectorRow(
@@ -98,10 +101,13 @@ DETECTORS: Final[dict[str, DetectorRow]] = {
         no_triangles="refuses open meshes, and one triangle is open",
     ),
     "exact": DetectorRow(
-        entry="cdcore.detectors.exact:ExactDetector", label="every triangle, every frame", complete_with=ASKS_INSIDE
+        entry="cdcore.detectors.exact:ExactDetector",
+        label="every triangle, every frame",
+        is_singular=True,
+        complete_with=ASKS_INSIDE,
     ),
     "continuous": DetectorRow(
-        entry="cdcore.detectors.continuous:ContinuousDetector", label="every triangle, between frames"
+        entry="cdcore.detectors.continuous:ContinuousDetector", label="every triangle, between frames", is_singular=True
     ),
 }
 """Name -> row. Rows from outside come in through an entry-point group."""
@@ -156,7 +162,7 @@ TABLE: Final[Mapping[str, DetectorRow]] = DETECTORS | OPTIONAL
 
 def detector_row(name: str) -> DetectorRow:
     """Return the row of a detector; of one from outside, a row that says its name alone."""
-    return TABLE.get(name) or DetectorRow(entry=name, label=name)
+    return TABLE.get(name) or DetectorRow(entry=name, label=name, is_singular=True)
 
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.detectors"

@@ -72,13 +72,14 @@ def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool)
     cut_sentence = f" Lost poses cut {contacts_cut} of {plural(rank.contacts, 'contact')}." if contacts_cut else ""
     if not rank.contacts and not fraction_of(rank.false):
         return _nothing_happened(result, document, rank.label) + cut_sentence
-    subject, is_own_code = f"{sentence_of(rank.what)} ({rank.label})", ":" in rank.what
-    possessive = "its" if is_own_code else "their"
+    subject = f"{sentence_of(rank.what)} ({rank.label})"
+    is_recorded = rank.setting == RECORDED_DETECTOR
+    is_singular = is_recorded or detector_row(document.detectors[rank.label].name).is_singular
+    verb, possessive = ("is", "its") if is_singular else ("are", "their")
     if not worst:
         return f"{subject}: {fault_text(rank, possessive=possessive)}.{cut_sentence}"
     if not rank.loss:
         return f"No detector missed a contact or reported a false one.{cut_sentence}"
-    verb = "is" if is_own_code or rank.setting == RECORDED_DETECTOR else "are"
     return f"{subject} {verb} worst: {fault_text(rank, largest=True, possessive=possessive)}.{cut_sentence}"
 
 

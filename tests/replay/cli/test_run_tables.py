@@ -41,6 +41,11 @@ def test_unmeasured_fix_names_a_valid_detector_setting():
     assert settings_of(spec.name, spec.settings).pieces == 16
 
 
+def test_a_single_search_is_worst_and_not_are():
+    answer, _ = compute(cubes(POSITIONS), detectors="search=qaco[budget=1,seed=3],often=discrete").answers
+    assert answer.sentence.startswith("Ant colony (search) is worst: ")
+
+
 @pytest.mark.parametrize(
     ("state", "mark"),
     [
