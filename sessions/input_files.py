@@ -5,6 +5,7 @@ looked at before anything is read of it. What is wrong is one sentence: the file
 known name.
 """
 
+import codecs
 import math
 import re
 import stat
@@ -13,9 +14,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Final
 
-from sessions.errors import SceneError, SessionError
+from sessions.errors import ImportFileError, SceneError, SessionError
 
 _KINDS = {"d": "a folder", "p": "a FIFO (named pipe)", "s": "a socket", "c": "a device", "b": "a device"}
 """First letter of a file's mode, as `ls -l` prints it -> what stands there."""
@@ -27,6 +28,27 @@ _DEEP_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*
 _POINTER = b"version https://git-lfs.github.com/spec/"
 """A repository that keeps large files with Git LFS holds such text in place of a file that was not fetched."""
 QUOTED_CHARACTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
+ENCODINGS: Final = {
+    codecs.BOM_UTF32_LE: "UTF-32",
+    codecs.BOM_UTF32_BE: "UTF-32",
+    codecs.BOM_UTF16_LE: "UTF-16",
+    codecs.BOM_UTF16_BE: "UTF-16",
+}
+"""First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
+FIRST_BYTES: Final = 200
+"""Bytes of a file in which a text of two bytes a letter has zeros."""
+OTHER_FILES: Final = {
+    b"PK\x03\x04": "a workbook of a spreadsheet, or another archive; save its table as CSV",
+    b"\xd0\xcf\x11\xe0": "a workbook of an old Excel; save its table as CSV",
+    b"\x1f\x8b": "compressed by gzip; unpack it first",
+    b"7z\xbc\xaf": "compressed by 7-Zip; unpack it first",
+    b"PAR1": "a Parquet file; write its table as CSV",
+    b"ARROW1": "an Arrow file; write its table as CSV",
+    b"\x89HDF": "an HDF5 file; write its tables as CSV",
+    b"MATLAB 5.0": "a file of MATLAB; write its table as CSV",
+    b"\x93NUMPY": "an array of NumPy; write it as CSV",
+}
+"""First bytes of tables that are no text -> what the file is, and what to do."""
 
 
 def _as_path(path: str | Path) -> Path:
@@ -80,6 +102,34 @@ def read_text(path: str | Path, what: str, error: type[Exception]) -> str:
         return read_bytes(path, what, error).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
         raise error(f"{what} {path} is not UTF-8 text; save it as UTF-8") from None
+
+
+def read_utf8_lines(source: Path) -> bytes:
+    """Returns the bytes of a text in UTF-8 without its byte order mark, with line feeds; refuses other encodings."""
+    text = read_bytes(source, "recording", ImportFileError)
+    check_encoding(source, text)
+    text = text.removeprefix(codecs.BOM_UTF8)
+    text.decode("utf-8")
+    return text if b"\n" in text else text.replace(b"\r", b"\n")
+
+
+def check_encoding(source: Path, data: bytes) -> None:
+    """Refuse what is no text, and text in another encoding than UTF-8, by its first bytes or zeros between letters."""
+    first = data[:FIRST_BYTES]
+    if other := other_file(data):
+        raise ImportFileError(f"{source}: this is no CSV but {other}")
+    if encoding := named_encoding(data) or ("UTF-16" if 4 * first.count(0) > len(first) else ""):
+        raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
+
+
+def other_file(data: bytes) -> str:
+    """Returns what a table is that is no text, and what to do about it, or ``""``."""
+    return next((text for start, text in OTHER_FILES.items() if data.startswith(start)), "")
+
+
+def named_encoding(data: bytes) -> str:
+    """Returns the encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
+    return next((name for start, name in ENCODINGS.items() if data.startswith(start)), "")
 
 
 def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str] | None = None) -> "TomlTable":

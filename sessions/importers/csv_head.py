@@ -24,14 +24,12 @@ from sessions.importers.csv_columns_and_units import (
 )
 from sessions.importers.csv_table import (
     NUMBER,
-    check_encoding,
     ends_empty,
     excel_separator,
-    named_encoding,
     split_lines,
 )
 from sessions.importers.wall_clock import wall_clock_ns
-from sessions.input_files import open_input
+from sessions.input_files import check_encoding, named_encoding, open_input
 
 HEAD_BYTES: Final = 200_000
 FIRST_ROWS: Final = 200

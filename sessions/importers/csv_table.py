@@ -4,7 +4,6 @@ Rows that are not as long as the header are left out and counted; a file with co
 numbers is refused. A table ends where, below an empty line, the title of another one begins.
 """
 
-import codecs
 import csv
 import io
 import json
@@ -36,7 +35,7 @@ from sessions.importers.csv_columns_and_units import (
 from sessions.importers.importing import PoseTable
 from sessions.importers.ledger import Ledger, Numbers, Rows, Stamps
 from sessions.importers.wall_clock import past_midnight, wall_clock_ns
-from sessions.input_files import nearest, read_bytes
+from sessions.input_files import nearest, read_utf8_lines
 
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
@@ -46,28 +45,6 @@ RAGGED: Final = "with too few or too many cells"
 HEADER_AGAIN: Final = "that repeat the header"
 SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
 """The line that Excel begins a CSV with to say what stands between its cells."""
-BYTE_ORDER_MARK: Final = codecs.BOM_UTF8
-ENCODINGS: Final = {
-    codecs.BOM_UTF32_LE: "UTF-32",
-    codecs.BOM_UTF32_BE: "UTF-32",
-    codecs.BOM_UTF16_LE: "UTF-16",
-    codecs.BOM_UTF16_BE: "UTF-16",
-}
-"""First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
-FIRST_BYTES: Final = 200
-"""Bytes of a file in which a text of two bytes a letter has zeros."""
-OTHER_FILES: Final = {
-    b"PK\x03\x04": "a workbook of a spreadsheet, or another archive; save its table as CSV",
-    b"\xd0\xcf\x11\xe0": "a workbook of an old Excel; save its table as CSV",
-    b"\x1f\x8b": "compressed by gzip; unpack it first",
-    b"7z\xbc\xaf": "compressed by 7-Zip; unpack it first",
-    b"PAR1": "a Parquet file; write its table as CSV",
-    b"ARROW1": "an Arrow file; write its table as CSV",
-    b"\x89HDF": "an HDF5 file; write its tables as CSV",
-    b"MATLAB 5.0": "a file of MATLAB; write its table as CSV",
-    b"\x93NUMPY": "an array of NumPy; write it as CSV",
-}
-"""First bytes of tables that are no text -> what the file is, and what to do."""
 EMPTY_CELLS: Final[tuple[str, ...]] = tuple(VOCABULARY["empty_cells"])
 """Cells that say: no number here."""
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
@@ -99,7 +76,7 @@ class CsvTable:
         self._times_of_day = dict[str, Stamps]()
         self._passes_midnight = False
         try:
-            text = self._below_head(_utf8(source))
+            text = self._below_head(read_utf8_lines(source))
         except (UnicodeDecodeError, csv.Error) as error:
             raise ImportFileError(f"{source}: this is no CSV text in UTF-8 ({error}); save it as UTF-8") from None
         self._text, below = self._split_tables(text)
@@ -516,34 +493,6 @@ def is_yes(text: str) -> bool | None:
     with suppress(ValueError):
         return {1.0: True, 0.0: False}.get(float(word))
     return None
-
-
-def _utf8(source: Path) -> bytes:
-    """The bytes of a text in UTF-8 without a byte order mark, with line feeds."""
-    text = read_bytes(source, "recording", ImportFileError)
-    check_encoding(source, text)
-    text = text.removeprefix(BYTE_ORDER_MARK)
-    text.decode("utf-8")
-    return text if b"\n" in text else text.replace(b"\r", b"\n")
-
-
-def check_encoding(source: Path, data: bytes) -> None:
-    """Refuse what is no text, and text in another encoding than UTF-8, by its first bytes or zeros between letters."""
-    first = data[:FIRST_BYTES]
-    if other := other_file(data):
-        raise ImportFileError(f"{source}: this is no CSV but {other}")
-    if encoding := named_encoding(data) or ("UTF-16" if 4 * first.count(0) > len(first) else ""):
-        raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
-
-
-def other_file(data: bytes) -> str:
-    """Returns what a table is that is no text, and what to do about it, or ``""``."""
-    return next((text for start, text in OTHER_FILES.items() if data.startswith(start)), "")
-
-
-def named_encoding(data: bytes) -> str:
-    """Returns the encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
-    return next((name for start, name in ENCODINGS.items() if data.startswith(start)), "")
 
 
 def excel_separator(line: str) -> str:

@@ -5,10 +5,10 @@ from typing import Final
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_head import read_head
-from sessions.importers.csv_table import other_file
 from sessions.importers.hands.hand_columns import hand_layout
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
+from sessions.input_files import other_file
 
 STARTS: Final = (
     (b"\x89MCAP0\r\n", "mcap", "it is an MCAP file"),

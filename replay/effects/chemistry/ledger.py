@@ -139,7 +139,6 @@ class Ledger:
         self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
         self.reactions = QuickReactions(
             processes,
-            self.changes,
             salts,
             solver,
             self.column,

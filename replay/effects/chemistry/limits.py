@@ -51,7 +51,7 @@ class Limits:
         slow_solids: Solver | None,
         room_c: float,
     ) -> None:
-        self._processes, self._changes, self._column, self._room_c = processes, changes, column, room_c
+        self._processes, self.changes, self._column, self._room_c = processes, changes, column, room_c
         self._proton, self._water = column[PROTON], column[WATER]
         self._saturation = None if slow_solids is None else Saturation(slow_solids, column)
         self._holds_acid = _bound_protons(solver, column, NEUTRAL_PH, hydroxides=False)
@@ -86,7 +86,7 @@ class Limits:
         self, row: int, amounts: FloatArray, celsius: FloatArray | None = None
     ) -> dict[str | Cause, FloatArray]:
         """Column of a reagent, or another cause -> mol (...) of a process at which it ends by that."""
-        process, changes = self._processes[row], self._changes[row]
+        process, changes = self._processes[row], self.changes[row]
         limit_of_cause: dict[str | Cause, FloatArray] = {
             name: amounts[..., index] / -changes[index]
             for name, index in self._column.items()

@@ -36,7 +36,6 @@ class QuickReactions:
     Parameters
     ----------
     processes : equations without a constant; those without a rate happen at once.
-    changes : (processes, columns) what a mol of each makes.
     salts : solids that dissolve up to their solubility.
     solver : what is at equilibrium by PHREEQC; ``None``: nothing is.
     column : name of a column of the ledger -> its place.
@@ -48,7 +47,6 @@ class QuickReactions:
     def __init__(
         self,
         processes: Sequence[Process],
-        changes: FloatArray,
         salts: Sequence[Salt],
         solver: Solver | None,
         column: Mapping[str, int],
@@ -58,8 +56,9 @@ class QuickReactions:
         follows_heat: bool,
     ) -> None:
         self.processes, self.salts, self.solver, self.column = processes, salts, solver, column
-        self.changes, self.limits, self.heats, self.follows_heat = changes, limits, heats, follows_heat
+        self.limits, self.heats, self.follows_heat = limits, heats, follows_heat
         self.proton, self.water = column[PROTON], column[WATER]
+        self.changes = limits.changes
         self.formation = changes_table(() if solver is None else solver.mixture.changes, column)
         self.salt_changes = changes_table([salt.changes for salt in salts], column)
         self.salt_columns = np.array([column[salt.column] for salt in salts], dtype=np.int64)
