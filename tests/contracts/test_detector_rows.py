@@ -6,7 +6,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from support.optional import ENGINE_MODULE, ROWS
-from support.shapes import lab
+from support.shapes import lab_bodies_and_motion
 
 from cdcore import create_detector
 from cdcore.detectors.detector_table import OPTIONAL, TABLE, DetectorRow, detector_row, load_detector, settings_of
@@ -77,7 +77,7 @@ def test_settings_that_make_a_detector_complete_are_accepted(name):
 
 @pytest.mark.parametrize("name", ROWS)
 def test_a_contact_offset_widens_the_reach(name):
-    row, (bodies, _) = detector_row(name), lab(2)
+    row, (bodies, _) = detector_row(name), lab_bodies_and_motion(frames=2)
     reach = create_detector(name, bodies).contact_reach(0)
     if not row.contact_offset:
         assert reach == 0.0
@@ -92,7 +92,7 @@ def test_a_contact_offset_widens_the_reach(name):
 
 @pytest.mark.parametrize("name", ROWS)
 def test_detector_times_only_its_declared_stages(name):
-    bodies, motion = lab(4)
+    bodies, motion = lab_bodies_and_motion(frames=4)
     timed = create_detector(name, bodies).detect(motion).seconds
     assert set(timed) <= set(load_detector(name).stages)
     assert {STAGE_LABELS.get(stage, stage) for stage in timed} <= FIELD_STAGES

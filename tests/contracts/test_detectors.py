@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from support.optional import DATA, ROWS, needs_data
-from support.shapes import box_mesh, lab, random_rotations, unturned
+from support.shapes import box_mesh, lab_bodies_and_motion, random_rotations, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
@@ -35,12 +35,12 @@ def name(request):
 
 @pytest.fixture(scope="module")
 def scene():
-    return lab(FRAMES)
+    return lab_bodies_and_motion(frames=FRAMES)
 
 
 @cache
 def whole(name):
-    bodies, motion = lab(FRAMES)
+    bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     return create_detector(name, bodies).detect(motion, faces=True)
 
 
@@ -89,7 +89,7 @@ def test_live_detection_equals_offline_and_times_every_frame(name, scene):
 @cache
 def restless():
     """Bodies in one heap that jump for 15 frames, then drift, stand still now and then, and lose their pose."""
-    bodies, rng = lab(2)[0], np.random.default_rng(8)
+    bodies, rng = lab_bodies_and_motion(frames=2)[0], np.random.default_rng(8)
     count = 48
     positions, rotations = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
     little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))

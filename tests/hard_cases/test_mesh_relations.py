@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.random_worlds import KINDS, motion_of
-from support.shapes import lab, unturned
+from support.shapes import lab_bodies_and_motion, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 
@@ -13,7 +13,7 @@ FRAMES = 24
 def scene(kind):
     rng = np.random.default_rng(11)
     if kind == "lab":
-        bodies, motion = lab(FRAMES, seed=11)
+        bodies, motion = lab_bodies_and_motion(frames=FRAMES, seed=11)
         return bodies[:3], Motion(
             motion.times, motion.translations[:, :3], motion.rotations[:, :3], motion.valid[:, :3]
         )

@@ -5,7 +5,16 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab, random_rotations, shift_mesh, unturned
+from support.shapes import (
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    icosphere_mesh,
+    lab_bodies_and_motion,
+    random_rotations,
+    shift_mesh,
+    unturned,
+)
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
@@ -106,7 +115,7 @@ def test_38_tangent_spheres_of_touching_bodies_overlap(local, world):
 @pytest.mark.parametrize("power", [-20, -10, 10, 20])
 def test_39_scaling_by_a_power_of_two_changes_no_face(power):
     """Floats scale by powers of two without rounding."""
-    bodies, motion = lab(60, seed=2)
+    bodies, motion = lab_bodies_and_motion(frames=60, seed=2)
     scale = 2.0**power
     scaled = [Body(body.name, TriangleMesh(body.mesh.vertices * scale, body.mesh.faces)) for body in bodies]
     bigger = Motion(motion.times, motion.translations * scale, motion.rotations, motion.valid)

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from support.optional import DATA
 from support.random_worlds import SHAPES, World, random_world
-from support.shapes import lab
+from support.shapes import lab_bodies_and_motion
 
 from cdcore import create_detector
 from cdcore.errors import CollisionCoreError
@@ -143,7 +143,7 @@ FRAMES = 4
 
 def laboratory():
     """A world of ordinary solids, which every detector may be asked about."""
-    bodies, motion = lab(FRAMES)
+    bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     return World(bodies, motion, None)
 
 

@@ -68,14 +68,14 @@ LONGEST = ("continuous",)
 
 def compile_for_tests(done):
     """Compiles kernels before tests need them; makes the file ``done`` when the common ones are compiled."""
-    from support.shapes import lab
+    from support.shapes import lab_bodies_and_motion
 
     from cdcore import DETECTORS, create_detector, detect_live, triangles_intersect
     from cdcore.detectors.compile_beside import compile_kernels
 
     try:
         compile_kernels()
-        bodies, motion = lab(8)
+        bodies, motion = lab_bodies_and_motion(frames=8)
         for name in dict.fromkeys([*COMMON, *LONGEST, *DETECTORS]):
             detector = create_detector(name, bodies)
             detector.detect(motion, faces=True)

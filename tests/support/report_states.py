@@ -181,7 +181,7 @@ SCENE = Scene(
 HAZARD = replace(SCENE, effects=(SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 0.2}),))
 TWO = "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]"
 MANY = {f"b{k:02}": [3.0 + 2 * k] * (4 * k) + [0.9] + [3.0 + 2 * k] * (4 * (9 - k) + 3) for k in range(9)}
-STATES = {
+RUN_OF_STATE = {  # what a run may show its reader -> makes such a run
     "several": lambda: compute(cubes(POSITIONS), detectors=TWO, oracle="exact"),
     "nothing wrong": lambda: compute(
         cubes({"a": [0] * 4, "b": [0.9, 0.9, 2, 3], "c": [-3, -3, -3, -0.9]}, facts={"vr_type": "desktop", "who": "x"}),
@@ -279,9 +279,9 @@ def doubtful():
 
 
 @cache
-def steady(state, mean=4e-5):
-    """``with_steady_times`` of a run in a state."""
-    return with_steady_times(STATES[state]() if state in STATES else compute(reported(state)), mean)
+def run_with_steady_times(state, mean=4e-5):
+    """A run in a state, of ``RUN_OF_STATE`` or one whose engine reported, with times that no machine changes."""
+    return with_steady_times(RUN_OF_STATE[state]() if state in RUN_OF_STATE else compute(reported(state)), mean)
 
 
 SCREENS = ("no contact", "one missed", "several", "undecided", "not measured", "only false", "busy")
@@ -291,8 +291,8 @@ SCREENS = ("no contact", "one missed", "several", "undecided", "not measured", "
 def result_of(state):
     """A run in a state whose times are the same on every machine."""
     if state != "busy":
-        return steady(state)
-    result = steady("several")
+        return run_with_steady_times(state)
+    result = run_with_steady_times("several")
     detectors = {
         label: structs.replace(detector, seconds=structs.replace(detector.seconds, processor_fraction=0.4))
         for label, detector in result.document.detectors.items()

@@ -54,7 +54,7 @@ def still(bodies, positions, frames=1) -> Motion:
     return Motion(np.arange(frames) / 90.0, translations, rotations, names=[body.name for body in bodies])
 
 
-def lab(frames=240, seed=0, gaps=True) -> tuple[list[Body], Motion]:
+def lab_bodies_and_motion(frames=240, seed=0, gaps=True) -> tuple[list[Body], Motion]:
     """Five bodies, three of them on smooth random paths through the others, with poses missing now and then."""
     rng = np.random.default_rng(seed)
     bodies = [

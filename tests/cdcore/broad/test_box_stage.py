@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import linprog
-from support.shapes import box_mesh, lab, random_rotations
+from support.shapes import box_mesh, lab_bodies_and_motion, random_rotations
 
 from cdcore import Motion, Verdict, create_detector
 from cdcore.bounding.box import Box, box_best
@@ -15,7 +15,8 @@ from cdcore.tolerances import EPS
 PAIR = np.array([[0, 1]])
 
 
-def requested(boxes, positions, rotations):
+def may_meet(boxes, positions, rotations):
+    """Whether the box stage lets two boxes through, frame by frame."""
     count = len(positions)
     motion = Motion(np.arange(count), positions, rotations)
     return BoxStage(boxes, PAIR).may_meet(motion, np.arange(count), np.zeros(count, dtype=np.int64))
@@ -37,12 +38,12 @@ def test_the_fifteen_axes_agree_with_a_linear_programme():
         half = rng.uniform(0.05, 1.0, 3)
         boxes.append(Box(rng.normal(size=3) * 0.3, random_rotations(rng), half))
     rotations, positions = random_rotations(rng, count, 2), rng.normal(size=(count, 2, 3)) * 0.8
-    answers = requested(boxes, positions, rotations)
+    answers = may_meet(boxes, positions, rotations)
     expected = [
         boxes_touch_a_point(boxes[0], (rotations[k, 0], positions[k, 0]), boxes[1], (rotations[k, 1], positions[k, 1]))
         for k in range(count)
     ]
-    assert 15 < sum(expected) < count - 15
+    assert 15 < sum(expected) < count - 15, "both answers are frequent"
     assert answers.tolist() == expected
 
 
@@ -50,26 +51,28 @@ def test_the_fifteen_axes_agree_with_a_linear_programme():
 @pytest.mark.parametrize("kind", ["face", "edge", "vertex"])
 def test_boxes_that_touch_exactly_may_meet(kind, world):
     rng = np.random.default_rng(1)
+    # Of a unit cube from another, so that they share a part of a face, of an edge, or a corner.
     offset = {"face": [1.0, 0.3, 0.2], "edge": [1.0, 1.0, 0.2], "vertex": [1.0, 1.0, 1.0]}[kind]
     count = 500
     rotations = np.repeat(random_rotations(rng, count)[:, None], 2, 1)
     positions = np.repeat((rng.normal(size=(count, 3)) * world)[:, None], 2, 1)
     boxes = [box_best(box_mesh()), box_best(box_mesh(centre=offset))]
-    assert requested(boxes, positions, rotations).all()
+    assert may_meet(boxes, positions, rotations).all()
     beside = positions + np.stack([np.zeros((count, 3)), rotations[:, 1] @ offset], axis=1)
-    assert requested([boxes[0], boxes[0]], beside, rotations).all(), "rounded where the bodies stand"
-    separated = [boxes[0], box_best(box_mesh(centre=np.array(offset) * (1 + 1e-3 + 1e-8 * world)))]
-    assert not requested(separated, positions, rotations).any()
+    assert may_meet([boxes[0], boxes[0]], beside, rotations).all(), "rounded where the bodies stand"
+    # Its pad is 1024 eps of the sizes and places of both bodies: 2 micrometres at 4e6 m, the farthest here.
+    separated = [boxes[0], box_best(box_mesh(centre=np.array(offset) * (1 + 1e-5)))]
+    assert not may_meet(separated, positions, rotations).any()
 
 
 def test_numbers_that_overflow_are_never_rejected():
     boxes = [box_best(box_mesh()), box_best(box_mesh())]
     positions = np.array([[[1e308, 0, 0], [-1e308, 0, 0]]])
-    assert requested(boxes, positions * (1 + EPS), np.tile(np.eye(3), (1, 2, 1, 1))).tolist() == [True]
+    assert may_meet(boxes, positions * (1 + EPS), np.tile(np.eye(3), (1, 2, 1, 1))).tolist() == [True]
 
 
 def test_box_candidates_are_sphere_candidates_and_hold_every_contact():
-    bodies, motion = lab(100)
+    bodies, motion = lab_bodies_and_motion(frames=100)
     broad = BroadPhase(bodies, resolve_pairs(bodies, None))
     spheres, boxes = broad.by_stage(motion)
     answer = broad.candidates(motion)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from support.shapes import box_mesh, lab, random_rotations
+from support.shapes import box_mesh, lab_bodies_and_motion, random_rotations
 
 from cdcore import Body, Motion, Verdict
 from cdcore.broad.broad_phase import BroadPhase
@@ -11,7 +11,7 @@ from cdcore.protocol import resolve_pairs
 
 
 def walk(seed, frames=60):
-    bodies, rng = lab(2)[0], np.random.default_rng(seed)
+    bodies, rng = lab_bodies_and_motion(frames=2)[0], np.random.default_rng(seed)
     positions = rng.normal(scale=0.2, size=(frames, len(bodies), 3))
     return bodies, Motion(np.arange(frames), positions, random_rotations(rng, frames, len(bodies)))
 

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 from support.optional import ENGINE_MODULE, ROWS
-from support.shapes import box_mesh, lab
+from support.shapes import box_mesh, lab_bodies_and_motion
 
 import cdcore.detectors.detector_table as table
 from cdcore import Body, create_detector
@@ -27,7 +27,7 @@ def test_every_row_names_a_class_of_that_name(name):
 
 @pytest.mark.parametrize("name", ROWS)
 def test_stage_seconds_sum_to_at_most_the_call(name):
-    bodies, motion = lab(3)
+    bodies, motion = lab_bodies_and_motion(frames=3)
     detector, start = create_detector(name, bodies), perf_counter()
     spent = [float(np.sum(stage)) for stage in detector.detect(motion).seconds.values()]
     assert min(spent) >= 0 and 0 < sum(spent) <= perf_counter() - start

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, box_mesh, lab, revolved_mesh, unturned
+from support.shapes import ball_mesh, box_mesh, lab_bodies_and_motion, revolved_mesh, unturned
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.protocol import counts_as_contact, detect_live
@@ -32,7 +32,7 @@ def requested_at(frames, times, rate, block=None):
 @pytest.mark.parametrize("seed", range(3))
 def test_discrete_without_a_rate_equals_hybrid(seed):
     """Sampling every frame, it never repeats an old answer (``held`` is 0)."""
-    bodies, motion = lab(70, seed)
+    bodies, motion = lab_bodies_and_motion(frames=70, seed=seed)
     hybrid = create_detector("hybrid", bodies).detect(motion, faces=True)
     discrete = create_detector("discrete", bodies).detect(motion, faces=True)
     assert discrete.digest == hybrid.digest
@@ -42,7 +42,7 @@ def test_discrete_without_a_rate_equals_hybrid(seed):
 
 def test_faces_queried_afterwards_equal_faces_of_detection():
     """With a sampling rate contacts are repeated between samples, so their faces are not known."""
-    bodies, motion = lab(90, 0)
+    bodies, motion = lab_bodies_and_motion(frames=90)
     detector = create_detector("discrete", bodies)
     whole = detector.detect(motion, faces=True)
     again = detector.faces_of(motion, whole.verdict == Verdict.CONTACT)

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from support.optional import ENGINE_MODULE
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, hulls_at, lab, rod_mesh, still, unturned
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, hulls_at, lab_bodies_and_motion, rod_mesh, still, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError
@@ -92,7 +92,7 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach,
 @pytest.mark.parametrize("shape", ["hull", "mesh"])
 @pytest.mark.parametrize("name", OWN)
 def test_earlier_queries_change_no_answer(name, shape):
-    bodies, motion = lab(120)
+    bodies, motion = lab_bodies_and_motion(frames=120)
     detector = create_detector(name, bodies, shape=shape)
     whole = detector.detect(motion).verdict
     frames = np.random.default_rng(0).permutation(120)[:40].tolist()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, hulls_at, lab, random_rotations, still
+from support.shapes import box_mesh, hulls_at, lab_bodies_and_motion, random_rotations, still
 
 from cdcore import Body, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError
@@ -57,7 +57,7 @@ def test_crowd_at_a_single_point_loses_no_contact():
 
 
 def test_explanation_states_sampling_and_meeting_hulls():
-    bodies, motion = lab(60)
+    bodies, motion = lab_bodies_and_motion(frames=60)
     always, slow = (create_detector("mujoco", bodies, rate_hz=rate) for rate in (None, 13.0))
     sample, pair = always.detect(motion).verdict, 4
     reported = [slow.explain(motion, frame, pair, np.zeros((0, 2))) for frame in range(60)]

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from support.shapes import beaker_mesh, box_mesh, lab, rod_mesh, still
+from support.shapes import beaker_mesh, box_mesh, lab_bodies_and_motion, rod_mesh, still
 
 from cdcore import Body, TriangleMesh, Verdict, create_detector
 from cdcore.engines import newton_world
@@ -26,7 +26,7 @@ def crowd(count):
 
 
 def test_newton_agrees_with_hulls_in_every_frame():
-    bodies, motion = lab(60)
+    bodies, motion = lab_bodies_and_motion(frames=60)
     answer, ours = (
         counts_as_contact(create_detector(name, bodies).detect(motion).verdict) for name in ("newton", "collider")
     )

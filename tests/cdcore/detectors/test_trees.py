@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, without_faces
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab_bodies_and_motion, rod_mesh, still, without_faces
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.bounding.bounding_sphere import sphere_best, sphere_by_triangle_mean
@@ -31,7 +31,7 @@ def test_distant_bodies_cost_obb_a_test_per_move():
 
 def test_image_space_detector_has_no_false_contact():
     """Its pictures have a limited resolution: it may miss contacts, here fewer than 20 % of those that it decides."""
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     truth = counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)
     detection = create_detector("image-space", bodies).detect(motion)
     answer = counts_as_contact(detection.verdict)
@@ -71,7 +71,7 @@ def meshes_alone(bodies, motion, pairs):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("settings", [{}, {"containment": False}])
 def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
-    bodies, motion = lab(200, seed, gaps=False)
+    bodies, motion = lab_bodies_and_motion(frames=200, seed=seed, gaps=False)
     detection = create_detector("hybrid", bodies, **settings).detect(motion)
     expected = meshes_alone(bodies, motion, detection.pairs)
     assert expected.any()
@@ -87,7 +87,7 @@ def test_still_frames_take_a_single_query_per_pair():
 
 
 def test_sections_exist_for_every_contact():
-    bodies, motion = lab(150)
+    bodies, motion = lab_bodies_and_motion(frames=150)
     detection = create_detector("hybrid", bodies).detect(motion, faces=True)
     contacts = np.argwhere(detection.verdict == Verdict.CONTACT).tolist()
     assert len(contacts) > 9
@@ -99,7 +99,7 @@ def test_sections_exist_for_every_contact():
 
 @pytest.mark.parametrize(("mode", "most"), [("all", None), ("first", 1)])
 def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most):
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     every = create_detector("exact", bodies).detect(motion, faces=True).face_counts
     counts = create_detector("rapid-style", bodies, mode=mode).detect(motion, faces=True).face_counts
     assert every.max() > 1

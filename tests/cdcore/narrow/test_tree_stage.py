@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.random_worlds import bodies_of, cube
-from support.shapes import lab, still
+from support.shapes import lab_bodies_and_motion, still
 
 from cdcore import Motion, Verdict, create_detector
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE
@@ -16,7 +16,7 @@ PAIR = np.array([[0, 1]])
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_laboratory_agrees_with_the_exact_detector(name):
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     want = create_detector("exact", bodies).detect(motion, faces=True)
     answer = create_detector(name, bodies).detect(motion, faces=True)
     assert answer.digest == want.digest
@@ -37,7 +37,7 @@ def test_trees_are_cached_per_kind_and_not_per_setting():
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     every = create_detector(name, bodies).detect(motion, faces=True)
     first = create_detector(name, bodies, mode="first").detect(motion, faces=True)
     assert first.digest == every.digest
@@ -50,7 +50,7 @@ def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_stopped_search_reports_not_found_and_no_false_contact(name):
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     whole = create_detector(name, bodies).detect(motion, faces=True)
     before = np.zeros_like(whole.face_counts)
     for budget in (1, 30, 300, 10**6):

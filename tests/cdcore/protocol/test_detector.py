@@ -1,6 +1,6 @@
 """The protocol is a shape: a class that has it is a detector, whatever it inherits."""
 
-from support.shapes import lab
+from support.shapes import lab_bodies_and_motion
 
 from cdcore import create_detector
 from cdcore.protocol import Detector, Explains, Explanation
@@ -31,7 +31,7 @@ def test_class_without_the_protocol_methods_is_no_detector(monkeypatch):
 
 
 def test_explanations_are_optional_and_omit_absent_stages():
-    bodies, _ = lab(2)
+    bodies, _ = lab_bodies_and_motion(frames=2)
     assert isinstance(create_detector("discrete", bodies), Explains)
     assert not isinstance(create_detector("exact", bodies), Explains)
     assert all(value is None for value in vars(Explanation()).values())

@@ -3,7 +3,7 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from support.shapes import lab
+from support.shapes import lab_bodies_and_motion
 
 from cdcore import FrameDetector, Verdict, create_detector, join
 from cdcore.errors import InvalidPairError, OwnDetectorError
@@ -33,7 +33,7 @@ def made(kind, bodies):
 
 
 def test_single_method_makes_a_detector_named_after_its_class():
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     detector = made(Near, bodies)
     assert isinstance(detector, Detector) and detector.name == "Near" and detector.online
     result = detector.detect(motion)
@@ -45,7 +45,7 @@ def test_single_method_makes_a_detector_named_after_its_class():
 
 @pytest.mark.parametrize("block", [1, 7])
 def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     detector = made(Near, bodies)
     whole = detector.detect(motion)
     assert join(detector.stream(motion.blocks(block))).digest == whole.digest == detector.detect(motion).digest
@@ -53,7 +53,7 @@ def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
 
 @pytest.mark.parametrize("block", [7, 40])
 def test_live_session_keeps_its_state_between_blocks(block):
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     detector = made(Near, bodies)
     live = join(stream_live(detector, motion.blocks(block)))
     assert live.digest == detector.detect(motion).digest and live.work == {"looks": 40}
@@ -70,7 +70,7 @@ class Plain:
 
 def test_live_detection_falls_back_to_streaming_single_frames():
     """``Plain`` passes on ``stream`` of a detector and has no ``live``."""
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     inner, start = made(Near, bodies), perf_counter()
     result = detect_live(Plain(inner), motion)
     assert sum(stage.sum() for stage in result.seconds.values()) <= perf_counter() - start
@@ -80,7 +80,7 @@ def test_live_detection_falls_back_to_streaming_single_frames():
 
 def test_answer_must_have_one_verdict_per_pair():
     """Five bodies are 10 pairs; the detector ``Wrong`` answers in another shape."""
-    bodies, motion = lab(3)
+    bodies, motion = lab_bodies_and_motion(frames=3)
     with pytest.raises(InvalidPairError, match=r"one per pair: \(10,\)"):
         made(Wrong, bodies).detect(motion)
 
@@ -92,7 +92,7 @@ def saying(answer):
         def look(self, rotations, translations):
             return answer
 
-    bodies, motion = lab(3)
+    bodies, motion = lab_bodies_and_motion(frames=3)
     return made(Says, bodies), motion
 
 
@@ -146,7 +146,7 @@ class Breaks(FrameDetector):
 
 @pytest.mark.parametrize("block", [2, 40])
 def test_an_exception_names_class_frame_file_and_line(block):
-    bodies, motion = lab(40)
+    bodies, motion = lab_bodies_and_motion(frames=40)
     lines = Path(__file__).read_text("utf-8").splitlines()
     line = next(k for k, text in enumerate(lines, 1) if "# the line to name" in text)
     sentence = (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.search_scenes import ball_of
-from support.shapes import box_mesh, lab, unturned
+from support.shapes import box_mesh, lab_bodies_and_motion, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import Explains
@@ -11,15 +11,15 @@ from cdcore.search.features import features_of, sample_of
 from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
-NOTHING = np.zeros((0, 2), dtype=np.int64)
+NO_FACES = np.zeros((0, 2), dtype=np.int64)
 
 
-def stages_that_failed(name, **settings):
-    """The misses of a detector in ``lab``, and what it says of each."""
-    bodies, motion = lab(60)
+def misses_explained(name, **settings):
+    """Bodies and motion, and what a detector says of each contact there that it misses, by frame and pair."""
+    bodies, motion = lab_bodies_and_motion(frames=60)
     detector = create_detector(name, bodies, **settings)
     exact = create_detector("exact", bodies).detect(motion, faces=True)
-    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
+    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != Verdict.CONTACT)).tolist()
     reported = {(t, p): detector.explain(motion, t, p, exact.faces(t, p)) for t, p in missed}
     return bodies, motion, reported
 
@@ -28,7 +28,7 @@ def stages_that_failed(name, **settings):
 def test_hits_repeat_with_more_budget(name):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     positions = np.zeros((3, 2, 3))
-    positions[:, 1, 0] = [0.9, 1.2, 9.0]
+    positions[:, 1, 0] = [0.9, 1.2, 9.0]  # cubes of 1 m: they overlap; only their spheres do; far apart
     motion = Motion([0.0, 1.0, 2.0], positions, np.broadcast_to(np.eye(3), (3, 2, 3, 3)))
     detector = create_detector(name, bodies)
     assert isinstance(detector, Explains)
@@ -36,12 +36,12 @@ def test_hits_repeat_with_more_budget(name):
     met = detector.explain(motion, 0, 0, faces.faces(0, 0))
     assert met.spheres_meet and met.sample_meets and met.found_with_more
     assert detector.explain(motion, 2, 0, faces.faces(0, 0)).spheres_meet is False
-    inside = detector.explain(motion, 0, 0, NOTHING)
+    inside = detector.explain(motion, 0, 0, NO_FACES)
     assert inside.sample_meets is None and inside.found_with_more is None
 
 
 def test_where_meshes_decide_no_search_is_to_blame():
-    bodies, motion = lab(2)
+    bodies, motion = lab_bodies_and_motion(frames=2)
     reported = create_detector("hybrid-qaco", bodies, decide="mesh").explain(
         motion, 0, 0, np.zeros((1, 2), dtype=np.int64)
     )
@@ -50,8 +50,8 @@ def test_where_meshes_decide_no_search_is_to_blame():
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_missing_sample_pairs_are_reported_exactly(name):
-    bodies, motion, reported = stages_that_failed(name, samples=20)
-    assert {item.sample_meets for item in reported.values()} >= {False} and len(reported) > 10
+    bodies, motion, reported = misses_explained(name, samples=20)
+    assert {item.sample_meets for item in reported.values()} >= {False} and len(reported) > 10, "20 faces miss many"
     # the same draw, made into meshes of their own, which the exact detector decides
     components = []
     for body in bodies:
@@ -74,24 +74,27 @@ def test_missing_sample_pairs_are_reported_exactly(name):
     ],
 )
 def test_spent_budget_differs_from_a_failed_search(settings, more):
-    bodies, motion, reported = stages_that_failed("hybrid-qaco", **settings)
+    bodies, motion, reported = misses_explained("hybrid-qaco", **settings)
     assert {item.found_with_more for item in reported.values()} == {True, False}
     assert all(item.sample_meets for item in reported.values())
     pairs = create_detector("hybrid-qaco", bodies).pairs
     patient = [create_detector("hybrid-qaco", bodies, pairs=pairs[[pair]], **(settings | more)) for pair in range(10)]
     again = [item.detect(motion).verdict[:, 0] == Verdict.CONTACT for item in patient]
     agree = [again[pair][frame] == item.found_with_more for (frame, pair), item in reported.items()]
+    # A search that starts warm depends on those of the frames before, which differ here; a cold one does not.
     assert np.mean(agree) > (0.8 if settings.get("warm_start", True) else 0.999)
 
 
 PAIRS = np.array([[0, 1]])
+FRAMES = 60
 
 
 def two_balls():
     return [Body("a", ball_of(2000)), Body("b", ball_of(2000))]
 
 
-def approach(frames=60):
+def approach_of_two_balls(frames=FRAMES):
+    """Balls of radius 1 whose centres are 2.3 and, at last, 1.7 apart."""
     position = np.zeros((frames, 2, 3))
     position[:, 0, 0] = np.linspace(2.3, 1.7, frames)
     position[:, 0, 1] = 0.1
@@ -102,13 +105,16 @@ def everywhere(motion):
     return np.ones((len(motion), 1), dtype=bool)
 
 
-def decide(motion, faces=False, **settings):
+def search_answer(motion, faces=False, **settings):
+    """What a search of two balls, with every frame left to it, finds."""
     stage = SearchStage(two_balls(), PAIRS, SearchSettings(**settings))
     return stage.decide(motion, everywhere(motion), stage.fresh_memory(), faces=faces)
 
 
 def test_budget_is_spent_on_further_curves_after_a_hit():
-    first, more = (decide(approach(), faces=True, budget=3000, stop_first=stop) for stop in (True, False))
-    assert np.array_equal(first.hits, more.hits)
-    assert more.work["evaluations"] == 3000 * 60
-    assert first.work["evaluations"] < more.work["evaluations"]
+    """A search that goes on after its first hit evaluates as many pairs as it may in every frame."""
+    budget, motion = 3000, approach_of_two_balls()
+    stopped, gone_on = (search_answer(motion, faces=True, budget=budget, stop_first=stop) for stop in (True, False))
+    assert stopped.hits.any() and np.array_equal(stopped.hits, gone_on.hits)
+    assert gone_on.work["evaluations"] == budget * FRAMES
+    assert stopped.work["evaluations"] < gone_on.work["evaluations"]

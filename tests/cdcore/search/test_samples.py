@@ -1,5 +1,7 @@
 """Samples are drawn by area and nest; a stream is fixed by its seed and names."""
 
+import hashlib
+
 import numpy as np
 import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
@@ -25,6 +27,7 @@ def test_faces_are_drawn_by_their_area():
     features = features_of(merge_meshes(small, large))
     is_large = features.face >= len(small.faces)
     drawn = np.mean([is_large[sample_of(features, 30, seed, "a").pick].mean() for seed in range(40)])
+    # The large ball has a hundred times the area: 100 / 101 of the sample is expected on it.
     assert drawn > 0.97
 
 
@@ -56,20 +59,21 @@ def test_sampled_search_finds_only_pairs_of_sampled_faces(variant):
         assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
-def first(*key):
+def first_numbers(*key):
+    """Four numbers of the stream of a seed, a purpose, two bodies and a time."""
     return stream_of(*key).random(4).tolist()
 
 
 def test_random_streams_depend_on_key_not_body_order():
-    assert first(1, "qaco", "rod", "beaker", 0.5) == first(1, "qaco", "beaker", "rod", 0.5)
+    assert first_numbers(1, "qaco", "rod", "beaker", 0.5) == first_numbers(1, "qaco", "beaker", "rod", 0.5)
     keys = [(1, "qaco", "a", "b", 0.5), (2, "qaco", "a", "b", 0.5), (1, "qaco", "a", "c", 0.5)]
     keys += [(1, "qaco", "a", "b", 0.5000001), (1, "qaco", "ab", "", 0.5), (1, "samples", "a", "b", 0.5)]
-    assert len({tuple(first(*key)) for key in keys}) == len(keys)
+    assert len({tuple(first_numbers(*key)) for key in keys}) == len(keys)
 
 
 def test_first_random_numbers_are_the_same_on_every_machine():
-    import hashlib
-
-    key = hashlib.sha256(b"7\x1fqaco\x1fa\x1fb\x1f0x1.0000000000000p-1\x1f0").digest()
-    expected = np.random.Generator(np.random.PCG64(int.from_bytes(key, "big"))).random(4)
-    assert first(7, "qaco", "a", "b", 0.5) == expected.tolist()
+    """Seed, purpose, bodies, time in hexadecimal, and a 0 that every key ends with: hashed, they seed PCG64."""
+    key = "\x1f".join(("7", "qaco", "a", "b", "0x1.0000000000000p-1", "0"))
+    digest = hashlib.sha256(key.encode()).digest()
+    expected = np.random.Generator(np.random.PCG64(int.from_bytes(digest, "big"))).random(4)
+    assert first_numbers(7, "qaco", "a", "b", 0.5) == expected.tolist()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import lab
+from support.shapes import lab_bodies_and_motion
 
 from cdcore import create_detector, intersecting_faces
 from cdcore.protocol import detect_live
@@ -16,7 +16,7 @@ SETTINGS = [
 
 
 def watch(name="qaco", frames=40, **settings):
-    bodies, motion = lab(frames)
+    bodies, motion = lab_bodies_and_motion(frames=frames)
     detector = create_detector(name, bodies, **{"budget": 500, **settings})
     return detector, motion, detector.watch(motion)
 

@@ -54,8 +54,20 @@ def test_samples_alone_show_that_axes_of_ros_meshes_matter(tmp_path):
     assert differ is True
 
 
-def still(positions, mesh, value="body", alternatives=("body", "gltf")):
-    """Two bodies of one mesh at these places, in ROS axes, with an open question on the mesh."""
+def box(sizes):
+    """Vertices and faces of a box about the origin."""
+    mesh = trimesh.creation.box(sizes)
+    return mesh.vertices, mesh.faces
+
+
+# Metres. Read as glTF, whose x, y and z are y, z and x of ROS, a mesh turns: a rod along x lies along y, one along y
+# stands along z.
+ROD_ALONG_X = box((0.3, 0.02, 0.03))
+ROD_ALONG_Y = box((0.02, 0.3, 0.02))
+
+
+def bodies_at_rest(positions, mesh, value="body", alternatives=("body", "gltf")):
+    """Two bodies of one mesh at rest, in ROS axes, and the open question: is the mesh in those axes or in glTF's?"""
     rotation = [[0.0, 0.0, 0.0, 1.0]] * 3
     row = Assumption(
         Subject.MESH_AXES, value, Origin.GUESS, Confidence.OPEN, bodies=("a", "b"), alternatives=alternatives
@@ -68,33 +80,31 @@ def still(positions, mesh, value="body", alternatives=("body", "gltf")):
 
 
 def test_bodies_beyond_reach_have_contacts_under_no_alternative():
-    rod = trimesh.creation.box((0.02, 0.3, 0.02))
-    session, row = still([[0, 0, 0], [5, 0, 0]], (rod.vertices, rod.faces))
+    """Rods of 0.3 m stand 5 m apart."""
+    session, row = bodies_at_rest([[0, 0, 0], [5, 0, 0]], ROD_ALONG_Y)
     assert alternatives_differ(session, row) is False
 
 
 def test_rods_within_reach_whose_boxes_never_overlap_are_decided():
-    rod = trimesh.creation.box((0.3, 0.02, 0.03))
-    session, row = still([[0, 0, 0], [0.2, 0.2, 0]], (rod.vertices, rod.faces))
+    """Centres 0.28 m apart, in reach of rods of 0.3 m; but 0.2 m beside each other, be they along x or along y."""
+    session, row = bodies_at_rest([[0, 0, 0], [0.2, 0.2, 0]], ROD_ALONG_X)
     assert alternatives_differ(session, row) is False
 
 
-def test_rods_that_meet_only_when_rotated_decide_the_question():
-    rod = trimesh.creation.box((0.3, 0.02, 0.03))
-    session, row = still([[0, 0, 0], [0.1, 0, 0]], (rod.vertices, rod.faces))
+def test_rods_that_meet_only_unrotated_decide_the_question():
+    """0.1 m apart along x, rods of 0.3 m along x overlap; as glTF both lie along y, and are apart."""
+    session, row = bodies_at_rest([[0, 0, 0], [0.1, 0, 0]], ROD_ALONG_X)
     assert alternatives_differ(session, row) is True
 
 
 def test_coinciding_boxes_touch_whatever_the_open_guess_is():
-    """Both readings of the open guess give contact, so they do not differ."""
-    outer = trimesh.creation.box((0.3, 0.3, 0.3))
-    session, row = still([[0, 0, 0], [0, 0, 0]], (outer.vertices, outer.faces))
+    """As cubes about one place do, rotated or not: both readings give contact, so they do not differ."""
+    session, row = bodies_at_rest([[0, 0, 0], [0, 0, 0]], box((0.3, 0.3, 0.3)))
     assert alternatives_differ(session, row) is False
 
 
 def crossing(contact_frame, frames=3000):
-    """A rod that stands beside a plate and passes through it in one frame if its mesh is rotated, else never."""
-    rod = trimesh.creation.box((0.02, 0.3, 0.02))
+    """Two rods, one above the other: 0.5 m, and 0.25 m in one frame, in which they meet if they stand, as in glTF."""
     positions = np.zeros((2, frames, 3))
     positions[1] = (0.0, 0.25, 0.5)
     positions[1, contact_frame] = (0.0, 0.0, 0.25)
@@ -103,8 +113,7 @@ def crossing(contact_frame, frames=3000):
     )
     facts = {ASSUMPTIONS_FACT: assumptions_fact([Assumption(Subject.POSE_AXES, "ros", Origin.USER), row])}
     bodies = {name: (positions[number], [[0.0, 0.0, 0.0, 1.0]] * frames) for number, name in enumerate("ab")}
-    mesh = rod.vertices, rod.faces
-    return Session.from_arrays(np.arange(frames) * 11, bodies, dict.fromkeys("ab", mesh), facts=facts), row
+    return Session.from_arrays(np.arange(frames) * 11, bodies, dict.fromkeys("ab", ROD_ALONG_Y), facts=facts), row
 
 
 def decided_and_replayed(session, row):
@@ -115,8 +124,7 @@ def decided_and_replayed(session, row):
 
 @pytest.mark.parametrize("distance", [0.1, 0.5])
 def test_bodies_with_parents_and_offsets_are_decided_where_they_stand(distance):
-    rod = trimesh.creation.box((0.3, 0.02, 0.03))
-    session, row = still([[0, 0, 0], [0, 0, 0]], (rod.vertices, rod.faces))
+    session, row = bodies_at_rest([[0, 0, 0], [0, 0, 0]], ROD_ALONG_X)
     bodies = (SceneBody("a"), SceneBody("b", parent="a", offset=Pose((distance, 0.0, 0.0))))
     session = replace(session, scene=replace(session.scene, bodies=bodies, pairs=(("a", "b"),)))
     decided, replayed = decided_and_replayed(session, row)
@@ -124,14 +132,14 @@ def test_bodies_with_parents_and_offsets_are_decided_where_they_stand(distance):
 
 
 def test_bodies_that_never_move_make_no_pair():
-    rod = trimesh.creation.box((0.3, 0.02, 0.03))
-    session, row = still([[0, 0, 0], [0.1, 0, 0]], (rod.vertices, rod.faces))
+    """The rods of the test above, but the scene names no pair: of all pairs, those that rest are left out."""
+    session, row = bodies_at_rest([[0, 0, 0], [0.1, 0, 0]], ROD_ALONG_X)
     assert alternatives_differ(replace(session, scene=Scene()), row) is False
 
 
 def test_fixed_bodies_are_decided_where_they_stand():
-    rod = trimesh.creation.box((0.02, 0.3, 0.02))
-    session, row = still([[0, 0, 0], [5, 0, 0]], (rod.vertices, rod.faces))
+    """A rod fixed 0.25 m along y overlaps one of 0.3 m along y, and is beside it where both stand, as in glTF."""
+    session, row = bodies_at_rest([[0, 0, 0], [5, 0, 0]], ROD_ALONG_Y)
     table = SceneBody("table", fixed=Pose((0.0, 0.25, 0.0)))
     scene = replace(session.scene, bodies=(table,), pairs=(("a", "table"),))
     meshes = {**session.meshes, "table": session.meshes["a"]}
@@ -141,8 +149,7 @@ def test_fixed_bodies_are_decided_where_they_stand():
 
 
 def test_bodies_without_a_common_frame_are_decided_at_filled_frames():
-    rod = trimesh.creation.box((0.02, 0.3, 0.02))
-    session, row = still([[0, 0, 0], [0, 0.25, 0]], (rod.vertices, rod.faces))
+    session, row = bodies_at_rest([[0, 0, 0], [0, 0.25, 0]], ROD_ALONG_Y)
     early, late = session.tracks.values()
     later = Track(late.times_ns + 4, late.positions, late.quaternions_xyzw)
     session = Session.from_tracks(

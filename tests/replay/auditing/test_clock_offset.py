@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 from replay.auditing.clock_offset import estimate_offset
 from replay.errors import AuditError
 
+JITTER = 0.008
+"""Seconds that a report is early or late at most: less than a frame of 1/90 s."""
 BEGIN, END = ("a", "b", "begin"), ("a", "b", "end")
 
 
@@ -16,22 +18,27 @@ def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
     begins = np.sort(rng.uniform(0, 60, 20))
     truth = {BEGIN: begins.tolist(), END: (begins + rng.uniform(0.1, 1.0, 20)).tolist()}
     reported = {
-        key: (np.array(times) - shift + rng.uniform(-0.008, 0.008, 20))[rng.random(20) < 0.8].tolist()
+        key: (np.array(times) - shift + rng.uniform(-JITTER, JITTER, 20))[rng.random(20) < 0.8].tolist()
         for key, times in truth.items()
     }
+    # One report of a contact that was none, long after all others.
     reported[BEGIN] = [*reported[BEGIN], -shift + 200.0]
     result = estimate_offset(reported, truth)
-    assert result.seconds == pytest.approx(shift, abs=0.012)
+    # The shift may be off by more than the jitter where the window of most reports holds one of another contact.
+    assert result.seconds == pytest.approx(shift, abs=1.5 * JITTER)
+    # A report is off by its jitter and by what the shift is off: 20 ms, but for those that find another contact.
     assert result.residual < 0.025 and result.matched >= result.reports - 4
 
 
 def test_the_offset_is_exact_where_the_reports_are():
+    """Every report is 10 s after its true moment."""
     result = estimate_offset({BEGIN: [10.0, 11.0, 13.5]}, {BEGIN: [0.0, 1.0, 3.5]})
     assert (result.seconds, result.residual, result.matched, result.reports) == (-10.0, 0.0, 3, 3)
     assert str(result) == "clock offset -10.0000 s, residual 0.0 ms of 3 of 3 begins and ends"
 
 
 def test_of_shifts_that_fit_equally_the_smallest_is_taken():
+    """One contact from 1 to 1.1 s is any of three true ones: 1, or 4 s off, or 0.2 s, the least."""
     begins, ends = [0.0, 1.2, 5.0], [0.1, 1.3, 5.1]
     result = estimate_offset({BEGIN: [1.0], END: [1.1]}, {BEGIN: begins, END: ends})
     assert result.seconds == pytest.approx(0.2) and result.rivals == 2
@@ -42,6 +49,7 @@ def test_of_shifts_that_fit_equally_the_smallest_is_taken():
 
 
 def test_given_offset_is_kept_and_its_fit_reported():
+    """Of offset 0 the first report is 10 ms from a true moment, the second 500 ms, which is no partner."""
     result = estimate_offset({BEGIN: [1.0, 2.0]}, {BEGIN: [1.01, 2.5]}, 0.0)
     assert (result.seconds, result.matched) == (0.0, 1) and result.residual == pytest.approx(0.01)
     assert str(result).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
@@ -62,7 +70,7 @@ def test_single_report_fits_no_clock(reported):
     assert estimate_offset(reported, {BEGIN: [0.99]}, 0.0).matched == 1
 
 
-def drifting(contacts, span, drift, rng, jitter=0.008):
+def reports_of_a_drifting_clock(contacts, span, drift, rng, jitter=JITTER):
     """Reports of a clock that reads ``drift`` too few seconds a second and 7 s too few, and the truth."""
     begins = np.sort(rng.uniform(0, span, contacts))
     truth = {BEGIN: begins, END: begins + rng.uniform(0.1, 1.0, contacts)}
@@ -76,14 +84,15 @@ def drifting(contacts, span, drift, rng, jitter=0.008):
 @pytest.mark.parametrize(("contacts", "span", "drift"), [(8, 10.0, 0.02), (20, 60.0, -0.02), (20, 300.0, 0.001)])
 @pytest.mark.parametrize("seed", range(4))
 def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
-    reported, truth = drifting(contacts, span, drift, np.random.default_rng(seed))
+    reported, truth = reports_of_a_drifting_clock(contacts, span, drift, np.random.default_rng(seed))
     result = estimate_offset(reported, truth)
-    assert result.drift == pytest.approx(drift, abs=0.02 / span)
-    assert result.residual < 0.016 and result.matched == result.reports
+    # A line through reports that are off by the jitter was never off by more than that: each is off by twice as much.
+    assert result.drift == pytest.approx(drift, abs=2.0 * JITTER / span)
+    assert result.residual < 2.0 * JITTER and result.matched == result.reports
     assert f" at the first report, drift {100 * result.drift:+.3f} %, residual" in str(result)
     for key, moments in reported.items():
         placed = [item + result.at(item) for item in moments]
-        assert all(min(abs(item - true) for true in truth[key]) < 0.02 for item in placed)
+        assert all(min(abs(item - true) for true in truth[key]) < 2.0 * JITTER for item in placed)
 
 
 @pytest.mark.parametrize(("ends", "drift"), [(3, 0.02), (2, 0.0)])
@@ -98,7 +107,8 @@ def test_steady_clock_is_hardly_ever_given_a_drift():
     """At most one of 100 random clocks without drift may get one by chance."""
     rng, drifts = np.random.default_rng(1), []
     for _ in range(100):
-        reported, truth = drifting(int(rng.integers(2, 12)), float(rng.uniform(5, 60)), 0.0, rng, jitter=0.02)
+        contacts, span = int(rng.integers(2, 12)), float(rng.uniform(5, 60))
+        reported, truth = reports_of_a_drifting_clock(contacts, span, 0.0, rng, jitter=0.02)
         drifts.append(estimate_offset(reported, truth).drift)
     assert sum(drift != 0.0 for drift in drifts) <= 1
 

@@ -28,7 +28,7 @@ def test_every_verb_has_help_and_the_common_options(capsys, name):
         assert not [flag for flag in ("-v, --verbose", "-q, --quiet", "--debug") if flag not in printed]
 
 
-def failing(monkeypatch, error):
+def make_program_raise(monkeypatch, error):
     def fail(**_):
         raise error
 
@@ -36,7 +36,7 @@ def failing(monkeypatch, error):
 
 
 def test_exhausted_memory_is_one_clear_error_without_warnings(monkeypatch, capsys):
-    failing(monkeypatch, MemoryError())
+    make_program_raise(monkeypatch, MemoryError())
     assert main(["info"]) == 1
     output = capsys.readouterr().err
     assert output.startswith("error: the memory ran out; ") and "report" not in output
@@ -64,18 +64,19 @@ def test_undecodable_path_is_refused_without_a_traceback(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "arguments"),
+    ("error", "code", "sentence"),
     [
         (AssemblyError("no frame;\n  record some"), 1, "error: no frame; record some\n"),
         (RuntimeError("by zero"), 1, "(RuntimeError: by zero); please report it\n       with --debug"),
-        (KeyboardInterrupt(), 130, "interrupted"),
+        (KeyboardInterrupt(), 130, "interrupted"),  # as shells have it: 128 and the number of SIGINT, 2
     ],
 )
-def test_errors_print_a_sentence_and_with_debug_a_traceback(monkeypatch, capsys, error, code, arguments):
-    failing(monkeypatch, error)
+def test_errors_print_a_sentence_and_with_debug_a_traceback(monkeypatch, capsys, error, code, sentence):
+    """Someone who presses Ctrl-C knows where they did: of that there is no traceback."""
+    make_program_raise(monkeypatch, error)
     assert main(["info"]) == code
     output = capsys.readouterr().err
-    assert arguments in output and "Traceback" not in output
+    assert sentence in output and "Traceback" not in output
     assert main(["info", "--debug"]) == code
     assert ("Traceback" in capsys.readouterr().err) == (code == 1)
 
@@ -85,16 +86,16 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
     program = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     program.stdout.close()
     assert b"Traceback" not in program.stderr.read()
-    assert program.wait(30) in (0, 1)
+    assert program.wait(30) in (0, 1)  # 1: its output could not be written
 
 
 @pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
 @pytest.mark.parametrize(("where", "unbuffered"), [(">&-", "1"), (">/dev/full", ""), (">&- 2>&-", "")])
 def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):
     write_session(cubes({"a": [0, 1]}), tmp_path / "s.mcap")
-    sentence = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
+    command = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
     more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
-    done = subprocess.run(["sh", "-c", sentence], capture_output=True, text=True, env=more)
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, env=more)
     lines = done.stderr.splitlines()
     assert done.returncode == 1 and len(lines) == (0 if "2>" in where else 1)
     assert all(line.startswith("error: ") and "standard output" in line for line in lines)
@@ -145,10 +146,10 @@ def test_ctrl_c_while_a_library_calls_back_is_not_lost():
 
 
 def test_the_shell_completes_verbs_as_the_guide_says():
-    requested = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
+    completion = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
     assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX_PAGE)
-    sentence = [sys.executable, "-m", "replay"]
-    done = subprocess.run(sentence, env={**os.environ, **requested}, capture_output=True, text=True, check=True)
+    program = [sys.executable, "-m", "replay"]
+    done = subprocess.run(program, env={**os.environ, **completion}, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["plain,doctor"]
 
 

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from support.report_states import STATES, steady
+from support.report_states import RUN_OF_STATE, run_with_steady_times
 from support.small_worlds import cubes
 
 from cdcore.detectors.detector_table import settings_of
@@ -57,7 +57,7 @@ def test_a_single_search_is_worst_and_not_are():
     ],
 )
 def test_headline_colour_matches_its_worst_error(state, mark):
-    sentence = next(line for line in answer_lines(STATES[state](), "run.rrd") if isinstance(line, Paragraph))
+    sentence = next(line for line in answer_lines(RUN_OF_STATE[state](), "run.rrd") if isinstance(line, Paragraph))
     assert sentence.style == MARK_STYLES[mark]
 
 
@@ -73,7 +73,7 @@ def test_sources_are_printed_after_text_and_within_json(capsys):
 
 
 def test_markdown_gives_every_heading_of_the_answer():
-    result = steady("one missed")
+    result = run_with_steady_times("one missed")
     answer = section_of(result, SectionName.ANSWER)
     page = run_markdown(result, ())
     assert [reason.heading for reason in answer.reasons] == ["What", "When", "Why", "Do", "Cost", "Sure", "Or"]

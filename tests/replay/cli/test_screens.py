@@ -4,7 +4,7 @@ import io
 
 import pytest
 from rich.console import Console
-from support.report_states import STATES, steady
+from support.report_states import RUN_OF_STATE, run_with_steady_times
 
 from replay.cli.run_tables import run_screen, run_tables
 
@@ -20,21 +20,21 @@ def printed(part, width):
     return "\n".join(line.rstrip() for line in stream.getvalue().splitlines())
 
 
-@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("state", RUN_OF_STATE)
 def test_the_screen_of_80_columns_reads_as_it_did(state, snapshot):
-    assert printed(run_screen(steady(state), SEE_IT), 80) == snapshot
+    assert printed(run_screen(run_with_steady_times(state), SEE_IT), 80) == snapshot
 
 
 @pytest.mark.parametrize("state", TABLED)
 def test_every_table_of_a_run_reads_as_it_did(state, snapshot):
-    assert printed(run_tables(steady(state)), 120) == snapshot
+    assert printed(run_tables(run_with_steady_times(state)), 120) == snapshot
 
 
 def test_ranking_of_five_detectors_fits_80_columns(snapshot):
-    displayed = printed(run_screen(steady("unasked, with reports of an engine"), SEE_IT), 80)
+    displayed = printed(run_screen(run_with_steady_times("unasked, with reports of an engine"), SEE_IT), 80)
     assert displayed == snapshot and displayed.count("mesh50") == 1
 
 
 def test_times_of_quick_detectors_fit_80_columns():
-    displayed = printed(run_screen(steady("unasked", 9.5e-6), SEE_IT), 100)
+    displayed = printed(run_screen(run_with_steady_times("unasked", 9.5e-6), SEE_IT), 100)
     assert "0.0095" in displayed and max(map(len, displayed.splitlines())) <= 80

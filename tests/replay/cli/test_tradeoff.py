@@ -18,11 +18,12 @@ from replay.show.results.run_folder import read_run_folder
 from replay.show.tradeoff_table import tradeoff_list, tradeoff_numbers
 from sessions import write_session
 
+# Two contacts, in frame 4 and in frames 8 to 10 of 12 at 100 Hz: those of 20 Hz, every fifth, may miss either.
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
 @pytest.fixture
-def file(tmp_path, monkeypatch):
+def session_file(tmp_path, monkeypatch):
     rate = Setting("meshes at 20 Hz", "collider", {"shape": "mesh", "rate_hz": 20.0})
     settings = (Setting("FCL", "hybrid"), Setting("balls", "sphere"), rate)
     monkeypatch.setattr(trading, "settings_list", lambda **_: settings)
@@ -30,39 +31,43 @@ def file(tmp_path, monkeypatch):
     return str(tmp_path / "s.mcap")
 
 
-def test_settings_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, capsys):
-    assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--no-picture"]) == 0
+def test_settings_and_advice_are_printed_and_the_folder_is_written(session_file, tmp_path, capsys):
+    assert main(["tradeoff", session_file, "--out", str(tmp_path / "costs"), "--no-picture"]) == 0
     out, err = capsys.readouterr()
     output = " ".join(out.split())
     assert err.index("outside the time limit: one audit") < err.index("wrote ") < err.index("report.html")
+    # By loss: FCL has none. By the moment at which sampling at 20 Hz starts, it cuts none or one contact short.
     assert output.index("FCL") < output.index("meshes at 20 Hz") and "0-1" in output
+    # Times measured while others use the processor may be too uncertain for an advice.
     assert "Missing nothing costs" in output or "No advice about cost until then." in output
     reported = read_run_folder(tmp_path / "costs").document.tradeoff
     written = pq.read_table(tmp_path / "costs" / "tradeoff.parquet").to_pylist()
-    stored = {
+    key_of_column = {
         "missed": "missed",
         "late_or_cut_short": "late",
         "loss": "loss",
         "mean_ms": "mean_ms",
         "settings": "settings",
     }
-    assert [[row[name] for name in stored] for row in written] == [
-        [row[key] for key in stored.values()] for row in reported.rows
+    assert [[row[name] for name in key_of_column] for row in written] == [
+        [row[key] for key in key_of_column.values()] for row in reported.rows
     ]
     report = (tmp_path / "costs" / "report.html").read_text("utf-8")
     for row in reported.rows:  # one price, on the screen and on the page
         price = format(Decimal(f"{row['mean_ms']:.1e}").normalize(), "f")
         assert f" {price} " in output and f">{price}<" in report
-    assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
+    assert main(["tradeoff", session_file, "--out", str(tmp_path / "costs")]) != 0
+    assert "costs exists; name another folder" in " ".join(capsys.readouterr().err.split())
 
 
-def test_settings_cut_by_the_time_limit_are_counted(file, capsys):
-    assert main(["tradeoff", file, "--time-limit", "0", "-v"]) == 0
+def test_settings_cut_by_the_time_limit_are_counted(session_file, capsys):
+    assert main(["tradeoff", session_file, "--time-limit", "0", "-v"]) == 0
     out, err = capsys.readouterr()
     assert "2 settings were not tried within 0 s" in out and "not tried: balls, meshes at 20 Hz" in err
 
 
-def tried(count, **about):
+def tradeoff_of(count, **about):
+    """So many settings r0, r1, ... of which the first and the last are the front, and two that were not tried."""
     rows = [price_row(f"r{k}", 1.0 + k, k, front=k in (0, count - 1)) for k in range(count)]
     return Tradeoff(tuple(rows), ("r0",), tuple(advice_of(rows)), ("x", "y"), ABOUT | about)
 
@@ -70,20 +75,22 @@ def tried(count, **about):
 def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
     new = Column("probe", of=lambda row: f"marker-{row['label']}")
     monkeypatch.setitem(columns.COLUMNS, "tradeoff", (*columns.COLUMNS["tradeoff"], new))
-    done = tried(3)
+    done = tradeoff_of(3)
     made = [tradeoff_list(done), tradeoff_values(done)["table"], tradeoff_numbers(done)]
     assert [table.column("probe") for table in made] == [["marker-r0", "marker-r1", "marker-r2"]] * 3
 
 
 def test_long_lists_are_cut_short_but_never_the_front():
-    short, whole = tradeoff_list(tried(30)), tradeoff_list(tried(30), is_complete=True)
+    short, whole = tradeoff_list(tradeoff_of(30)), tradeoff_list(tradeoff_of(30), is_complete=True)
+    # Twelve rows of a short list, and r29, the last, of the front.
     assert len(short.rows) == 13 and short.rows[-1][0] == "r29" and len(whole.rows) == 30
     assert short.notes[0] == "... 17 more with -v; 2 settings were not tried within 20 s"
     assert whole.notes[0] == "... 2 settings were not tried within 20 s"
 
 
 def test_busy_machine_is_reported():
-    notes = " ".join(tradeoff_list(tried(4, processor_share=0.31), is_complete=True).notes)
+    """The program had 31 % of the processor; others had 69 %."""
+    notes = " ".join(tradeoff_list(tradeoff_of(4, processor_share=0.31), is_complete=True).notes)
     assert "The machine was busy (69 %)" in notes
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from msgspec import structs
 from rich.console import Console, Group
-from support.report_states import STATES, audit_of, detector_of, document_with, steady, times_of
+from support.report_states import RUN_OF_STATE, audit_of, detector_of, document_with, run_with_steady_times, times_of
 
 from replay import words
 from replay.auditing.wilson import proportion
@@ -19,7 +19,7 @@ from replay.document.decision import FIX_FILES_SENTENCE, SHIP_COMMAND, shipping_
 from replay.document.ranking import Rank, lesser_faults
 from replay.show.sections import SectionName, section_of
 
-AUDITED = [state for state in STATES if state not in ("no reference", "effects", "findings")]
+AUDITED = [state for state in RUN_OF_STATE if state not in ("no reference", "effects", "findings")]
 
 
 def busy(result, fraction=0.6):
@@ -32,7 +32,7 @@ def busy(result, fraction=0.6):
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_headings_keep_their_order_and_end_as_sentences(state):
-    reasons = section_of(steady(state), SectionName.ANSWER).reasons
+    reasons = section_of(run_with_steady_times(state), SectionName.ANSWER).reasons
     names = [reason.heading for reason in reasons]
     order = ["What", "When", "Why", "Do", "Cost", "Sure", "Also", "Or"]
     assert names == [name for name in order if name in names] and {"Do", "Cost", "Sure"} <= {*names}
@@ -46,7 +46,9 @@ def test_headings_keep_their_order_and_end_as_sentences(state):
 @pytest.mark.parametrize("others", [0.0, 0.6])
 def test_answer_of_every_state_fits_a_terminal_of_24_lines(state, others):
     stream = io.StringIO()
-    Console(file=stream, width=80).print(Group(*answer_lines(busy(steady(state), others), "session.mcap")))
+    Console(file=stream, width=80).print(
+        Group(*answer_lines(busy(run_with_steady_times(state), others), "session.mcap"))
+    )
     lines = stream.getvalue().strip().splitlines()
     see_it_and_read_it = 2
     assert len(lines) + see_it_and_read_it <= 24 and max(map(len, lines)) <= 80
@@ -54,7 +56,7 @@ def test_answer_of_every_state_fits_a_terminal_of_24_lines(state, others):
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_times_printed_in_an_answer_are_times_of_faults(state):
-    result = steady(state)
+    result = run_with_steady_times(state)
     assert result.answers
     for answer in result.answers:
         faults = (*result.misses[answer.label], *result.false[answer.label])
@@ -69,7 +71,7 @@ def test_times_printed_in_an_answer_are_times_of_faults(state):
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_what_when_and_why_describe_the_same_fault(state):
-    result = steady(state)
+    result = run_with_steady_times(state)
     for answer in (answer for answer in result.answers if answer.moment is not None):
         faults = {"miss": result.misses, "false": result.false}[answer.moment.kind][answer.label]
         fault = next(fault for fault in faults if fault.number == answer.moment.number)
@@ -81,7 +83,7 @@ def test_what_when_and_why_describe_the_same_fault(state):
 @pytest.mark.parametrize("state", AUDITED)
 @pytest.mark.parametrize("others", [0.0, 0.6])
 def test_busy_machine_is_mentioned_exactly_once(state, others):
-    result = busy(steady(state), others)
+    result = busy(run_with_steady_times(state), others)
     reasons = section_of(result, SectionName.ANSWER).reasons
     text = " ".join(f"{reason.text} {reason.figures}" for reason in reasons)
     assert text.count("The machine was busy") == (others > 0.0)
@@ -185,7 +187,9 @@ def test_decision_advises_the_fix_if_its_error_is_small(false, place):
     [("in a hollow that is cut", "In your engine, split gate"), ("in a hollow", "Decide with another")],
 )
 def test_without_a_contact_only_false_contact_is_judged(state, does):
-    reasons = {reason.heading: reason for reason in section_of(steady(state), SectionName.ANSWER).reasons}
+    reasons = {
+        reason.heading: reason for reason in section_of(run_with_steady_times(state), SectionName.ANSWER).reasons
+    }
     assert reasons["Do"].text.startswith(does)
     assert reasons["Sure"].text == "Only of false contact: exact found no contact to compare, so none could be missed."
     if "cut" in state:
@@ -245,7 +249,7 @@ def test_without_an_audit_nothing_is_recommended_or_sure():
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_interval_of_the_answer_is_that_of_the_ranking(state):
-    result = steady(state)
+    result = run_with_steady_times(state)
     first = certainty(result.document, result.ranking)[0]
     worst = result.ranking[0]
     assert (words.plural(worst.contacts, "contact") in first) == bool(worst.contacts)
@@ -260,15 +264,15 @@ def test_interval_of_the_answer_is_that_of_the_ranking(state):
 
 @pytest.mark.parametrize(("facts", "made_up"), [({"synthetic": "true"}, True), ({}, False)])
 def test_certainty_mentions_a_made_up_session(facts, made_up):
-    document = steady("several").document
+    document = run_with_steady_times("several").document
     document = structs.replace(document, session=structs.replace(document.session, facts=facts))
-    text = " ".join(certainty(document, steady("several").ranking))
+    text = " ".join(certainty(document, run_with_steady_times("several").ranking))
     assert ("made-up session" in text) == made_up
 
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_why_explains_missed_and_false_contacts(state):
-    result = steady(state)
+    result = run_with_steady_times(state)
     assert result.answers
     for answer in result.answers:
         if answer.moment is None:

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from msgspec import structs
 from rich.console import Console
-from support.report_states import ABOUT, POSITIONS, SCENE, TWO, price_row, steady, with_steady_times
+from support.report_states import ABOUT, POSITIONS, SCENE, TWO, price_row, run_with_steady_times, with_steady_times
 from support.small_worlds import cubes
 
 import replay
@@ -60,7 +60,7 @@ def texts_of(result, folder):
 @pytest.fixture(scope="module")
 def texts(tmp_path_factory):
     """A run, its folder, and its texts, once as they are and once with one more row in the table of columns."""
-    result, folder = steady("several"), tmp_path_factory.mktemp("runs")
+    result, folder = run_with_steady_times("several"), tmp_path_factory.mktemp("runs")
     before = texts_of(result, write_run_folder(result, folder / "before"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(columns.COLUMNS, "ranking", (*columns.COLUMNS["ranking"], NEW))

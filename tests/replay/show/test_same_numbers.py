@@ -7,7 +7,7 @@ from io import StringIO
 
 import pytest
 from rich.console import Console
-from support.report_states import SCREENS, STATES, result_of
+from support.report_states import RUN_OF_STATE, SCREENS, result_of
 from support.viewers import recording_text
 
 import replay
@@ -145,7 +145,7 @@ def test_recording_rate_is_the_same_in_fix_and_report(screens):
 
 @pytest.mark.parametrize("state", ["several", pytest.param("nine pairs", marks=pytest.mark.slow)])
 def test_tradeoff_and_ranking_have_the_same_counts(state):
-    result = STATES[state]()
+    result = RUN_OF_STATE[state]()
     scoring = Scoring(result.assembly, replay.detection.detector_spec.parse_detector("exact"), 0, 2e-6, result.session)
     assert len(result.ranking) > 1  # the last is the reference
     for rank in result.ranking[:-1]:

@@ -16,10 +16,12 @@ from sessions.importers import import_session, xdf
 pytest.importorskip("pyxdf")
 
 COUNT = 40
+# Seconds of the clock of a computer that runs for two days.
 STAMPS = 152_000.5 + np.arange(COUNT) / 64  # exact in float64
 RNG = np.random.default_rng(3)
 POSITIONS = {name: RNG.normal(size=(COUNT, 3)) for name in ("Rod", "Cup")}
 ROTATIONS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(POSITIONS)}
+# OrientationA is the scalar of a quaternion: w, and B, C, D are x, y, z.
 TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationA", "OrientationB", "OrientationC", "OrientationD")
 
 
@@ -31,14 +33,16 @@ def channels(unit="meters", types=TYPES, names=tuple(POSITIONS), **more):
     ]
 
 
-def numbers():
+def rows_of_both_bodies():
+    """Positions, and quaternions with w first, as the channels of ``TYPES`` have them, (COUNT, 14)."""
     return np.concatenate(
         [np.concatenate([POSITIONS[n], ROTATIONS[n].as_quat()[:, [3, 0, 1, 2]]], axis=1) for n in POSITIONS], axis=1
     )
 
 
-def take(*, unit="meters", scale=1.0, pairs=(), head=None):
-    rows = numbers()
+def mocap_chunks(*, unit="meters", scale=1.0, pairs=(), head=None):
+    """A stream of both bodies in two chunks of samples, with ``pairs`` of stamps and clock offsets between them."""
+    rows = rows_of_both_bodies()
     rows[:, [0, 1, 2, 7, 8, 9]] *= scale
     half = COUNT // 2
     head = stream_header(1, "Mocap", "MoCap", channels(unit)) if head is None else head
@@ -47,7 +51,7 @@ def take(*, unit="meters", scale=1.0, pairs=(), head=None):
 
 @pytest.mark.parametrize(("unit", "scale"), [("meters", 1.0), ("mm", 1000.0), ("centimeters", 100.0), ("", 1.0)])
 def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
-    session = import_session("xdf", xdf_file(tmp_path, *take(unit=unit, scale=scale)))
+    session = import_session("xdf", xdf_file(tmp_path, *mocap_chunks(unit=unit, scale=scale)))
     assert set(session.names) == {"Rod", "Cup"}
     for name in POSITIONS:
         assert has_poses(session.tracks[name], POSITIONS[name], ROTATIONS[name], stamps=np.rint(1e9 * STAMPS))
@@ -137,7 +141,7 @@ def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
         stream_header(5, "Bare", "Markers", [{}, {}]),
         samples(5, STAMPS[:2], [[1, 2], [3, 4]]),
     )
-    session = import_session("xdf", xdf_file(tmp_path, *pieces, *take(pairs=ahead)), convention="unity")
+    session = import_session("xdf", xdf_file(tmp_path, *pieces, *mocap_chunks(pairs=ahead)), convention="unity")
     assert session.names == ("Rod", "Cup") and session.facts["handedness"] == "left"
     assert [(item.time_ns, item.name, item.message) for item in session.events] == [
         (round(STAMPS[3] * 1e9), "Stim", "grasp"),
@@ -156,7 +160,7 @@ def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
 
 
 def test_rows_of_confidence_0_are_lost(tmp_path):
-    rod_poses = numbers()[:, :7]
+    rod_poses = rows_of_both_bodies()[:, :7]
     confidence = np.arange(COUNT) % 2  # 0, 1, 0, 1 ...
     rows = np.column_stack([rod_poses, confidence])
     head = stream_header(1, "M", "MoCap", channels(names=("Rod",), types=(*TYPES, "Confidence")))
@@ -164,10 +168,20 @@ def test_rows_of_confidence_0_are_lost(tmp_path):
     assert track.valid.tolist() == (confidence == 1).tolist()
 
 
-@pytest.mark.parametrize(("cut", "kept", "skipped"), [(100, COUNT, False), (130, COUNT // 2, True)])
+SAMPLE_BYTES = 1 + 8 + 14 * 8
+"""Of a row: that a stamp follows, the stamp, and 14 numbers."""
+
+
+@pytest.mark.parametrize(
+    ("cut", "kept", "skipped"),
+    [
+        (SAMPLE_BYTES - 21, COUNT, False),  # within the last sample, which pyxdf hands out all the same
+        (SAMPLE_BYTES + 9, COUNT // 2, True),  # within the last but one: pyxdf skips the whole chunk, the later half
+    ],
+)
 def test_truncated_file_loses_and_reports_its_last_sample(tmp_path, cut, kept, skipped):
-    """pyxdf hands out a last sample that is half its own and half the one before."""
-    path = xdf_file(tmp_path, *take())
+    """The last sample that pyxdf hands out is half its own and half the one before."""
+    path = xdf_file(tmp_path, *mocap_chunks())
     path.write_bytes(path.read_bytes()[:-cut])
     session = import_session("xdf", path)
     assert session.tracks["Cup"].valid.tolist() == [True] * (kept - 1) + [False]
@@ -177,14 +191,15 @@ def test_truncated_file_loses_and_reports_its_last_sample(tmp_path, cut, kept, s
     assert ("damaged places: 1 of 1 samples dropped" in books(session)) == skipped
 
 
-def body_stream(number, first, last, *, name="Mocap", kind="MoCap", body="Cup", shift=0.0):
-    """The samples from one to another as a stream of its own, of the same name and channels as the others."""
+def chunks_of_cup(number, first, last, *, name="Mocap", kind="MoCap", body="Cup", shift=0.0):
+    """Samples ``first`` to before ``last`` as a stream of its own, of the same name and channels as the others."""
     rows = np.concatenate([POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()[:, [3, 0, 1, 2]]], axis=1)[first:last]
     head = stream_header(number, name, kind, channels(names=(body,)))
     return head, samples(number, STAMPS[first:last] + shift, rows)
 
 
-JOINED = {
+# Number of the stream, its first sample, the one after its last.
+PARTS_OF_A_STREAM = {
     "two parts": [(1, 0, 15), (2, 15, COUNT)],
     "three parts": [(1, 0, 10), (2, 10, 25), (3, 25, COUNT)],
     "the later part first": [(1, 20, COUNT), (2, 0, 20)],
@@ -192,24 +207,25 @@ JOINED = {
 }
 
 
-@pytest.mark.parametrize("kind", JOINED)
+@pytest.mark.parametrize("kind", PARTS_OF_A_STREAM)
 @pytest.mark.parametrize("mapped", [False, True])
 def test_segments_of_an_interrupted_stream_are_a_single_body(tmp_path, kind, mapped):
-    pieces = [piece for arguments in JOINED[kind] for piece in body_stream(*arguments)]
+    pieces = [piece for part in PARTS_OF_A_STREAM[kind] for piece in chunks_of_cup(*part)]
     path, options = xdf_file(tmp_path, *pieces), {}
     if mapped:
-        labels = [f"Cup_Orientation{letter}" for letter in "BCDA"]
+        quaternion_xyzw = [f"Cup_Orientation{letter}" for letter in "BCDA"]
         positions = [f"Cup_Position{axis}" for axis in "XYZ"]
-        text = f'[bodies.Cup]\nstream = "Mocap"\nposition = {positions}\nquaternion_xyzw = {labels}\n'
+        text = f'[bodies.Cup]\nstream = "Mocap"\nposition = {positions}\nquaternion_xyzw = {quaternion_xyzw}\n'
         (tmp_path / "map.toml").write_text(text)
         options = {"mapping": tmp_path / "map.toml"}
     session = import_session("xdf", path, convention="openxr", **options)
     assert session.names == ("Cup",)
     assert has_poses(session.tracks["Cup"], POSITIONS["Cup"], ROTATIONS["Cup"], stamps=np.rint(1e9 * STAMPS))
-    count = len(JOINED[kind])
+    count = len(PARTS_OF_A_STREAM[kind])
     assert books(session) == f"{count - 1} of {count} streams merged: that go on with a stream of the same name"
 
 
+# Parts as above and what is different of each -> names of the bodies.
 SEPARATE = {
     "at once": ([(1, 0, COUNT, {}), (2, 0, COUNT, {"shift": 0.004})], {"Cup", "Mocap/Cup"}),
     "three at once": ([(k, 0, COUNT, {"shift": 0.004 * k}) for k in (1, 2, 3)], {"Cup", "Mocap/Cup", "Mocap/Cup (2)"}),
@@ -221,7 +237,7 @@ SEPARATE = {
 @pytest.mark.parametrize("kind", SEPARATE)
 def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
     streams, names = SEPARATE[kind]
-    pieces = [piece for number, first, last, more in streams for piece in body_stream(number, first, last, **more)]
+    pieces = [piece for number, first, last, more in streams for piece in chunks_of_cup(number, first, last, **more)]
     session = import_session("xdf", xdf_file(tmp_path, *pieces))
     assert {*session.names} == names and books(session) == ""
     assert sum(map(len, session.tracks.values())) == sum(last - first for _, first, last, _ in streams)
@@ -230,27 +246,27 @@ def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
 
 def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace("Controllers", "Mocap"))
-    pieces = [*body_stream(1, 0, COUNT), *body_stream(2, 0, COUNT, shift=0.004)]
+    pieces = [*chunks_of_cup(1, 0, COUNT), *chunks_of_cup(2, 0, COUNT, shift=0.004)]
     with pytest.raises(ImportFileError, match="2 streams are called 'Mocap' and differ in channels or overlap in time"):
         import_session("xdf", xdf_file(tmp_path, *pieces), mapping=tmp_path / "map.toml")
 
 
 def of_types(*types, **more):
-    return lambda: take(head=stream_header(1, "M", "MoCap", channels(types=types, **more)))
+    return lambda: mocap_chunks(head=stream_header(1, "M", "MoCap", channels(types=types, **more)))
 
 
 BROKEN = {
     "no objects": (of_types(*TYPES, object=""), "'M' has two channels PositionX; name an <object>"),
     "angles": (of_types("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
                r"no stream of type MoCap .*there are: M \(MoCap\); say which channels are a pose with --mapping"),
-    "a stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.nan], numbers()[:1])),
+    "a stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.nan], rows_of_both_bodies()[:1])),
                 "stream 'M': row 1 has no time"),
     "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
     "poses of text": (lambda: [stream_header(1, "M", "MoCap", channels(), "string"), samples(1, [1.0], ["a"])],
                       "stream 'M': its samples are not the numbers its channels describe"),
     "a claim": (lambda: [chunk(3, struct.pack("<IBI", 1, 4, 5_000_000) + bytes(9))],
                 r"a chunk claims 5,000,000 samples of at least a byte.; record it again"),
-    "two units": (lambda: take(head=stream_header(1, "M", "MoCap", channels("m")[:7] + channels("mm")[7:])),
+    "two units": (lambda: mocap_chunks(head=stream_header(1, "M", "MoCap", channels("m")[:7] + channels("mm")[7:])),
                   "lengths are in m, mm; record all in one of m, cm, mm"),
 }  # fmt: skip
 
@@ -263,7 +279,7 @@ def test_broken_file_is_refused_in_a_sentence(tmp_path, name):
 
 @pytest.mark.parametrize("ending", [".xdfz", ".xdf.gz"])
 def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending, monkeypatch):
-    path = xdf_file(tmp_path, *take())
+    path = xdf_file(tmp_path, *mocap_chunks())
     expected, packed = import_session("xdf", path), path.with_suffix(ending)
     packed.write_bytes(gzip.compress(path.read_bytes()))
     result = import_session("auto", packed)
@@ -295,7 +311,7 @@ quaternion_wxyz = ["Cup_OrientationA", "Cup_OrientationB", "Cup_OrientationC", "
 @pytest.mark.parametrize(("unit", "scale"), [("mm", 1000.0), ("centimeters", 100.0), ("inches", 1 / 0.0254)])
 def test_lengths_use_the_unit_stated_by_xdf_channels(tmp_path, unit, scale):
     (tmp_path / "map.toml").write_text(CUP_MAP)
-    path = xdf_file(tmp_path, *take(unit=unit, scale=scale))
+    path = xdf_file(tmp_path, *mocap_chunks(unit=unit, scale=scale))
     session = import_session("xdf", path, mapping=tmp_path / "map.toml", convention="openxr")
     assert has_poses(session.tracks["Cup"], POSITIONS["Cup"], ROTATIONS["Cup"])
 
@@ -303,20 +319,20 @@ def test_lengths_use_the_unit_stated_by_xdf_channels(tmp_path, unit, scale):
 def test_mapping_that_contradicts_the_units_of_channels_is_refused(tmp_path):
     (tmp_path / "map.toml").write_text('units = "m"' + CUP_MAP)
     with pytest.raises(ImportFileError, match='channels state lengths in mm, and the mapping says units = "m"'):
-        import_session("xdf", xdf_file(tmp_path, *take(unit="mm")), mapping=tmp_path / "map.toml")
+        import_session("xdf", xdf_file(tmp_path, *mocap_chunks(unit="mm")), mapping=tmp_path / "map.toml")
 
 
 def test_positions_in_mixed_units_are_refused(tmp_path):
     described = channels()
     described[1]["unit"] = "mm"
-    path = xdf_file(tmp_path, *take(head=stream_header(1, "Mocap", "MoCap", described)))
+    path = xdf_file(tmp_path, *mocap_chunks(head=stream_header(1, "Mocap", "MoCap", described)))
     refused("xdf", path, "lengths are in meters, mm")
 
 
 def test_channels_beside_poses_that_are_not_read_are_named(tmp_path):
     described = channels()
     described[7]["object"] = "Other"  # of the cup's place X, so that neither has a whole pose
-    path = xdf_file(tmp_path, *take(head=stream_header(1, "Mocap", "MoCap", described)))
+    path = xdf_file(tmp_path, *mocap_chunks(head=stream_header(1, "Mocap", "MoCap", described)))
     session = import_session("xdf", path)
     assert session.names == ("Rod",)
     assert "stream 'Mocap': channels that are not read: Cup_PositionX, Cup_PositionY" in session.facts["conversions"]

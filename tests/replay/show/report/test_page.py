@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.report_states import EMPTY, STATES, read_page, steady
+from support.report_states import EMPTY, RUN_OF_STATE, read_page, run_with_steady_times
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay import run
@@ -20,9 +20,10 @@ from replay.show.report.run_view import RunView
 from replay.studies.synthetic_sessions import synthetic_session
 
 
-@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("state", RUN_OF_STATE)
 def test_the_page_reads_as_it_did(state, snapshot):
-    assert read_page(report_html(steady(state))) == snapshot
+    """As a reviewed page did, whose text is stored; times are set, so that it is the same on every machine."""
+    assert read_page(report_html(run_with_steady_times(state))) == snapshot
 
 
 def test_report_counts_contact_of_bounding_spheres_as_unconfirmed():
@@ -32,25 +33,26 @@ def test_report_counts_contact_of_bounding_spheres_as_unconfirmed():
 
 
 def test_report_leaves_grasped_contacts_out_of_the_reference():
-    two = [SimpleNamespace(grasped=grasped) for grasped in (False, True)]
-    run = SimpleNamespace(oracle="exact", contacts={"exact": two, "it": two})
+    """Of two contacts, one of them grasped, the reference has one and a detector both."""
+    free_and_grasped = [SimpleNamespace(grasped=grasped) for grasped in (False, True)]
+    run = SimpleNamespace(oracle="exact", contacts={"exact": free_and_grasped, "slow": free_and_grasped})
     contacts = RunView(run, "s").contacts
-    assert [len(contacts[label]) for label in ("exact", "it")] == [1, 2]
+    assert [len(contacts[label]) for label in ("exact", "slow")] == [1, 2]
 
 
-@pytest.mark.parametrize(("count", "last"), [(6, "6.000 s: spilt"), (9, "and 3 more")])
-def test_report_lists_six_events_and_counts_the_rest(count, last):
+@pytest.mark.parametrize(("count", "last_line"), [(6, "6.000 s: spilt"), (9, "and 3 more")])
+def test_report_lists_six_events_and_counts_the_rest(count, last_line):
     events = [
         EventRecord(stamp_ns=k, source="effect/spill", name="spill", time=float(k), message="spilt")
         for k in range(count, 0, -1)
     ]
     run = SimpleNamespace(document=EMPTY, answers=(), oracle="", ranking=(), events=events)
     lines = RunView(run, "s").hero.lines
-    assert lines[0] == "1.000 s: spilt" and lines[-2] == last
+    assert lines[0] == "1.000 s: spilt" and lines[-2] == last_line  # the last says that contacts were not computed
 
 
 def test_page_loads_nothing_and_runs_its_own_script_only():
-    page = report_html(steady("several"))
+    page = report_html(run_with_steady_times("several"))
     assert all(place.startswith(("data:", "#")) for place in re.findall(r'(?:src|href)="([^"]*)"', page))
     assert "@import" not in page
     (allowed,) = re.findall('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)

@@ -4,7 +4,7 @@ import base64
 from dataclasses import replace
 
 import pytest
-from support.report_states import MANY, steady
+from support.report_states import MANY, run_with_steady_times
 from support.small_worlds import cubes
 from support.viewers import opened, serious_faults
 
@@ -260,7 +260,7 @@ def test_hostile_names_stay_text_everywhere(folder):
 
 def many_faults(count):
     """A page of a run whose two detectors have so many faults, in two pairs."""
-    result = steady("several")
+    result = run_with_steady_times("several")
     many = {
         label: [
             replace(own[k % len(own)], number=k + 1, start=0.02 * k, end=0.02 * k + 0.011) for k in range(count // 2)

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-from support.report_states import steady
+from support.report_states import run_with_steady_times
 
 from replay.show.report import still
 from replay.show.report.page import report_html
@@ -71,7 +71,7 @@ def test_opaque_wall_hides_and_glass_does_not(alpha):
 
 
 def test_picture_holds_the_whole_cage_and_the_gap_arrow():
-    result = steady("only false")
+    result = run_with_steady_times("only false")
     (fault,) = result.false["c"]
     text = fault_still(result, "c", fault, FIRST_SIZE)[0]
     assert f"{1e3 * fault.metres:.2g} mm" in text and "from " in text
@@ -95,6 +95,6 @@ def test_drawings_of_a_page_are_unchanged(state, monkeypatch, snapshot):
         return made(pixels)
 
     monkeypatch.setattr(Image, "fromarray", noted)
-    page = report_html(steady(state))
+    page = report_html(run_with_steady_times(state))
     drawings = re.findall(r"<svg\b.*?</svg>|<div class=.ticks.*?</div>", page, re.DOTALL)
     assert [*pictures, *(re.sub('base64,[^"]+', "", drawing) for drawing in drawings)] == snapshot

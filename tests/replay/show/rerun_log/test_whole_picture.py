@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
-from support.report_states import steady, with_steady_times
+from support.report_states import run_with_steady_times, with_steady_times
 
 from replay.effects.effects_runner import SKIPPED_LANE, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
@@ -56,7 +56,7 @@ STATES = (
     "too few prices", "millimetres", "nothing wrong",
 )  # fmt: skip
 PICTURES = {
-    **{state: lambda _, name=state: steady(name) for state in STATES},
+    **{state: lambda _, name=state: run_with_steady_times(name) for state in STATES},
     "taps": lambda taps: with_effects(taps(), pour=POUR, reaction=END),
     "a search that misses": lambda taps: with_tasks(taps(135, "paper", "hybrid-qaco", variant="corrected", budget=300)),
     "a hull": lambda taps: with_effects(taps(135, "hull", "collider", shape="hull"), pour=EffectOutput()),

@@ -2,7 +2,7 @@
 
 import pyarrow.parquet as pq
 import pytest
-from support.report_states import steady, with_steady_times
+from support.report_states import run_with_steady_times, with_steady_times
 from support.small_worlds import STEP_NS, cubes
 
 from replay.engine import compute
@@ -33,8 +33,8 @@ RUNS = {
     "effects of a part": lambda: compute(recorded(scene=SCENE), detectors=(), start=0.01),
     "nothing happened": lambda: compute(cubes({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid"),
     "a pose in doubt": lambda: compute(cubes({"a": [0] * 9, "b": [5] * 4 + [5.5] * 5}), detectors="hybrid"),
-    "between frames": lambda: steady("between frames"),
-    "undecided": lambda: steady("undecided"),
+    "between frames": lambda: run_with_steady_times("between frames"),
+    "undecided": lambda: run_with_steady_times("undecided"),
 }
 
 
@@ -56,7 +56,7 @@ def test_tables_of_a_run_equal_their_snapshot(name, tmp_path, snapshot, monkeypa
 
 
 def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
-    result = steady("several")
+    result = run_with_steady_times("several")
     (whole,) = tables.frame_table(result)
     monkeypatch.setattr(tables, "ROWS_PER_BATCH", 2)
     pieces = list(tables.frame_table(result))
@@ -65,7 +65,7 @@ def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
 
 
 def test_every_column_is_described_and_written_with_its_type():
-    for made in steady("several").tables.values():
+    for made in run_with_steady_times("several").tables.values():
         columns = made.columns
         assert len({column.name for column in columns}) == len(columns)
         assert all(len(column.meaning) > 4 for column in columns)

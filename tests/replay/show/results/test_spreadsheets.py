@@ -6,7 +6,7 @@ import sys
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from support.report_states import STATES
+from support.report_states import RUN_OF_STATE
 from support.small_worlds import TWO_BUMPS, cubes
 
 import replay
@@ -132,7 +132,7 @@ def test_result_gives_data_frames_of_its_tables(run):
 
 @pytest.mark.parametrize("form", ["csv", "xlsx"])
 def test_replacing_a_run_takes_its_spreadsheets_away(tmp_path, form):
-    result = replay.RunResult.of(STATES["no contact"]()).write(tmp_path / "run", picture=False)
+    result = replay.RunResult.of(RUN_OF_STATE["no contact"]()).write(tmp_path / "run", picture=False)
     before = {file.name for file in result.out.iterdir()}
     write_run_tables(result.out, form)
     (result.out / "mine.csv").write_text("a")
@@ -143,7 +143,7 @@ def test_replacing_a_run_takes_its_spreadsheets_away(tmp_path, form):
 
 def test_every_state_has_spreadsheets(tmp_path):
     for state in ("no contact", "no reference", "effects"):
-        result = replay.RunResult.of(STATES[state]()).write(tmp_path / state.replace(" ", "-"), picture=False)
+        result = replay.RunResult.of(RUN_OF_STATE[state]()).write(tmp_path / state.replace(" ", "-"), picture=False)
         assert write_run_tables(result.out, "csv") == []
 
 
