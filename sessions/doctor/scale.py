@@ -78,7 +78,7 @@ def pivot_findings(pose_pass: PosePass, meshes: Mapping[str, MeshData], names: C
     """Meshes, of some names, far from the origin of their body: drawn where they stood in a scene."""
     for column, name in enumerate(pose_pass.names):
         position = _finite_rows(pose_pass.position[:, column])
-        if name not in names or not len(position) or np.abs(np.median(position, axis=0)).max() < AT_ORIGIN_M:
+        if name not in names or not len(position) or _middle_distance(position) < AT_ORIGIN_M:
             continue
         try:
             least, most = meshes[name].bounds
@@ -89,6 +89,12 @@ def pivot_findings(pose_pass: PosePass, meshes: Mapping[str, MeshData], names: C
         if away > max(PIVOT_M, PIVOT_SIZES * size):
             message = f"it is {length(size)} long and lies {length(away)} from the origin of its body"
             yield Finding("mesh-pivot", message, name)
+
+
+def _middle_distance(position: NDArray[np.float64]) -> float:
+    """Largest coordinate of the median of positions (n, 3): how far off the origin a body usually is along an axis."""
+    with np.errstate(over="ignore"):
+        return float(np.abs(np.median(position, axis=0)).max())
 
 
 def unit_guess(pose_pass: PosePass, column: int) -> tuple[str, float] | None:
