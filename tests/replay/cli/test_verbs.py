@@ -250,15 +250,7 @@ MASKED = {
 """What is of this machine, or of its last bit."""
 
 
-THOROUGH = (f"{MANY} --format markdown", f"run apart.mcap twice.mcap --no-picture {SLOW}", "run several/0 -o m2")
-"""Beginnings of commands over several sessions that differ from another row in one option, and take longest."""
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [pytest.param(text, marks=pytest.mark.slow if text.startswith(THOROUGH) else ()) for text in VERBS],
-    ids=str,
-)
+@pytest.mark.parametrize("arguments", VERBS, ids=str)
 def test_output_of_a_verb_is_unchanged(arguments, folder, monkeypatch, capsys, snapshot):
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")

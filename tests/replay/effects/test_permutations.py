@@ -74,7 +74,7 @@ def chain():
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("make", [titration, *(pytest.param(make, marks=pytest.mark.slow) for make in (pours, chain))])
+@pytest.mark.parametrize("make", [titration, pours, chain])
 def test_order_of_tables_and_names_change_no_output(make, snapshot):
     whole = lines, figures, rows = printed(make)
     assert len(rows) >= 6 and lines == snapshot
