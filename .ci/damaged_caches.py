@@ -22,9 +22,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = """
-from support.shapes import lab
+from support.shapes import lab_bodies_and_motion
 from cdcore import create_detector
-bodies, motion = lab(8)
+bodies, motion = lab_bodies_and_motion(8)
 print(create_detector("exact", bodies).detect(motion, faces=True).digest)
 """
 LONGEST_S = 600
