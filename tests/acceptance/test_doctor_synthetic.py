@@ -10,14 +10,14 @@ from sessions.geometry.rotations import IDENTITY
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 FIRST, *rest = SCENES
-SCENES_ONE_QUICK = [FIRST, *(pytest.param(name, marks=pytest.mark.slow) for name in rest)]
+SCENES_WITH_A_QUICK_CASE = [FIRST, *(pytest.param(name, marks=pytest.mark.slow) for name in rest)]
 FACES_OF_JITTER = {"even": 600, "browser": 5000}
 """Of each mesh: few in the quick cases, as many as usual in the slow ones."""
 LOSSES = ("tracking-lost", "identity-while-lost", "frozen")
 
 
 @pytest.mark.sampled(9)
-@pytest.mark.parametrize("name", [*SCENES_ONE_QUICK, *ANALYTIC])
+@pytest.mark.parametrize("name", [*SCENES_WITH_A_QUICK_CASE, *ANALYTIC])
 @pytest.mark.parametrize("jitter", ["even", pytest.param("browser", marks=pytest.mark.slow)])
 def test_without_noise_nothing_is_above_a_note(name, jitter):
     """Poses without noise are never lost or wrong; late stamps, as of a browser, are no more than a note."""

@@ -175,8 +175,8 @@ def test_arc_through_a_hole_and_back_is_not_clear(lost):
         expected = create_detector("exact", [block, bead]).detect(dense).verdict[:, 0]
         assert expected[0] == expected[-1] == Verdict.CLEAR
         verdict = create_detector("continuous", [block, bead]).detect(ends).verdict[1, 0]
-        on_the_way = {Verdict.CONTACT} if (expected == Verdict.CONTACT).any() else set(expected.tolist())
-        allowed = on_the_way - {Verdict.CLEAR} or {Verdict.CLEAR}
+        between_ends = {Verdict.CONTACT} if (expected == Verdict.CONTACT).any() else set(expected.tolist())
+        allowed = between_ends - {Verdict.CLEAR} or {Verdict.CLEAR}
         assert verdict in (allowed | {Verdict.UNRESOLVED} if allowed != {Verdict.CLEAR} else allowed), (arm, depth)
         answer[int(verdict)] = answer.get(int(verdict), 0) + 1
     assert {Verdict.CLEAR, Verdict.UNRESOLVED} <= set(answer), answer
@@ -205,7 +205,7 @@ def single_walled_cup(open_at_top, segments=12):
 
 @pytest.mark.parametrize("rotation", [np.eye(3), random_rotations(np.random.default_rng(1))], ids=["upright", "turned"])
 def test_inside_of_a_single_walled_cup_is_undecided(rotation):
-    """Of a cup without a lid no surface says where its inside ends; above and beside its bounds a bead is clear."""
+    """No surface of a cup without a lid says where its inside ends; above and beside its bounds a bead is clear."""
     inside, beside, unknown = Verdict.CONTAINED, Verdict.CLEAR, Verdict.UNRESOLVED
     # A bead of radius 4 mm in a cup of 0.1 m: where it is, in a cup with a lid, in one without.
     rows = [

@@ -106,7 +106,7 @@ def everywhere(motion):
 
 
 def search_answer(motion, faces=False, **settings):
-    """What a search of two balls, with every frame left to it, finds."""
+    """The answer of a search of two balls that has every frame."""
     stage = SearchStage(two_balls(), PAIRS, SearchSettings(**settings))
     return stage.decide(motion, everywhere(motion), stage.fresh_memory(), faces=faces)
 

@@ -98,7 +98,7 @@ def test_rods_that_meet_only_unrotated_decide_the_question():
 
 
 def test_coinciding_boxes_touch_whatever_the_open_guess_is():
-    """As cubes about one place do, rotated or not: both readings give contact, so they do not differ."""
+    """Cubes about one point meet, rotated or not: both readings give contact, so they do not differ."""
     session, row = bodies_at_rest([[0, 0, 0], [0, 0, 0]], box((0.3, 0.3, 0.3)))
     assert alternatives_differ(session, row) is False
 

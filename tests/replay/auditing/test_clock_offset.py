@@ -49,7 +49,7 @@ def test_of_shifts_that_fit_equally_the_smallest_is_taken():
 
 
 def test_given_offset_is_kept_and_its_fit_reported():
-    """Of offset 0 the first report is 10 ms from a true moment, the second 500 ms, which is no partner."""
+    """At offset 0 the first report is 10 ms from a true moment, the second 500 ms, which is no partner."""
     result = estimate_offset({BEGIN: [1.0, 2.0]}, {BEGIN: [1.01, 2.5]}, 0.0)
     assert (result.seconds, result.matched) == (0.0, 1) and result.residual == pytest.approx(0.01)
     assert str(result).endswith("; 1 are left out, more than 50 ms from every true one of their pair")

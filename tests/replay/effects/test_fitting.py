@@ -12,15 +12,15 @@ EVERY_FRAME = np.arange(len(UNEVEN))
 
 @given(st.lists(st.floats(-50, 50), min_size=3, max_size=3), st.floats(0.0, 1e4))
 def test_parabola_fit_recovers_position_and_velocity(coefficients, zero):
-    """Of points on a + b u + c u^2, seconds u from the last, the fit is that and the velocity b + 2 c u."""
+    """Points lie on a + b u + c u^2, seconds u from the last; the fit is that, the velocity b + 2 c u."""
     a, b, c = coefficients
     u = UNEVEN - UNEVEN[-1]
     points = (a + b * u + c * u * u)[:, None]
     fit, before = fit_parabola(UNEVEN + zero, points), -0.01
     assert fit.misfit < 1e-9 and fit.position(fit.at)[0] == pytest.approx(a, abs=1e-7)
     assert fit.velocity(fit.at + before)[0] == pytest.approx(b + 2.0 * c * before, abs=1e-4)
-    one_run = np.zeros(len(UNEVEN), dtype=np.int64)
-    fitted_velocities = velocities(UNEVEN, points, one_run, EVERY_FRAME)
+    single_run = np.zeros(len(UNEVEN), dtype=np.int64)
+    fitted_velocities = velocities(UNEVEN, points, single_run, EVERY_FRAME)
     assert np.allclose(fitted_velocities[:, 0], b + 2.0 * c * u, atol=1e-6)
 
 

@@ -46,7 +46,7 @@ def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(factor, samples):
 
 
 @pytest.mark.parametrize(("gap", "codes"), [(0.5, ["speed-suspect"]), (0.005, [])])
-def test_two_sources_in_turns_are_no_wrong_unit(gap, codes):
+def test_two_alternating_sources_are_no_wrong_unit(gap, codes):
     stamps = np.arange(200) // 2 * 11_111_111 + np.arange(200) % 2 * 1_000_000
     position = np.column_stack([gap * (np.arange(200) % 2), 1 + np.arange(200) / 1000, np.full(200, -0.4)])
     poses = {"cup": (position, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}

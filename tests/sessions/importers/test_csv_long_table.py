@@ -84,7 +84,7 @@ def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, more, cure):
 
 
 @pytest.mark.parametrize(("column", "names"), [("gadget", ("rod", "cup")), ("dev", ("1", "2"))])
-def test_bodies_whose_stamps_all_differ_are_told_apart(tmp_path, column, names):
+def test_bodies_whose_stamps_all_differ_are_separated(tmp_path, column, names):
     path = tmp_path / "log.csv"
     lines = [
         f"{step / 90 + body / 500:.6f},{names[body]},{step % 2},{body},{step / 900},0,0,0,0,1" for step, body in PAIRS
@@ -95,7 +95,7 @@ def test_bodies_whose_stamps_all_differ_are_told_apart(tmp_path, column, names):
     assert all((session.tracks[name].positions[:, 0] == body).all() for body, name in enumerate(names))
 
 
-def test_alternating_column_of_one_body_is_no_name(tmp_path):
+def test_alternating_column_of_a_single_body_is_no_name(tmp_path):
     path = tmp_path / "log.csv"
     lines = [f"{step / 90:.6f},{step % 2},{step / 900},1,0,0,0,0,1" for step in range(MOMENTS)]
     path.write_text("\n".join(["time,parity,x,y,z,qx,qy,qz,qw", *lines, ""]))

@@ -87,7 +87,7 @@ METALS = [
 
 
 @pytest.mark.parametrize(("solid", "solutes", "equation", "words"), METALS, ids=[row[0] for row in METALS])
-def test_what_happens_to_a_solid_is_said(solid, solutes, equation, words):
+def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
     """0.1 mmol of the solid, and more of the solution than it needs; by stoichiometry 0.2 mmol, 21.6 mg, of silver."""
     powder = {"solid": {"formula": solid, "mass_g": 1e-4 * molar_mass(solid)}}
     bodies = (glass("a", 60.0, solutes=solutes), glass("b", 1.0, properties=powder))

@@ -22,7 +22,7 @@ from replay.studies.synthetic_sessions import synthetic_session
 
 @pytest.mark.parametrize("state", RUN_OF_STATE)
 def test_the_page_reads_as_it_did(state, snapshot):
-    """As a reviewed page did, whose text is stored; times are set, so that it is the same on every machine."""
+    """The text of a reviewed page is stored; times are set, so that it is the same on every machine."""
     assert read_page(report_html(run_with_steady_times(state))) == snapshot
 
 
@@ -33,7 +33,7 @@ def test_report_counts_contact_of_bounding_spheres_as_unconfirmed():
 
 
 def test_report_leaves_grasped_contacts_out_of_the_reference():
-    """Of two contacts, one of them grasped, the reference has one and a detector both."""
+    """The reference has one of two contacts, since the other is grasped; a detector has both."""
     free_and_grasped = [SimpleNamespace(grasped=grasped) for grasped in (False, True)]
     run = SimpleNamespace(oracle="exact", contacts={"exact": free_and_grasped, "slow": free_and_grasped})
     contacts = RunView(run, "s").contacts

@@ -18,7 +18,7 @@ KNOWN = "student <> '' AND NOT held"
 
 @pytest.fixture(scope="module")
 def run_folders(tmp_path_factory):
-    """Of 50 sessions of 20 students, but the last three sessions of nobody."""
+    """Fifty sessions of 20 students; the last three are of no student."""
     return made_class(tmp_path_factory.mktemp("class") / "runs", sessions=50, students=20, nobody=3)
 
 
