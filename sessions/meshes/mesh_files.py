@@ -121,7 +121,8 @@ def convex_hull(mesh: MeshData) -> MeshData:
 def hull_of_points(points: NDArray[np.float64]) -> MeshData | None:
     """Return the convex hull of points (n, 3), closed, its faces wound outwards; ``None`` of flat ones.
 
-    Source: Qhull by way of ``scipy.spatial.ConvexHull`` (Barber, Dobkin, Huhdanpaa 1996).
+    Source: Qhull by way of ``scipy.spatial.ConvexHull`` (Barber, Dobkin, Huhdanpaa 1996). The core, which sessions do
+    not import, builds its hulls in `cdcore.bounding.hull`.
     """
     from scipy.spatial import ConvexHull, QhullError
 
