@@ -4,7 +4,7 @@
     python .ci/branch_coverage.py --rooms cdcore/search
 
 Kernels run as the Python functions that they are (``NUMBA_DISABLE_JIT=1``), since compiled ones are not measured: the
-rooms' own tests, then all detectors in a laboratory and in random worlds. One line a room: the percentage of statements
+rooms' own tests, then all detectors in short random worlds. One line a room: the percentage of statements
 and branches that ran, and the files below the least with their lines; exit code 1 where a room is below it.
 """
 
@@ -26,8 +26,8 @@ ROOMS: Final = {
     "cdcore/search": tuple(f"tests/cdcore/search/test_{name}.py" for name in SEARCH_TESTS),
 }
 """Room of the source -> its tests."""
-WORLDS: Final = (0,)
-"""Seeds of the random worlds, of each shape."""
+WORLDS: Final = range(10)
+"""Worlds of `.ci/interpreted_worlds.py`, the first of each shape."""
 MOST_LINES: Final = 12
 """Lines that did not run, named of a file."""
 
@@ -76,8 +76,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "coverage"
         run_measured(data, options.rooms, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", *tests)
-        worlds = json.dumps([list(WORLDS)])
-        run_measured(data, options.rooms, "tests/support/digests.py", "--interpreted", worlds)
+        run_measured(data, options.rooms, ".ci/interpreted_worlds.py", "--print", *map(str, WORLDS))
         files = measured_files(data)
     is_below = False
     for room in options.rooms:

@@ -1,14 +1,11 @@
-"""Digests of all detectors in many worlds, and their answers without a compiler.
+"""Digests of all detectors in many worlds.
 
 ``python tests/support/digests.py`` writes ``tests/contracts/digests.json`` anew, for a change that is meant; give names
-of groups or detectors to write only these. With ``NUMBA_DISABLE_JIT=1`` and ``--interpreted '[[0, 9]]'`` it prints the
-digests of random worlds 0 and 9 by detector, from kernels that run as plain Python.
+of groups or detectors to write only these.
 """
 
 import hashlib
 import json
-import os
-import subprocess
 import sys
 from functools import cache
 from itertools import islice
@@ -21,7 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from support.optional import DATA
 from support.random_worlds import SHAPES, World, random_world
-from support.shapes import lab_bodies_and_motion
 
 from cdcore import create_detector
 from cdcore.errors import CollisionCoreError
@@ -119,7 +115,7 @@ def pieces_of(world, name, settings):
     try:
         detection = create_detector(name, world.bodies, pairs=world.pairs, **settings).detect(world.motion, faces=True)
     except CollisionCoreError as error:
-        return [type(error).__name__] * 3
+        return (type(error).__name__,) * 3
     faces = None if detection.face_sets is None else detection.faces_digest
     work = {key: int(np.sum(count)) for key, count in sorted(detection.work.items()) if np.sum(count)}
     return detection.digest, faces, json.dumps(work)
@@ -138,40 +134,5 @@ def write(names):
     FILE.write_text(json.dumps(kept, indent=0) + "\n")
 
 
-FRAMES = 4
-
-
-def laboratory():
-    """A world of ordinary solids, which every detector may be asked about."""
-    bodies, motion = lab_bodies_and_motion(frames=FRAMES)
-    return World(bodies, motion, None)
-
-
-def answers(seeds, shapes=tuple(SHAPES), names=()):
-    """Digests of verdicts and faces, and counters, by detector: of a laboratory and of random worlds.
-
-    ``names``: of detectors; none: all.
-    """
-    result = {}
-    for name, settings in [variant for variant in VARIANTS if not names or variant[0] in names]:
-        worlds = [laboratory()]
-        if name in SCALE_FREE:
-            worlds += [random_world(seed, shape) for seed in seeds for shape in shapes]
-        result[variant_name(name, settings)] = [pieces_of(world, name, settings) for world in worlds]
-    return result
-
-
-def interpreted_answers(seeds, shapes=tuple(SHAPES), names=()):
-    """The same from a process whose kernels are interpreted."""
-    command = [sys.executable, __file__, "--interpreted", json.dumps([seeds, shapes, names])]
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--interpreted"]:
-        print(json.dumps(answers(*json.loads(sys.argv[2]))))
-    else:
-        write(sys.argv[1:])
+    write(sys.argv[1:])

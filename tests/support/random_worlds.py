@@ -177,6 +177,20 @@ def random_world(seed, shape=None, frames=FRAMES):
     return World(bodies_of(meshes), Motion(np.arange(frames) / 90, translations * scale, rotations, valid))
 
 
+def short_world(number):
+    """World ``number`` of three frames, so short that interpreted kernels end: shapes, scales and motions go round.
+
+    Every fourth is moved away from the origin, by a million times its scale.
+    """
+    names = list(SHAPES)
+    world = random_world(number // len(names), names[number % len(names)], frames=3)
+    if number % 4:
+        return world
+    motion, scale = world.motion, SCALES[number // len(names) % len(SCALES)]
+    translations = motion.translations + 2.0**20 * scale
+    return World(world.bodies, Motion(motion.times, translations, motion.rotations, motion.valid))
+
+
 def random_walk_of_rotations(rng, frames, step):
     """A rotation that drifts by about ``step`` radians a frame, (frames, 3, 3)."""
     rotations = [Rotation.from_matrix(random_rotations(rng))]

@@ -1,23 +1,32 @@
 """Kernels that run as plain Python, for a debugger or coverage, give what machine code gives."""
 
-import json
-
 import pytest
-from support.digests import answers, interpreted_answers
-from support.random_worlds import SHAPES
+from support.processes import script
+
+from cdcore import DETECTORS
 
 
-def assert_same(seeds, shapes, names=()):
-    compiled = json.loads(json.dumps(answers(seeds, shapes, names)))
-    interpreted = interpreted_answers(seeds, shapes, names)
-    assert {name: rows for name, rows in interpreted.items() if rows != compiled[name]} == {}
+@pytest.fixture(scope="module")
+def interpreted_worlds():
+    return script("interpreted_worlds")
 
 
-def test_interpreted_kernels_give_digests_of_compiled_kernels():
-    assert_same([0], ["soup"], ["exact"])
+def test_interpreted_kernels_give_digests_of_compiled_kernels(interpreted_worlds):
+    comparison = interpreted_worlds.compare_worlds([0], ["exact"])
+    assert (comparison.rows, comparison.differing, comparison.unfinished) == (1, [], [])
+
+
+def test_differing_rows_and_worlds_beyond_the_limit_are_listed(interpreted_worlds):
+    comparison = interpreted_worlds.Comparison()
+    compiled = {"exact": ["a", "b", "{}"], "obb": ["a", None, "{}"]}
+    comparison.add(3, compiled, compiled | {"obb": ["a", None, '{"leaf_tests": 1}']})
+    for world, digests in interpreted_worlds.interpreted_digests([4], ["exact"], limit_s=0.01):
+        comparison.add(world, compiled, digests)
+    assert (comparison.rows, comparison.differing, comparison.unfinished) == (2, [(3, "obb")], [4])
 
 
 @pytest.mark.slow
-def test_interpreted_kernels_agree_on_random_worlds():
-    """Two worlds of each shape: 46 s of processor time, interpreted."""
-    assert_same([0, 2], list(SHAPES))
+def test_interpreted_kernels_agree_on_random_worlds(interpreted_worlds):
+    """Every detector in 16 worlds, some 50 s of processor time; the command compares 200."""
+    comparison = interpreted_worlds.compare_worlds(range(16), list(DETECTORS))
+    assert (comparison.rows, comparison.differing, comparison.unfinished) == (16 * 21, [], [])
