@@ -7,10 +7,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
-FLOORS = {
+IMPORT_CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+    "contracts"
+]
+LAYERS = {  # package -> its folders from the top layer down, "cli > studies > ...": an import may only point down
     package: " > ".join(re.sub(" [:|] ", ", ", layer) for layer in contract["layers"])
-    for contract in CONTRACTS
+    for contract in IMPORT_CONTRACTS
     if contract["type"] == "layers"
     for package in contract.get("containers", ())
     if package in ("cdcore", "sessions", "replay")
@@ -19,6 +21,7 @@ FLOORS = {
 
 @pytest.mark.parametrize("package", ("cdcore", "sessions", "replay"))
 @pytest.mark.parametrize("document", ("{package}/README.md", ".github/CONTRIBUTING.md"))
-def test_documents_name_the_checked_floors(package, document):
+def test_documents_list_the_import_layers_that_lint_checks(package, document):
+    """LAYERS are import-linter's of pyproject.toml, "cli > studies > ...", and a document may break its lines."""
     text = (ROOT / document.format(package=package)).read_text(encoding="utf-8")
-    assert FLOORS[package] in " ".join(text.split())
+    assert LAYERS[package] in " ".join(text.split())

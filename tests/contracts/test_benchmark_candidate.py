@@ -24,8 +24,9 @@ def test_benchmark_counts_python_fcl_pairs_and_renews_other_poses():
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_all_engines_agree_on_which_pairs_touch_when(name):
-    load = make_workload(200, 900)
-    answers, yardstick = (ENGINES[which](load) for which in (name, YARDSTICK))
+    """An engine is asked whether each pair touches in each frame ("bool") and how many pairs of faces do ("faces")."""
+    load = make_workload(faces=200, frames=900)
+    engine, yardstick = ENGINES[name](load), ENGINES[YARDSTICK](load)
     expected = yardstick.ask("bool")
-    assert expected.any() and np.array_equal(answers.ask("bool"), expected)
-    assert np.array_equal(answers.ask("faces") > 0, expected > 0)
+    assert expected.any() and np.array_equal(engine.ask("bool"), expected)
+    assert np.array_equal(engine.ask("faces") > 0, expected > 0)

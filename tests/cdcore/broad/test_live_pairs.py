@@ -10,30 +10,38 @@ from cdcore.broad.live_pairs import LivePairs
 from cdcore.protocol import resolve_pairs
 
 
-def walk(seed, frames=60):
+def lab_bodies_at_random_poses(seed, frames=60):
+    """Five bodies of a laboratory, and a motion in which they lie 0.2 m about the origin, anew in each frame."""
     bodies, rng = lab_bodies_and_motion(frames=2)[0], np.random.default_rng(seed)
     positions = rng.normal(scale=0.2, size=(frames, len(bodies), 3))
     return bodies, Motion(np.arange(frames), positions, random_rotations(rng, frames, len(bodies)))
 
 
+def live_pairs_without_narrow_phase(broad_phase):
+    """Live pairs that nobody decides further: they name the candidates of a frame and keep verdicts."""
+    return LivePairs(broad_phase, None, None)
+
+
 def test_live_candidate_pairs_equal_the_offline_broad_phase():
-    bodies, motion = walk(0)
-    broad = BroadPhase(bodies, resolve_pairs(bodies, None))
-    samples, whole = LivePairs(broad, None, None), broad.candidates(motion)
-    assert 0 < len(whole.frames) < whole.verdict.size
+    bodies, motion = lab_bodies_at_random_poses(seed=0)
+    broad_phase = BroadPhase(bodies, resolve_pairs(bodies, None))
+    live = live_pairs_without_narrow_phase(broad_phase)
+    offline = broad_phase.candidates(motion)  # row k: pair columns[k] may meet in frame frames[k]
+    assert 0 < len(offline.frames) < offline.verdict.size, "some pairs may meet in some frames, and some may not"
     for frame in range(len(motion)):
-        assert samples.near(motion.frames(frame, frame + 1)) == sorted(whole.columns[whole.frames == frame].tolist())
+        candidate_pairs = sorted(offline.columns[offline.frames == frame].tolist())
+        assert live.near(motion.frames(frame, frame + 1)) == candidate_pairs
 
 
 def test_verdicts_stay_until_a_move_or_a_lost_pose():
-    bodies, motion = walk(1, 1)
+    bodies, motion = lab_bodies_at_random_poses(1, 1)
     positions, rotations = np.repeat(motion.translations, 6, axis=0) * 0.1, np.repeat(motion.rotations, 6, axis=0)
     positions[3:, 0] += 1e-9
     rotations[4:, 0] = Rotation.from_rotvec([1e-9, 0.0, 0.0]).as_matrix() @ rotations[4, 0]
     valid = np.ones((6, len(bodies)), dtype=bool)
     valid[1, 1] = False
     samples, still = (
-        LivePairs(BroadPhase(bodies, np.array([[0, 1]])), None, None),
+        live_pairs_without_narrow_phase(BroadPhase(bodies, np.array([[0, 1]]))),
         Motion(np.arange(6), positions, rotations, valid),
     )
     assert [samples.near(still.frames(k, k + 1)) for k in range(6)] == [[0], [], [0], [0], [0], []]
@@ -48,7 +56,7 @@ def test_pairs_are_tested_again_once_points_moved_by_the_margin():
     rotations = Rotation.from_rotvec(rng.normal(scale=0.01, size=(2 * frames, 3))).as_matrix().reshape(frames, 2, 3, 3)
     close = Motion(np.arange(frames), rng.normal(scale=0.01, size=(frames, 2, 3)), rotations)
     for frame in range(1, frames):
-        samples = LivePairs(BroadPhase(bodies, pairs), None, None)
+        samples = live_pairs_without_narrow_phase(BroadPhase(bodies, pairs))
         samples.near(close.frames(frame - 1, frame))
         ends = [
             np.einsum("kij,vj->kvi", close.rotations[[frame - 1, frame], k], bodies[k].mesh.vertices)

@@ -10,9 +10,10 @@ from cdcore.search.swarm import decode_angle, rotated_towards, weigh
 
 
 @kernel
-def decode_all(angles, chain, features, state, positions):
+def fill_faces_of_angles(angles, chain, count, state, faces):
+    """Fill ``faces`` with the face, of ``count``, that each angle names by equation 15."""
     for k in range(angles.shape[0]):
-        positions[k] = decode_angle(angles[k], chain, features, state)
+        faces[k] = decode_angle(angles[k], chain, count, state)
 
 
 @kernel
@@ -32,11 +33,13 @@ def weigh_once(swarm, best, state):
     return weigh(swarm, best, state)
 
 
-def state_of(**changes):
-    return states_of(**changes)[0]
+def search_state(**changes):
+    """The state of one search, with the published settings but for ``changes``."""
+    return search_states(**changes)[0]
 
 
-def states_of(**changes):
+def search_states(**changes):
+    """The same as an array of one state, which kernels fill."""
     states = np.zeros(1, dtype=SEARCH_RECORD)
     state = states[0]
     usual = {"turn": 0.15 * np.pi, "alpha": 1.0, "beta": 3.0, "evaporation": 0.1}
@@ -47,7 +50,7 @@ def states_of(**changes):
 
 def test_search_random_numbers_are_splitmix64():
     # the first of seed 1234567, as the reference implementation prints them
-    states, numbers = states_of(stream=1234567), np.empty(3)
+    states, numbers = search_states(stream=1234567), np.empty(3)
     draw_all(states, numbers)
     expected = [6457827717110365317, 3203168211198807973, 9817491932198370423]
     assert (numbers * 2.0**53).astype(np.int64).tolist() == [number >> 11 for number in expected]
@@ -55,19 +58,21 @@ def test_search_random_numbers_are_splitmix64():
 
 @pytest.mark.parametrize("chain", [0, 1], ids=["cosine", "sine"])
 def test_equation_15_draws_every_face_about_equally_often(chain):
+    """The quantum ant colony's equation 15 names a face by the cosine (chain 0) or the sine (chain 1) of an angle."""
     count, draws = 100, 200_000
     angles = np.random.default_rng(0).uniform(0, 2 * np.pi, draws)
     faces = np.zeros(draws, dtype=np.int64)
-    decode_all(angles, chain, count, state_of(), faces)
-    share = np.bincount(faces, minlength=count) / (draws / count)
-    assert np.abs(share - 1).max() < 0.12  # five standard deviations of a count of 2000
+    fill_faces_of_angles(angles, chain, count, search_state(), faces)
+    drawn = np.bincount(faces, minlength=count)
+    expected = draws / count  # 2,000 each, with a standard deviation of 45
+    assert np.abs(drawn - expected).max() < 240
 
 
 def test_step_takes_the_short_arc_only_with_equation_17():
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
     directions = []
     for equation in (18, 17):
-        angles, states = start.copy(), states_of(left_out_equation=equation)
+        angles, states = start.copy(), search_states(left_out_equation=equation)
         step_along(angles, target, states)
         directions.append(np.angle(np.exp(1j * (angles - start))))
     assert (directions[0] > 0).all()
@@ -84,7 +89,7 @@ def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equ
     swarm["pheromone"] = 10.0 ** rng.uniform(-spread, spread, ants)
     swarm["heuristic"] = 1 / (1e-3 + rng.random(ants) * 1e3)
     swarm["fitness"] = rng.random(ants)
-    state = state_of(
+    state = search_state(
         ants=ants, left_out_equation=left_out_equation, pheromone_least=1e-300, pheromone_most=1e300, evaporation=0.0
     )
     pheromone, heuristic = (swarm[name] / swarm[name].max() for name in ("pheromone", "heuristic"))
@@ -101,9 +106,9 @@ def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equ
 def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
     swarm = np.ones(3, dtype=ANT)
     swarm["fitness"] = 0.5
-    weigh_once(swarm, 1, state_of(ants=3))
+    weigh_once(swarm, 1, search_state(ants=3))
     assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
-    weigh_once(swarm, 1, state_of(ants=3, left_out_equation=20))
+    weigh_once(swarm, 1, search_state(ants=3, left_out_equation=20))
     assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
 
 

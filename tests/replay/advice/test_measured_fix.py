@@ -27,19 +27,20 @@ from replay.studies.synthetic_sessions import synthetic_session
 from replay.words import plural
 from sessions import MeshData, Session, write_session
 
-WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
-ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
+# Outlines that `revolved_mesh` turns about an axis: (radius, height) in metres.
+BEAKER_OUTLINE = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+ROD_OUTLINE = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 
 
 @pytest.fixture
-def nothing_cut(monkeypatch, tmp_path):
+def empty_piece_store(monkeypatch, tmp_path):
     """No pieces are kept yet, and none that this test makes are used by another one."""
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
 
 
-def stirred(beaker, name="beaker", touching=None):
+def stirring_session(beaker, name="beaker", touching=None):
     """A rod that stirs in a beaker: free in its middle most of the time, at its wall now and then."""
-    meshes = {name: beaker, "rod": revolved_mesh(ROD, 8)}
+    meshes = {name: beaker, "rod": revolved_mesh(ROD_OUTLINE, 8)}
     axis = int(np.argmax(np.ptp(beaker.vertices, axis=0)))
     count, side = 60, (axis + 1) % 3
     positions = {body: np.zeros((count, 3)) for body in meshes}
@@ -53,7 +54,7 @@ def stirred(beaker, name="beaker", touching=None):
     return Session.from_arrays(np.arange(count) * STEP_NS, poses, data)
 
 
-BEAKER = revolved_mesh(WALL, 24)
+BEAKER = revolved_mesh(BEAKER_OUTLINE, 24)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +68,7 @@ BEAKER = revolved_mesh(WALL, 24)
     ],
 )
 def test_repeated_measured_fix_gives_its_figures(subject):
-    session = stirred(BEAKER)
+    session = stirring_session(BEAKER)
     first = run(session, detectors=f"subject={subject},exact", fix_time=60)
     fix = first.answers[0].fix
     assert fix.measured and fix.text.startswith("Split beaker into ")
@@ -90,7 +91,7 @@ def test_repeated_measured_fix_gives_its_figures(subject):
 def test_pieces_that_miss_more_are_advised_at_every_frame():
     """A hull is in contact all the time and misses no touch; pieces at 50 Hz miss touches of one frame of 11 ms."""
     touching = np.isin(np.arange(60), (15, 31, 47, 52))
-    session = stirred(BEAKER, touching=touching)
+    session = stirring_session(BEAKER, touching=touching)
     first = run(session, detectors="subject=hull50,exact", fix_time=60)
     fix = first.answers[0].fix
     _, trade = fix.notes.split(" At 50 Hz instead: ")
@@ -109,35 +110,35 @@ def test_pieces_that_miss_more_are_advised_at_every_frame():
 
 @pytest.mark.slow
 def test_name_of_any_characters_is_accepted_as_a_spec():
-    first = run(stirred(BEAKER, "a,b [c]+"), detectors="subject=hull50,exact", fix_time=60)
+    first = run(stirring_session(BEAKER, "a,b [c]+"), detectors="subject=hull50,exact", fix_time=60)
     fix = first.answers[0].fix
-    again = run(stirred(BEAKER, "a,b [c]+"), detectors=f"it={fix.setting},exact")
+    again = run(stirring_session(BEAKER, "a,b [c]+"), detectors=f"it={fix.setting},exact")
     assert fix.measured and len(again.detectors["it"].parts["a,b [c]+"]) > 1
 
 
 def test_without_time_nothing_is_measured():
-    result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
+    result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
     assert not result.answers[0].fix.measured
     assert measured_fixes(result, 0.0, Silent()) is result
 
 
 def test_fix_keeps_the_hull_of_a_mesh_with_holes():
     holed = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
-    result = run(stirred(holed), detectors="subject=hull50,exact", fix_time=60)
+    result = run(stirring_session(holed), detectors="subject=hull50,exact", fix_time=60)
     fix = result.answers[0].fix
     assert not fix.measured and fix.text.startswith("beaker keeps its hull: its surface has holes")
 
 
-def test_bodies_that_are_not_cut_in_time_are_named(nothing_cut, monkeypatch):
+def test_bodies_that_are_not_cut_in_time_are_named(empty_piece_store, monkeypatch):
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
-    result = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=0.3)
+    result = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=0.3)
     fix = result.answers[0].fix
     assert not fix.measured and fix.text.startswith("Not reached within 300 ms: beaker (about ")
 
 
-def test_bodies_whose_cutter_fails_are_named_with_the_reason(nothing_cut, monkeypatch):
+def test_bodies_whose_cutter_fails_are_named_with_the_reason(empty_piece_store, monkeypatch):
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import sys; sys.exit(1)")
-    fix = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
+    fix = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert not fix.measured and "Not reached" not in fix.text
     assert fix.text.startswith("beaker is not cut: sectors by height and angle cannot cut this mesh.")
 
@@ -145,7 +146,7 @@ def test_bodies_whose_cutter_fails_are_named_with_the_reason(nothing_cut, monkey
 @pytest.mark.parametrize("busy", ["nobody", "run", "fix"])
 def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
     """Other programs had 40 % of the clock while the run or its fix was timed."""
-    result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
+    result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
     document = result.document
     detectors = {
         label: structs.replace(
@@ -168,10 +169,10 @@ def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
 
 
 @pytest.mark.slow
-def test_fix_advises_no_pieces_as_wrong_as_the_hull(nothing_cut, monkeypatch):
+def test_fix_advises_no_pieces_as_wrong_as_the_hull(empty_piece_store, monkeypatch):
     """A hull of the beaker in place of its pieces is as wrong as its hull."""
-    beaker = revolved_mesh(WALL, 12)
-    result = compute(stirred(beaker), detectors="subject=hull50,exact")
+    beaker = revolved_mesh(BEAKER_OUTLINE, 12)
+    result = compute(stirring_session(beaker), detectors="subject=hull50,exact")
     monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: hull_of(beaker.vertices))
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
     assert not answer.fix.measured
@@ -179,7 +180,7 @@ def test_fix_advises_no_pieces_as_wrong_as_the_hull(nothing_cut, monkeypatch):
 
 
 def test_only_bodies_that_are_not_convex_are_cut():
-    session = stirred(BEAKER)
+    session = stirring_session(BEAKER)
     meshes = {**session.meshes, "beaker": cube(0.035)}
     result = compute(replace(session, meshes=meshes), detectors="subject=collider[shape=sphere,rate_hz=50],exact")
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
@@ -187,7 +188,7 @@ def test_only_bodies_that_are_not_convex_are_cut():
 
 
 def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
-    write_session(stirred(BEAKER), tmp_path / "s.mcap")
+    write_session(stirring_session(BEAKER), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0
     output = " ".join(capsys.readouterr().out.split())
     assert "Do In your engine, split beaker into" in output
@@ -214,7 +215,7 @@ def test_bodies_of_the_demo_come_cut():
 
 @THIS_CUTTER
 @pytest.mark.slow
-def test_shipped_convex_pieces_equal_freshly_cut_pieces(nothing_cut, monkeypatch, tmp_path):
+def test_shipped_convex_pieces_equal_freshly_cut_pieces(empty_piece_store, monkeypatch, tmp_path):
     session, _ = synthetic_session("bench-bumps", 0, None)
     for name in ("beaker", "hand-left"):
         mesh = session.meshes[name]
@@ -241,13 +242,16 @@ def test_good_pieces_of_both_bodies_are_advised(two_beakers):
     assert fix.measured and re.match(r"Split beaker (into \d+ )?and second into ", fix.text)
 
 
-def test_run_without_a_cutter_names_the_package_to_install(nothing_cut, monkeypatch, tmp_path, capsys):
-    def absent(_package):
+def test_run_without_a_cutter_names_the_package_to_install(empty_piece_store, monkeypatch, tmp_path, capsys):
+    """Only V-HACD is left to cut the beaker: it counts as not round, and the packages of all cutters as absent."""
+
+    def raise_not_installed(package):
         raise PackageNotFoundError
 
-    monkeypatch.setattr(methods, "version", absent)
-    monkeypatch.setattr(methods, "round_axis", lambda _mesh: None)
-    write_session(stirred(revolved_mesh(WALL, 22)), tmp_path / "s.mcap")
+    monkeypatch.setattr(methods, "version", raise_not_installed)
+    monkeypatch.setattr(methods, "round_axis", lambda mesh: None)
+    uncut_beaker = revolved_mesh(BEAKER_OUTLINE, 22)  # other tests cut one of 24 sides, whose pieces are in memory
+    write_session(stirring_session(uncut_beaker), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--no-picture"]) == 0
     output = " ".join(capsys.readouterr().out.split())
     assert "beaker keeps its hull: V-HACD needs the package vhacdx, which is not installed (pip" in output

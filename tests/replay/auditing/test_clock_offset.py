@@ -8,7 +8,8 @@ from replay.errors import AuditError
 
 JITTER = 0.008
 """Seconds that a report is early or late at most: less than a frame of 1/90 s."""
-BEGIN, END = ("a", "b", "begin"), ("a", "b", "end")
+BEGINS_OF_AB, ENDS_OF_AB = ("a", "b", "begin"), ("a", "b", "end")
+"""Keys of moments in seconds: reports of a pair's begins are compared with the true begins of that pair alone."""
 
 
 @settings(max_examples=40)
@@ -16,13 +17,13 @@ BEGIN, END = ("a", "b", "begin"), ("a", "b", "end")
 def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
     rng = np.random.default_rng(seed)
     begins = np.sort(rng.uniform(0, 60, 20))
-    truth = {BEGIN: begins.tolist(), END: (begins + rng.uniform(0.1, 1.0, 20)).tolist()}
+    truth = {BEGINS_OF_AB: begins.tolist(), ENDS_OF_AB: (begins + rng.uniform(0.1, 1.0, 20)).tolist()}
     reported = {
         key: (np.array(times) - shift + rng.uniform(-JITTER, JITTER, 20))[rng.random(20) < 0.8].tolist()
         for key, times in truth.items()
     }
     # One report of a contact that was none, long after all others.
-    reported[BEGIN] = [*reported[BEGIN], -shift + 200.0]
+    reported[BEGINS_OF_AB] = [*reported[BEGINS_OF_AB], -shift + 200.0]
     result = estimate_offset(reported, truth)
     # The shift may be off by more than the jitter where the window of most reports holds one of another contact.
     assert result.seconds == pytest.approx(shift, abs=1.5 * JITTER)
@@ -32,7 +33,7 @@ def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
 
 def test_the_offset_is_exact_where_the_reports_are():
     """Every report is 10 s after its true moment."""
-    result = estimate_offset({BEGIN: [10.0, 11.0, 13.5]}, {BEGIN: [0.0, 1.0, 3.5]})
+    result = estimate_offset({BEGINS_OF_AB: [10.0, 11.0, 13.5]}, {BEGINS_OF_AB: [0.0, 1.0, 3.5]})
     assert (result.seconds, result.residual, result.matched, result.reports) == (-10.0, 0.0, 3, 3)
     assert str(result) == "clock offset -10.0000 s, residual 0.0 ms of 3 of 3 begins and ends"
 
@@ -40,40 +41,46 @@ def test_the_offset_is_exact_where_the_reports_are():
 def test_of_shifts_that_fit_equally_the_smallest_is_taken():
     """One contact from 1 to 1.1 s is any of three true ones: 1, or 4 s off, or 0.2 s, the least."""
     begins, ends = [0.0, 1.2, 5.0], [0.1, 1.3, 5.1]
-    result = estimate_offset({BEGIN: [1.0], END: [1.1]}, {BEGIN: begins, END: ends})
+    result = estimate_offset({BEGINS_OF_AB: [1.0], ENDS_OF_AB: [1.1]}, {BEGINS_OF_AB: begins, ENDS_OF_AB: ends})
     assert result.seconds == pytest.approx(0.2) and result.rivals == 2
     assert "; 2 other offsets fit as many, the smallest was taken: if it is wrong, give the offset with --" in str(
         result
     )
-    assert estimate_offset({BEGIN: [1.0, 2.0], END: [1.1]}, {BEGIN: [5.0, 6.0], END: [5.1]}).rivals == 0
+    assert (
+        estimate_offset(
+            {BEGINS_OF_AB: [1.0, 2.0], ENDS_OF_AB: [1.1]}, {BEGINS_OF_AB: [5.0, 6.0], ENDS_OF_AB: [5.1]}
+        ).rivals
+        == 0
+    )
 
 
 def test_given_offset_is_kept_and_its_fit_reported():
     """At offset 0 the first report is 10 ms from a true moment, the second 500 ms, which is no partner."""
-    result = estimate_offset({BEGIN: [1.0, 2.0]}, {BEGIN: [1.01, 2.5]}, 0.0)
+    result = estimate_offset({BEGINS_OF_AB: [1.0, 2.0]}, {BEGINS_OF_AB: [1.01, 2.5]}, 0.0)
     assert (result.seconds, result.matched) == (0.0, 1) and result.residual == pytest.approx(0.01)
     assert str(result).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
-    lost = estimate_offset({BEGIN: [1.0]}, {}, 0.5)
+    lost = estimate_offset({BEGINS_OF_AB: [1.0]}, {}, 0.5)
     assert (lost.matched, lost.residual) == (0, None)
     assert str(lost).endswith("residual unknown: all 1 begins and ends are over 50 ms from a true one")
 
 
-def test_without_a_common_pair_nothing_is_guessed():
+def test_offset_of_begins_is_not_guessed_from_ends():
+    """A begin is reported and only an end is known: the user is told to give the offset."""
     with pytest.raises(AuditError, match="--offset"):
-        estimate_offset({BEGIN: [1.0]}, {END: [1.0]})
+        estimate_offset({BEGINS_OF_AB: [1.0]}, {ENDS_OF_AB: [1.0]})
 
 
-@pytest.mark.parametrize("reported", [{BEGIN: [1.0]}, {BEGIN: [1.0], END: [9.0]}])
+@pytest.mark.parametrize("reported", [{BEGINS_OF_AB: [1.0]}, {BEGINS_OF_AB: [1.0], ENDS_OF_AB: [9.0]}])
 def test_single_report_fits_no_clock(reported):
     with pytest.raises(AuditError, match=r"fewer than two reports fit true contacts.*--offset"):
-        estimate_offset(reported, {BEGIN: [0.0, 3.0], END: [4.0]})
-    assert estimate_offset(reported, {BEGIN: [0.99]}, 0.0).matched == 1
+        estimate_offset(reported, {BEGINS_OF_AB: [0.0, 3.0], ENDS_OF_AB: [4.0]})
+    assert estimate_offset(reported, {BEGINS_OF_AB: [0.99]}, 0.0).matched == 1
 
 
 def reports_of_a_drifting_clock(contacts, span, drift, rng, jitter=JITTER):
     """Reports of a clock that reads ``drift`` too few seconds a second and 7 s too few, and the truth."""
     begins = np.sort(rng.uniform(0, span, contacts))
-    truth = {BEGIN: begins, END: begins + rng.uniform(0.1, 1.0, contacts)}
+    truth = {BEGINS_OF_AB: begins, ENDS_OF_AB: begins + rng.uniform(0.1, 1.0, contacts)}
     reported = {
         key: ((moments + rng.uniform(-jitter, jitter, contacts) - 7.0) / (1 + drift))[rng.random(contacts) < 0.9]
         for key, moments in truth.items()
@@ -98,9 +105,11 @@ def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
 @pytest.mark.parametrize(("ends", "drift"), [(3, 0.02), (2, 0.0)])
 def test_clock_drift_is_estimated_from_three_contacts_at_least(ends, drift):
     """Reported times are (t - 7) / 1.02: an offset of 7 s and a drift of 2 %."""
-    truth = {BEGIN: [0.0, 5.0, 10.0], END: [0.5, 5.7, 10.9]}
+    truth = {BEGINS_OF_AB: [0.0, 5.0, 10.0], ENDS_OF_AB: [0.5, 5.7, 10.9]}
     reported = {key: [(moment - 7.0) / 1.02 for moment in moments] for key, moments in truth.items()}
-    assert estimate_offset({**reported, END: reported[END][:ends]}, truth).drift == pytest.approx(drift, abs=1e-9)
+    assert estimate_offset({**reported, ENDS_OF_AB: reported[ENDS_OF_AB][:ends]}, truth).drift == pytest.approx(
+        drift, abs=1e-9
+    )
 
 
 def test_steady_clock_is_hardly_ever_given_a_drift():
@@ -116,6 +125,6 @@ def test_steady_clock_is_hardly_ever_given_a_drift():
 @pytest.mark.filterwarnings("error")
 def test_clock_offset_needs_two_reports_that_fit_contacts():
     begins = [5.0 + k for k in range(5)]
-    reported = {BEGIN: begins, END: [begin + 0.2 for begin in begins]}
+    reported = {BEGINS_OF_AB: begins, ENDS_OF_AB: [begin + 0.2 for begin in begins]}
     with pytest.raises(AuditError, match="fewer than two reports fit true contacts"):
-        estimate_offset(reported, {BEGIN: [1.6], END: [2.4]})
+        estimate_offset(reported, {BEGINS_OF_AB: [1.6], ENDS_OF_AB: [2.4]})

@@ -5,63 +5,68 @@ from support.liquid_worlds import glass, still, world
 from replay.engine import compute
 from sessions.model.scene import SceneBody
 
-TEST = {
+FLAME_TEST = {
     "flame": "lamp", "base": [0.0, 0.1, 0.0], "flame_radius": 0.01, "flame_height": 0.05, "wire": "wire",
     "tip": [0.0, -0.1, 0.0], "seconds": 1.0, "colours": {"NaCl": "yellow"}, "vessels": ["b"], "dips": {"b": "NaCl"},
 }  # fmt: skip
 AWAY, DIP, FLAME = (1.0, 1.0, 0.0), (0.5, 0.005, 0.0), (0.0, 0.11, 0.0)
+"""Where the tip of the wire is: in the air, in the salt solution of vessel b, in the flame of the lamp."""
+STEP_S = 0.05
 
 
-def run(points, valid=None):
-    """The wire's tip is at these places, 50 ms each."""
+def flame_test_of(points, valid=None):
+    """The effect of a run in which the wire's tip is at these places, 50 ms each; ``valid``: frames with a pose."""
     wire = np.asarray(points, dtype=np.float64) + np.array([0.0, 0.1, 0.0])
     count = len(wire)
     poses = {"wire": (wire, still(count)[1]), "lamp": still(count), "b": still(count, (0.5, 0.0, 0.0))}
     bodies = (SceneBody("wire"), SceneBody("lamp"), glass("b", 20.0, solute="NaCl", molar=1.0))
-    session = world(poses, bodies, ("flame-test", TEST), valid={"wire": valid}, step_ns=50_000_000)
+    session = world(poses, bodies, ("flame-test", FLAME_TEST), valid={"wire": valid}, step_ns=50_000_000)
     return compute(session).effects["flame-test"]
 
 
-def visit(frames, before=DIP):
+def dip_then_flame(frames, before=DIP):
+    """Places of a tip that is dipped for 4 frames, and then is in the flame, which starts at frame 10."""
     return [AWAY] * 3 + [before] * 4 + [AWAY] * 3 + [FLAME] * frames + [AWAY] * 3
 
 
 def test_a_salt_that_stays_shows_its_colour():
-    run_ = run(visit(20))
+    run_ = flame_test_of(dip_then_flame(20))
     dip, flame = run_.events
     assert (dip.name, dip.values["salt"]) == ("dip", "NaCl") and (dip.time, dip.end) == pytest.approx((0.15, 0.35))
     assert flame.bodies == ("wire", "lamp") and flame.message == "NaCl is in the flame for 1.0 s: yellow"
     assert [span.word for span in run_.output.lanes["wire"]] == ["in b", "yellow"] and run_.frames_run == 24
 
 
-LOST = np.ones(len(visit(30)), dtype=bool)
-LOST[15:20] = False
+POSES_LOST_IN_FLAME = np.ones(len(dip_then_flame(30)), dtype=bool)
+"""No pose is known in five of the thirty frames in the flame."""
+POSES_LOST_IN_FLAME[15:20] = False
 
 
 @pytest.mark.parametrize(
     ("points", "valid", "visits"),
     [
-        (visit(19), None, [("NaCl", "", 0.95)]),
-        (visit(30, AWAY), None, [("", "", 1.5)]),
-        (visit(1), None, []),
-        (visit(30), LOST, [("NaCl", "yellow", 1.5)]),
+        (dip_then_flame(19), None, [("NaCl", "", 19 * STEP_S)]),
+        (dip_then_flame(30, before=AWAY), None, [("", "", 30 * STEP_S)]),
+        (dip_then_flame(1), None, []),
+        (dip_then_flame(30), POSES_LOST_IN_FLAME, [("NaCl", "yellow", 30 * STEP_S)]),
     ],
-    ids=["too short", "clean wire", "one frame is noise", "a loss ends no visit"],
+    ids=["shorter than 1 s", "clean wire", "one frame is noise", "a loss of poses ends no visit"],
 )
-def test_a_lasting_visit_shows_the_salt_on_the_wire(points, valid, visits):
-    events = [event.values for event in run(points, valid).output.events_named("flame")]
-    assert [(visit["salt"], visit["seen"], pytest.approx(visit["seconds"])) for visit in events] == visits
+def test_wire_in_the_flame_for_1_s_shows_its_salt(points, valid, visits):
+    """A visit is (salt on the wire, colour seen, seconds in the flame); sodium burns yellow."""
+    events = [event.values for event in flame_test_of(points, valid).output.events_named("flame")]
+    assert [(event["salt"], event["seen"], pytest.approx(event["seconds"])) for event in events] == visits
 
 
-LEVEL = 20e-6 / (np.pi * 0.02**2)
+LIQUID_LEVEL = 20e-6 / (np.pi * 0.02**2)
 
 
 @pytest.mark.parametrize(
     ("point", "inside"),
     [((0.0099, 0.1, 0.0), True), ((0.0101, 0.1, 0.0), False), ((0.0, 0.149, 0.0), True), ((0.0, 0.151, 0.0), False),
      ((0.0051, 0.125, 0.0), False), ((0.0049, 0.125, 0.0), True), ((0.0, 0.0999, 0.0), False),
-     ((0.5, LEVEL + 1e-4, 0.0), False), ((0.5, LEVEL - 1e-4, 0.0), True), ((0.53, 0.005, 0.0), False)],
+     ((0.5, LIQUID_LEVEL + 1e-4, 0.0), False), ((0.5, LIQUID_LEVEL - 1e-4, 0.0), True), ((0.53, 0.005, 0.0), False)],
 )  # fmt: skip
 def test_wire_tip_counts_inside_flame_cone_and_below_liquid_level(point, inside):
-    """The flame is 1 cm in radius at y = 0.1 and ends at 0.15; the liquid reaches up to LEVEL, 2 cm about x = 0.5."""
-    assert bool(run([AWAY] * 3 + [point] * 5 + [AWAY] * 3).events) == inside
+    """The flame is 1 cm in radius at y = 0.1, ends at 0.15; liquid is below LIQUID_LEVEL, 2 cm about x = 0.5."""
+    assert bool(flame_test_of([AWAY] * 3 + [point] * 5 + [AWAY] * 3).events) == inside

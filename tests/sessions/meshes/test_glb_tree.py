@@ -14,18 +14,20 @@ from sessions.meshes.glb_tree import read_glb
 from sessions.meshes.mesh_files import mesh_from_bytes
 
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype="<f4")
-KINDS = {"<f4": 5126, "<u2": 5123, "<u1": 5121, "<i2": 5122, "<u4": 5125}
-TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+COMPONENT_TYPES = {"<f4": 5126, "<u2": 5123, "<u1": 5121, "<i2": 5122, "<u4": 5125}
+TYPES_BY_WIDTH = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
-def glb(tree, *arrays):
+def glb_file(tree, *arrays):
     """A file whose accessor k is array k."""
     views, accessors, binary = [], [], b""
     for array in arrays:
         data = array.tobytes()
         views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
-        made = {"bufferView": len(views) - 1, "componentType": KINDS[array.dtype.str.replace("|", "<")]}
-        accessors.append(made | {"count": len(array), "type": TYPES[array.reshape(len(array), -1).shape[1]]})
+        accessor = {"bufferView": len(views) - 1, "componentType": COMPONENT_TYPES[array.dtype.str.replace("|", "<")]}
+        accessors.append(
+            accessor | {"count": len(array), "type": TYPES_BY_WIDTH[array.reshape(len(array), -1).shape[1]]}
+        )
         binary += data + b"\0" * (-len(data) % 4)
     whole = {"asset": {"version": "2.0"}, "accessors": accessors, "bufferViews": views,
              "buffers": [{"byteLength": len(binary)}], **tree}  # fmt: skip
@@ -46,7 +48,7 @@ def item_mesh(node, *primitives):
 @pytest.mark.parametrize("names", [("cup_LOD0", "cup_LOD1"), ("LOD2", "LOD0"), ("cup.lod1", "cup LOD 3")])
 def test_levels_of_detail_are_not_joined(names):
     nodes = [{"name": "cup", "children": [1, 2]}, *({"name": name, "mesh": 0} for name in names)]
-    data = glb({"nodes": nodes, "scenes": [{"nodes": [0]}], "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    data = glb_file({"nodes": nodes, "scenes": [{"nodes": [0]}], "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
     for node in ("", "cup"):
         with pytest.raises(MeshFileError, match="are one surface in different detail; export one of them"):
             mesh_from_bytes(data, "glb", 1.0, node)
@@ -59,7 +61,7 @@ def test_meshes_of_one_level_of_detail_are_joined(names):
     """Two nodes, each a triangle, are not two levels of detail of one object: the mesh has both triangles."""
     nodes = [{"name": name, "mesh": 0} for name in names]
     tree = {"nodes": nodes, "scenes": [{"nodes": [0, 1]}], "meshes": [{"primitives": [primitive()]}]}
-    assert len(mesh_from_bytes(glb(tree, TRIANGLE), "glb").faces) == 2
+    assert len(mesh_from_bytes(glb_file(tree, TRIANGLE), "glb").faces) == 2
 
 
 def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
@@ -111,7 +113,7 @@ def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
         "skins": [{"joints": [1, 2, 3], "inverseBindMatrices": 4}],
     }
     matrices = inverse.transpose(0, 2, 1).reshape(3, 16).astype("<f4")
-    data = glb(tree, points, faces.reshape(-1), joints, weights, matrices)
+    data = glb_file(tree, points, faces.reshape(-1), joints, weights, matrices)
     read = read_glb(data)
     assert read.owners == ("palm", "tip")
     tip = read.below("tip")
@@ -126,21 +128,22 @@ def test_normalised_16_bit_positions_are_scaled_to_unit_range():
     """32767 stands for 1 and -32768 for -1 (glTF 2.0, 3.6.2.2); the node then scales by 2."""
     short = np.array([[9, 9, 9], [0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
     accessor = {"bufferView": 0, "byteOffset": 6, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
-    data = glb({**item_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
+    data = glb_file({**item_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
 
 
 def test_cyclic_nodes_outside_the_scene_are_ignored():
     nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
-    data = glb({**item_mesh({}, primitive()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
+    data = glb_file({**item_mesh({}, primitive()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
     assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
     with pytest.raises(MeshFileError, match="no mesh hangs on a node 'lamp'; there are: cup"):
         mesh_from_bytes(data, "glb", node="lamp")
 
 
 BOX = trimesh.creation.box((1.0, 2.0, 3.0))
-POINTS = BOX.vertices.astype("<f4")
-CORNERS = BOX.faces.astype("<u2").reshape(-1)
+"""A box of 8 vertices and a volume of 6, with its faces outwards."""
+BOX_POINTS = BOX.vertices.astype("<f4")
+BOX_CORNERS = BOX.faces.astype("<u2").reshape(-1)
 
 
 def test_skin_follows_its_joints_and_ignores_its_node():
@@ -163,7 +166,7 @@ def test_skin_follows_its_joints_and_ignores_its_node():
     skin = {"joints": [0, 1, 2], "inverseBindMatrices": 6}
     tree = {"nodes": nodes, "meshes": [{"primitives": [skinned]}], "skins": [skin]}
     matrices = np.array(inverse).transpose(0, 2, 1).reshape(3, 16).astype("<f4")
-    data = glb(tree, POINTS, *joints, *weights, CORNERS, matrices)
+    data = glb_file(tree, BOX_POINTS, *joints, *weights, BOX_CORNERS, matrices)
     expected = []
     for vertex in range(8):
         fractions = weights[:, vertex].reshape(-1) / weights[:, vertex].sum()
@@ -171,19 +174,22 @@ def test_skin_follows_its_joints_and_ignores_its_node():
             fraction * world[joint] @ matrices[joint].reshape(4, 4).T.astype(float)
             for fraction, joint in zip(fractions, joints[:, vertex].reshape(-1), strict=True)
         )
-        expected.append((blend @ [*POINTS[vertex], 1.0])[:3])
+        expected.append((blend @ [*BOX_POINTS[vertex], 1.0])[:3])
     assert np.allclose(mesh_from_bytes(data, "glb").vertices, expected, atol=1e-12)
 
 
 def test_an_armature_that_mirrors_gives_an_outward_mesh():
+    """A box is skinned to the one joint node 0, which mirrors X; faces inwards would give a negative volume."""
+    mirroring_joint, skinned_box = {"scale": [-1, 1, 1]}, {"mesh": 0, "skin": 0}
+    attributes = {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}  # numbers of the arrays that `glb_file` gets
     tree = {
-        "nodes": [{"scale": [-1, 1, 1]}, {"mesh": 0, "skin": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}, "indices": 1}]}],
+        "nodes": [mirroring_joint, skinned_box],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 1}]}],
         "skins": [{"joints": [0]}],
     }
-    weights = np.zeros((8, 4), dtype="<f4")  # all zero: the first joint
-    mesh = mesh_from_bytes(glb(tree, POINTS, CORNERS, np.zeros((8, 4), dtype="<u1"), weights), "glb")
-    assert mesh.volume == pytest.approx(6.0)
+    joints, weights = np.zeros((8, 4), dtype="<u1"), np.zeros((8, 4), dtype="<f4")  # no weights: all to the first joint
+    mesh = mesh_from_bytes(glb_file(tree, BOX_POINTS, BOX_CORNERS, joints, weights), "glb")
+    assert mesh.volume == pytest.approx(BOX.volume)
 
 
 @pytest.mark.parametrize(
@@ -196,11 +202,11 @@ def test_morph_targets_use_weights_of_node_before_mesh(of_mesh, of_node, expecte
     mesh = {"primitives": [primitive(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}])]}
     node = {"mesh": 0, **({"weights": of_node} if of_node else {})}
     tree = {"nodes": [node], "meshes": [mesh | ({"weights": of_mesh} if of_mesh else {})]}
-    data = glb(tree, POINTS, CORNERS, dense, positions, values)
+    data = glb_file(tree, BOX_POINTS, BOX_CORNERS, dense, positions, values)
     text = json.loads(data[20 : 20 + struct.unpack_from("<I", data, 12)[0]])
     sparse = {"count": 8, "indices": {"bufferView": 3, "componentType": 5123}, "values": {"bufferView": 4}}
     text["accessors"].append({"componentType": 5126, "count": 8, "type": "VEC3", "sparse": sparse})
-    data = glb({**tree, "accessors": text["accessors"]}, POINTS, CORNERS, dense, positions, values)
+    data = glb_file({**tree, "accessors": text["accessors"]}, BOX_POINTS, BOX_CORNERS, dense, positions, values)
     mesh = mesh_from_bytes(data, "glb")
     assert np.allclose(mesh.bounds[:, 2], [expected - 1.5, expected + 1.5])
 
@@ -209,19 +215,19 @@ def test_the_buffer_that_a_view_names_is_read():
     uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE.tobytes()).decode()
     views = [{"buffer": 1, "byteLength": 36}]
     buffers = [{"byteLength": 36}, {"byteLength": 36, "uri": uri}]
-    data = glb({**item_mesh({}, primitive()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
+    data = glb_file({**item_mesh({}, primitive()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == TRIANGLE.tolist()
 
 
 def test_appearance_and_redundant_data_are_ignored():
     draco = primitive(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
     required = {"extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]}
-    data = glb({**item_mesh({}, draco), **required}, TRIANGLE)
+    data = glb_file({**item_mesh({}, draco), **required}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb").faces) == 1
 
 
 def with_version(version, length=0):
-    data = bytearray(glb(item_mesh({}, primitive()), TRIANGLE))
+    data = bytearray(glb_file(item_mesh({}, primitive()), TRIANGLE))
     struct.pack_into("<I", data, 4, version)
     struct.pack_into("<I", data, 8, len(data) + length)
     return bytes(data)
@@ -275,20 +281,20 @@ def test_another_version_and_a_cut_file_are_named(data, message):
 )  # fmt: skip
 def test_unreadable_files_are_refused_in_a_sentence(more, message):
     with pytest.raises(MeshFileError, match=message):
-        mesh_from_bytes(glb({**item_mesh({}, primitive()), **more}, TRIANGLE), "glb")
+        mesh_from_bytes(glb_file({**item_mesh({}, primitive()), **more}, TRIANGLE), "glb")
 
 
 @pytest.mark.parametrize("length", [2.0, 1.01, 0.9])
 def test_node_rotation_must_be_a_unit_quaternion(length):
     node = {"rotation": [0.0, 0.0, 0.6 * length, 0.8 * length]}
     with pytest.raises(MeshFileError, match="a rotation of length"):
-        mesh_from_bytes(glb(item_mesh(node, primitive()), TRIANGLE), "glb")
+        mesh_from_bytes(glb_file(item_mesh(node, primitive()), TRIANGLE), "glb")
 
 
 def two_nodes(first, second, **more):
     """A file with a triangle on each of two nodes."""
     nodes = [{"mesh": 0, **first}, {"mesh": 0, **second}]
-    return glb({"nodes": nodes, "meshes": [{"primitives": [primitive()]}], **more}, TRIANGLE)
+    return glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive()]}], **more}, TRIANGLE)
 
 
 HIDDEN = {"extensions": {"KHR_node_visibility": {"visible": False}}}
@@ -302,7 +308,7 @@ HIDDEN = {"extensions": {"KHR_node_visibility": {"visible": False}}}
     ],
 )
 def test_surface_of_a_hidden_node_is_not_joined_in_silence(nodes):
-    data = glb({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
     with pytest.raises(MeshFileError, match="'spare' is hidden"):
         mesh_from_bytes(data, "glb")
 
@@ -318,7 +324,7 @@ def test_collider_nodes_are_not_read_as_part_of_the_surface(prefix):
 
 def test_collider_node_below_its_body_is_not_surface():
     nodes = [{"mesh": 0, "name": "cup", "children": [1]}, {"mesh": 0, "name": "UCX_cup_00"}]
-    data = glb({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb", node="cup").faces) == 1
 
 
