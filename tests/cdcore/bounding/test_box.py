@@ -8,7 +8,7 @@ from support.shapes import box_mesh, random_rotations, revolved_mesh, rod_mesh, 
 
 from cdcore import TriangleMesh
 from cdcore.bounding.box import box_best, box_by_body_axes, box_by_principal_axes
-from cdcore.bounding.collider_shapes import SHAPES, capsule_collider, sphere_collider
+from cdcore.bounding.collider_shapes import SHAPES, box_collider, capsule_collider, sphere_collider
 from cdcore.bounding.hull import hull_collider
 
 BUILDERS = [box_by_body_axes, box_by_principal_axes, box_best]
@@ -85,6 +85,18 @@ def test_sphere_of_largest_half_extent_leaves_corners_outside():
     assert np.allclose(away, 1.0) and np.linalg.norm([1.0, 0.5, 0.5]) > 1.0
 
 
+def test_faces_of_a_sphere_lie_half_a_percent_within_it():
+    a, b, c = np.moveaxis(sphere_collider(box_mesh((2.0, 2.0, 2.0))).triangles, 1, 0)
+    normal = np.cross(b - a, c - a)
+    heights = (a * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
+    assert 0.995 < heights.min() < heights.max() < 1.0
+
+
+def test_box_collider_grows_by_its_margin_on_every_side():
+    box = box_collider(box_mesh((1.0, 2.0, 3.0), (5.0, 6.0, 7.0)), 0.25)
+    assert box.bounds.tolist() == [[4.25, 4.75, 5.25], [5.75, 7.25, 8.75]]
+
+
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_capsule_collider_lies_along_the_longest_side_of_a_box(axis):
     """A box of 4 x 1 x 1: radius 0.5 about a segment of 3, whose volume the mesh fills to more than 95 %."""
@@ -93,6 +105,7 @@ def test_capsule_collider_lies_along_the_longest_side_of_a_box(axis):
     capsule = capsule_collider(box_mesh(size, (1.0, 2.0, 3.0)))
     volume = np.einsum("ij,ij->", capsule.triangles[:, 0], np.cross(*np.moveaxis(capsule.triangles[:, 1:], 1, 0))) / 6.0
     assert 0.95 < volume / (np.pi * 0.5**2 * 3.0 + np.pi / 6.0) < 1.0
+    assert np.allclose(np.diff(capsule.bounds, axis=0), size)
     points = capsule.referenced_vertices - [1.0, 2.0, 3.0]
     along = np.clip(points[:, axis], -1.5, 1.5)
     points[:, axis] -= along

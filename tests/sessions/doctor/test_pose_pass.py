@@ -135,3 +135,18 @@ def test_worst_quaternion_norm_deviates_most_from_unit_length():
     draft.arrays["quaternion_xyzw"][200, 0] *= 0.1
     draft.arrays["quaternion_xyzw"][201, 0] *= 1.5
     assert run_pose_pass([draft.session().frames]).worst_norm[0] == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("step_ms", "repeats", "codes"), [(25, 4, []), (25, 5, ["frozen"]), (11, 8, []), (11, 9, ["frozen"])]
+)
+def test_position_is_frozen_after_5_repeats_and_80_ms(step_ms, repeats, codes):
+    """A body walks 1 mm a sample, repeats a position and then steps 10 mm."""
+    steps = np.full(100, 0.001)
+    steps[50 : 50 + repeats], steps[50 + repeats] = 0.0, 0.01
+    position = np.cumsum(steps)[:, None] * [1.0, 0.0, 0.0]
+    poses = {"cup": (position, np.tile([0.0, 0.0, 0.0, 1.0], (100, 1)))}
+    session = Session.from_arrays(np.arange(100) * step_ms * 1_000_000, poses)
+    result = pose_spans(run_pose_pass([session.frames]))
+    assert [item.code for item in result] == codes
+    assert all((item.first, item.last, item.count) == (50, 49 + repeats, repeats) for item in result)

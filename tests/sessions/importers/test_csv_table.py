@@ -217,8 +217,9 @@ def test_mapping_selects_its_table_of_a_file_with_two(imported, position):
     """The table of trajectories is left out by the user's choice, so it is no loss in the books of the import."""
     both = [*SEGMENTS[1:], *TRAJECTORIES] if position == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
     session = imported("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
-    np.testing.assert_array_equal(session.tracks["cup"].positions, POSITIONS)
-    assert books(session) == ""
+    cup = session.tracks["cup"]
+    np.testing.assert_array_equal(cup.positions, POSITIONS)
+    assert cup.valid.all() and (cup.quaternions_xyzw == [0, 0, 0, 1]).all() and books(session) == ""
 
 
 def test_missing_table_is_refused_with_all_names(imported):

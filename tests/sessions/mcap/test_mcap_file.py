@@ -66,7 +66,7 @@ def entities(meshes, scene=None):
     return {entity.id: entity for entity in update.entities}
 
 
-def test_body_is_drawn_by_its_triangles_up_to_a_limit(monkeypatch):
+def test_body_is_drawn_by_its_triangles():
     mesh = tetrahedron(1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
     entity = entities({"cup": mesh})["cup"]
     (piece,) = entity.triangles
@@ -74,8 +74,14 @@ def test_body_is_drawn_by_its_triangles_up_to_a_limit(monkeypatch):
     assert points.tobytes() == mesh.vertices.tobytes()
     assert np.array(piece.indices).reshape(-1, 3).tolist() == mesh.faces.tolist()
     assert entity.frame_id == "cup" and entity.frame_locked and entity.timestamp.nanos == 5
-    monkeypatch.setattr("sessions.mcap.scene_update.DRAWING_BYTES", 10)
-    assert entities({"cup": mesh}) == {}
+
+
+def test_bodies_are_drawn_up_to_a_limit_of_bytes(monkeypatch):
+    """A tetrahedron takes 4 points of 29 bytes and 12 indices of 4 bytes."""
+    meshes = {"cup": tetrahedron(), "lid": tetrahedron()}
+    for limit, drawn in ((163, []), (164, ["cup"]), (327, ["cup"]), (328, ["cup", "lid"])):
+        monkeypatch.setattr("sessions.mcap.scene_update.DRAWING_BYTES", limit)
+        assert [*entities(meshes)] == drawn
 
 
 @pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])

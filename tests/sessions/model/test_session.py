@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.session_files import assert_same_frames, random_frames, session_of
 
-from sessions.model.scene import Scene, SceneBody, candidate_pairs
+from sessions.model.scene import Scene, SceneBody, SceneGroup, absent_bodies, candidate_pairs
 from sessions.model.session import Frames, Session, Status, Track
 
 POSES = (np.zeros((2, 3)), np.ones((2, 4)))
@@ -76,3 +76,13 @@ def test_pairs_are_declared_or_all_outside_groups_and_ignores():
     scene = Scene(bodies=bodies, ignore=(("d", "a"),))
     assert candidate_pairs(scene, "abcd") == [("a", "c"), ("b", "c"), ("b", "d"), ("c", "d")]
     assert candidate_pairs(Scene(pairs=(("d", "a"), ("a", "x"))), "abcd") == [("d", "a")]
+
+
+def test_bodies_counted_as_one_thing_are_no_pair():
+    groups = (SceneGroup("hand", ("a", "b")), SceneGroup("tray", ("c", "d")))
+    assert candidate_pairs(Scene(groups=groups), "abcd") == [("a", "c"), ("a", "d"), ("b", "c"), ("b", "d")]
+
+
+def test_absent_bodies_are_those_of_declared_pairs_alone():
+    assert absent_bodies(Scene(), "ab") == []
+    assert absent_bodies(Scene(pairs=(("a", "x"), ("x", "y"), ("a", "b"))), "ab") == ["x", "y"]

@@ -1,0 +1,86 @@
+"""Values of a TOML table: what is taken as written, and what is refused by its key."""
+
+import pytest
+
+from sessions.errors import ImportFileError, SceneError
+from sessions.input_files import MOST_NAMED, check_encoding, is_number, nearest, parse_toml, read_text, special_kind
+
+READ = {
+    "count": lambda table: table.count("key", 1, 1, 5),
+    "number": lambda table: table.number("key", 1.0, above=0.0),
+    "flag": lambda table: table.flag("key"),
+    "text": lambda table: table.text("key", None),
+    "texts": lambda table: table.texts("key", 2),
+    "text or texts": lambda table: table.text_or_texts("key"),
+    "vector": lambda table: table.vector("key", (0.0, 0.0)),
+    "rest": lambda table: table.rest(),
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "taken", "refused"),
+    [
+        ("count", {"1": 1, "5": 5}, ["0", "6", "2.0", "true"]),
+        ("number", {"1e-9": 1e-9, "3": 3.0}, ["0.0", "-1", "inf", "nan", "true", "'1'"]),
+        ("flag", {"true": True, "false": False}, ["0", "'yes'"]),
+        ("text", {"'word'": "word"}, ["''", "1"]),
+        ("texts", {"['a', 'b']": ("a", "b")}, ["['a']", "['a', '']", "['a', 1]", "'ab'"]),
+        ("text or texts", {"'ab'": ("ab",), "''": (), "['ab']": ("ab",), "[]": ()}, ["['a', '']", "[1]", "1"]),
+        ("vector", {"[1, 2.5]": (1.0, 2.5)}, ["[1]", "[1, 2, 3]", "[1, 'b']", "[1, nan]", "1"]),
+        ("rest", {"[1, {a = 2.5}]": {"key": [1, {"a": 2.5}]}}, ["inf", "[1, nan]", "{a = [1, {b = inf}]}"]),
+    ],
+)
+def test_value_is_taken_as_written_or_refused(kind, taken, refused):
+    for text, value in taken.items():
+        assert READ[kind](parse_toml(f"key = {text}", "scene.toml", SceneError)) == value
+    for text in refused:
+        with pytest.raises(SceneError, match=r"scene.toml: key "):
+            READ[kind](parse_toml(f"key = {text}", "scene.toml", SceneError))
+
+
+def test_unknown_key_is_refused_with_the_nearest_known_key():
+    table = parse_toml("mas = 1\ngroup = 'a'", "scene.toml", SceneError)
+    assert "group" in table and "mass" not in table
+    with pytest.raises(SceneError, match="unknown key 'mas'; did you mean 'mass'"):
+        table.done()
+    assert parse_toml("mass = 1", "scene.toml", SceneError).done(["mass"])
+
+
+def test_collected_faults_leave_defaults_and_reading_goes_on():
+    faults = []
+    table = parse_toml("a = 'x'\n[b]\nc = 2", "scene.toml", SceneError, faults)
+    assert (table.number("a", 3.0), table.table("b").flag("c", True)) == (3.0, True)
+    assert faults == ["scene.toml: a is 'x'; give a finite number", "scene.toml: [b]: c is 2; give true or false"]
+
+
+def test_nearest_name_is_looked_for_among_few():
+    names = [f"body {number}" for number in range(MOST_NAMED)]
+    assert nearest("body 7x", names) == "; did you mean 'body 7'?"
+    assert nearest("body 7x", [*names, "last"]) == f"; there are {MOST_NAMED + 1} others"
+    assert (nearest("cup", ["a", "b"]), nearest("cup", [])) == ("; there are: a, b", "; there are none")
+
+
+def test_numbers_are_finite_and_not_truth_values():
+    assert all(map(is_number, (0, -1.5, 10**300)))
+    assert not any(map(is_number, (True, 10**400, float("nan"), "1", None)))
+
+
+def test_quoted_value_stays_on_a_line():
+    for length, quoted in ((78, "'" + "x" * 78 + "'"), (79, "'" + "x" * 76 + "...")):
+        with pytest.raises(SceneError) as raised:
+            parse_toml(f"key = '{'x' * length}'", "scene.toml", SceneError).flag("key")
+        assert str(raised.value) == f"scene.toml: key is {quoted}; give true or false"
+
+
+def test_text_in_another_encoding_is_refused(tmp_path):
+    check_encoding(tmp_path, b"t,x\n" * 60 + 60 * b"\0")
+    check_encoding(tmp_path, b"a\0bc")
+    for data in ("t,x\n".encode("utf-16-le"), "t,x".encode("utf-16"), b"PK\x03\x04", b"a\0b"):
+        with pytest.raises(ImportFileError, match="this is no CSV"):
+            check_encoding(tmp_path, data)
+
+
+def test_line_ends_of_text_are_line_feeds_and_folders_are_named(tmp_path):
+    (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
+    assert read_text(tmp_path / "scene.toml", "scene", SceneError) == "a\nb\nc\n"
+    assert special_kind(tmp_path) == "a folder" and special_kind(tmp_path / "scene.toml") == ""
