@@ -24,11 +24,12 @@ def test_every_key_is_printed_with_its_meaning_in_eighty_columns(kind):
     assert max(map(len, lines)) <= 80 and lines[0].startswith(f"{kind}: ")
 
 
-@pytest.mark.parametrize(("kind", "key"), [(kind, key) for kind in CATALOGUE for key in CATALOGUE[kind]["fields"]])
-def test_every_example_is_toml_that_the_effect_accepts(kind, key):
-    field = fields_of(kind)[key]
-    value = tomllib.loads(f"{key} = {toml_of(example_of(field))}")[key]
-    READERS[field.kind](value, field, SCENE)
+@pytest.mark.parametrize("kind", CATALOGUE)
+def test_every_example_is_toml_that_the_effect_accepts(kind):
+    for key in CATALOGUE[kind]["fields"]:
+        field = fields_of(kind)[key]
+        value = tomllib.loads(f"{key} = {toml_of(example_of(field))}")[key]
+        READERS[field.kind](value, field, SCENE)
 
 
 INDICATOR = ("indicator", "from_ph", "to_ph", "acid_colour", "base_colour")

@@ -24,11 +24,11 @@ BODIES = [
 
 
 @pytest.mark.parametrize("style", STYLES)
-@pytest.mark.parametrize("names", BODIES, ids="-".join)
-def test_every_body_has_the_columns_of_its_name(names, style):
-    columns = {name: [name + ending for ending in STYLES[style]] for name in names}
-    poses = plain_poses([column for of_body in columns.values() for column in of_body])
-    assert {name: [*row.position, *row.rotation] for name, row in poses.items()} == columns
+def test_every_body_has_the_columns_of_its_name(style):
+    for names in BODIES:
+        columns = {name: [name + ending for ending in STYLES[style]] for name in names}
+        poses = plain_poses([column for of_body in columns.values() for column in of_body])
+        assert {name: [*row.position, *row.rotation] for name, row in poses.items()} == columns
 
 
 @pytest.mark.parametrize("style", STYLES)

@@ -49,38 +49,29 @@ def comments(section):
     return dict(re.findall(r'^"([^"]+)" = .*? # (.+)$', text, flags=re.MULTILINE))
 
 
-@pytest.fixture(scope="module")
-def formation():
-    """Enthalpies of formation by atoms, as data bases have them for the formulas of `constants.toml`."""
-    return SOURCES.enthalpies(re.sub(r"\([sg]\)$", "", column) for column in enthalpy.ENTHALPY_KJ_MOL)
-
-
-@pytest.mark.parametrize(
-    ("equation", "value", "heat", "source", "reaction"), EQUATIONS, ids=[row[0] for row in EQUATIONS]
-)
-def test_an_equilibrium_constant_is_that_of_its_source(equation, value, heat, source, reaction):
-    assert (
-        source in (*SOURCES.FILES, "nist46", "smith-martell", "harvey", "eawag", "buffers", "solubility", "unverified")
-        and reaction
-    )
-    if source == "nist46":
-        assert (value, heat) == NIST_46[int(reaction.split()[1].rstrip(","))]
-    if source == "harvey":
-        metal, number = equation[:2], int(re.search(r"(\d) NH4", equation)[1])
-        assert value + PKA_AMMONIUM * number == pytest.approx(sum(AMMINES[metal][:number]), abs=0.006)
-    if source == "eawag":
-        assert value == STRUVITE
-    if source == "smith-martell":
-        number = int((re.search(r"(\d) NH4", equation) or [0, 1])[1]) if "NH4+" in equation else 0
-        assert value + PKA_AMMONIUM * number == pytest.approx(float(reaction.split(" has ")[1].split()[0]), abs=0.1)
-    if source not in SOURCES.FILES:
-        return
-    assert SOURCES.log_k(source, reaction) == pytest.approx(value, abs=0.06)
-    reference = SOURCES.kilojoule(source, reaction)
-    ammonium = 52.0 * reaction.count("NH4+ =") * int((re.search(r"(\d) NH4", reaction) or [0, 1])[1])
-    # A source that gives no enthalpy of its own leaves 0, or that of NH4+ alone.
-    if heat is not None and source not in WRONG_SIGN and abs(reference - ammonium) > 1.0 and abs(reference) > 1.0:
-        assert heat == pytest.approx(reference, abs=1.0)
+def test_equilibrium_constants_are_those_of_their_sources():
+    others = ("nist46", "smith-martell", "harvey", "eawag", "buffers", "solubility", "unverified")
+    for equation, value, heat, source, reaction in EQUATIONS:
+        assert source in (*SOURCES.FILES, *others) and reaction, equation
+        if source == "nist46":
+            assert (value, heat) == NIST_46[int(reaction.split()[1].rstrip(","))], equation
+        if source == "harvey":
+            metal, number = equation[:2], int(re.search(r"(\d) NH4", equation)[1])
+            assert value + PKA_AMMONIUM * number == pytest.approx(sum(AMMINES[metal][:number]), abs=0.006), equation
+        if source == "eawag":
+            assert value == STRUVITE, equation
+        if source == "smith-martell":
+            number = int((re.search(r"(\d) NH4", equation) or [0, 1])[1]) if "NH4+" in equation else 0
+            log_k = float(reaction.split(" has ")[1].split()[0])
+            assert value + PKA_AMMONIUM * number == pytest.approx(log_k, abs=0.1), equation
+        if source not in SOURCES.FILES:
+            continue
+        assert SOURCES.log_k(source, reaction) == pytest.approx(value, abs=0.06), equation
+        reference = SOURCES.kilojoule(source, reaction)
+        ammonium = 52.0 * reaction.count("NH4+ =") * int((re.search(r"(\d) NH4", reaction) or [0, 1])[1])
+        # A source that gives no enthalpy of its own leaves 0, or that of NH4+ alone.
+        if heat is not None and source not in WRONG_SIGN and abs(reference - ammonium) > 1.0 and abs(reference) > 1.0:
+            assert heat == pytest.approx(reference, abs=1.0), equation
 
 
 def test_a_course_by_temperature_is_that_of_its_source():
@@ -107,37 +98,39 @@ def test_unverified_ammines_of_zinc_are_near_those_of_llnl(equation, reaction):
     assert value == pytest.approx(SOURCES.log_k("llnl", reaction), abs=0.7)
 
 
-@pytest.mark.parametrize("column", enthalpy.ENTHALPY_KJ_MOL)
-def test_an_enthalpy_of_formation_is_that_of_its_source(column, formation):
-    value, note = enthalpy.ENTHALPY_KJ_MOL[column], comments("enthalpy")[column]
-    phase = column.endswith(("(s)", "(g)"))
-    formula = column[:-3] if phase else column
-    reference = formation.get((phase, tuple(sorted(atoms(formula).items())), charge_of(formula)), {})
-    if note == "element":
-        assert value == 0.0
-    elif note == "Alberta":
-        assert value == pytest.approx(BOOKLET[column], abs=0.5)
-    elif note == "unverified":
-        assert not reference
-    else:
-        source, _, other = note.partition(" has ")
-        nearest = min(reference[source], key=lambda entry: abs(entry - value))
-        assert nearest == pytest.approx(float(other) if other else value, abs=0.1 if other else 1.5)
-        assert not other or abs(float(other) - value) < 8.0
+def test_enthalpies_of_formation_are_those_of_their_sources():
+    """The sources have enthalpies by atoms; a comment in `constants.toml` names the source of each."""
+    columns = enthalpy.ENTHALPY_KJ_MOL
+    formation = SOURCES.enthalpies(re.sub(r"\([sg]\)$", "", column) for column in columns)
+    for column, value in columns.items():
+        note, phase = comments("enthalpy")[column], column.endswith(("(s)", "(g)"))
+        formula = column[:-3] if phase else column
+        reference = formation.get((phase, tuple(sorted(atoms(formula).items())), charge_of(formula)), {})
+        if note == "element":
+            assert value == 0.0, column
+        elif note == "Alberta":
+            assert value == pytest.approx(BOOKLET[column], abs=0.5), column
+        elif note == "unverified":
+            assert not reference, column
+        else:
+            source, _, other = note.partition(" has ")
+            _, nearest = min((abs(entry - value), entry) for entry in reference[source])
+            assert nearest == pytest.approx(float(other or value), abs=0.1 if other else 1.5), column
+            assert not other or abs(float(other) - value) < 8.0, column
 
 
-@pytest.mark.parametrize("row", REACTIONS, ids=lambda row: row[3])
-def test_a_free_energy_agrees_with_a_data_base(row):
-    source, elements, reaction, value = row
-    terms = [(float(many), name) for many, name in (term.split(" ") for term in reaction.split(" + "))]
-    kilojoule_mol = sum(
-        float(many) * enthalpy.FREE_ENERGY_KJ_MOL[name]
-        for many, name in (term.split(" ") for term in value.split(" + "))
-    )
+def test_free_energies_agree_with_data_bases():
     ten = 1e-3 * SOURCES.GAS_CONSTANT * 298.15 * math.log(10.0)
-    electrons, protons = (sum(many for many, name in terms if name == symbol) for symbol in ("e-", "H+"))
-    pe = max(-9.0, min(18.0, (kilojoule_mol / ten - 7.0 * protons) / electrons)) if electrons else 4.0
-    assert -ten * SOURCES.quotient(source, elements.split(), terms, pe=pe) == pytest.approx(kilojoule_mol, abs=5.0)
+    for source, elements, reaction, value in REACTIONS:
+        terms = [(float(many), name) for many, name in (term.split(" ") for term in reaction.split(" + "))]
+        kilojoule_mol = sum(
+            float(many) * enthalpy.FREE_ENERGY_KJ_MOL[name]
+            for many, name in (term.split(" ") for term in value.split(" + "))
+        )
+        electrons, protons = (sum(many for many, name in terms if name == symbol) for symbol in ("e-", "H+"))
+        pe = max(-9.0, min(18.0, (kilojoule_mol / ten - 7.0 * protons) / electrons)) if electrons else 4.0
+        quotient = SOURCES.quotient(source, elements.split(), terms, pe=pe)
+        assert -ten * quotient == pytest.approx(kilojoule_mol, abs=5.0), value
 
 
 def test_free_energies_called_checked_are_in_a_reaction():

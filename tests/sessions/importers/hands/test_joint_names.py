@@ -50,15 +50,13 @@ EXPORTERS = {
 }
 
 
-@pytest.mark.parametrize("exporter", EXPORTERS)
 @pytest.mark.parametrize(
     ("pattern", "side"),
     [("{}", ""), ("left_{}", "left"), ("R_{}", "right"), ("{}_L", "left"), ("RightHand_{}", "right")],
 )
-def test_every_joint_of_an_exporter_is_known(exporter, pattern, side):
-    names = EXPORTERS[exporter]
-    assert len(names) == {"mano": 21, "mediapipe": 21}.get(exporter, len(names)) >= 21
-    for joint, written in names.items():
+def test_every_joint_of_every_exporter_is_known(pattern, side):
+    assert len(EXPORTERS["mano"]) == len(EXPORTERS["mediapipe"]) == 21 == min(map(len, EXPORTERS.values()))
+    for joint, written in (row for names in EXPORTERS.values() for row in names.items()):
         known = joint_of(tokens_of(pattern.format(written)))
         assert known is not None and (known.side, known.joint) == (side, joint), written
 
