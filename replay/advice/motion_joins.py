@@ -17,7 +17,7 @@ from cdcore.detectors.detector_table import create_detector
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, Motion, Solids, counts_as_contact
-from replay.cutting.convex_solids import facing_outward, manifold_of, volume_of
+from replay.cutting.convex_solids import enclosed_solid, volume_of
 from replay.cutting.planes import cut_in_two
 from replay.prepare.assembly import Assembly
 
@@ -95,7 +95,7 @@ def refined_by_motion(
 
     ``check_time`` is called before each cut; what it raises ends the cutting.
     """
-    solid = manifold_of(facing_outward(mesh))
+    solid = enclosed_solid(mesh)
     if solid is None:
         return list(pieces)
     joined_pieces: list[TriangleMesh] = []

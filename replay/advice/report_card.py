@@ -13,7 +13,7 @@ from cdcore.numerics import FloatArray
 from cdcore.protocol import Solids
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
-from replay.cutting.convex_solids import area_of, facing_outward, manifold_of, manifold_union, outside_by, solids_of
+from replay.cutting.convex_solids import area_of, enclosed_solid, manifold_union, outside_by, solids_of
 from replay.cutting.seams import SeamKind, seams_of
 from replay.cutting.surface_distance import Surface, farthest_on, farthest_triangles
 from replay.detection.detector_spec import DetectorSpec
@@ -36,11 +36,11 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
     ``reach_mm`` is how far a piece stands beyond the surface at most, ``outside_mm`` how far the mesh lies outside its
     pieces. Volumes are ``None`` of a mesh that is no solid. ``seams`` are those of ``replay.cutting.seams``.
     """
-    solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
-    volume = 0.0 if solid is None else solid.volume()
     volume_beyond = missing_volume = None
-    pieces_union = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
-    if solid is not None and pieces_union is not None and volume > 0.0:
+    solids = _solids(mesh, pieces)
+    if solids is not None:
+        solid, pieces_union = solids
+        volume = solid.volume()
         common_volume = (pieces_union ^ solid).volume()
         volume_tolerance = volume_rounding(mesh, volume)
         volume_differences = pieces_union.volume() - common_volume, volume - common_volume
@@ -54,7 +54,7 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
         "most_triangles": max(len(piece.faces) for piece in pieces),
         "beyond": volume_beyond,
         "missing": missing_volume,
-        "reach_mm": 1e3 * _reach(mesh, pieces, solid, pieces_union),
+        "reach_mm": 1e3 * _reach(mesh, pieces, solids),
         "outside_mm": 1e3 * _beyond_rounding(outside_by(mesh, pieces), mesh),
         **seam_figures(mesh, pieces),
     }
@@ -98,25 +98,30 @@ def _beyond_rounding(metres: float, mesh: TriangleMesh) -> float:
     return metres if metres > _file_rounding(mesh) else 0.0
 
 
+def _solids(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> tuple[Manifold, Manifold] | None:
+    """The mesh and the union of its pieces, for the library manifold; ``None``: one of them is no solid."""
+    solid = enclosed_solid(mesh)
+    if solid is None or not all(piece.is_closed for piece in pieces):
+        return None
+    return solid, manifold_union(pieces)
+
+
 def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     """Metres from the surface of a mesh to the point of the pieces' surfaces outside it that is farthest from it.
 
     Of a mesh that is no solid, all of the pieces' surfaces counts: it has no inside.
     """
-    solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
-    pieces_union = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
-    return _reach(mesh, pieces, solid, pieces_union)
+    return _reach(mesh, pieces, _solids(mesh, pieces))
 
 
-def _reach(
-    mesh: TriangleMesh, pieces: Sequence[TriangleMesh], solid: Manifold | None, pieces_union: Manifold | None
-) -> float:
-    """The same; ``solid``: the mesh, ``pieces_union``: the union of the pieces, ``None`` where they are no solids."""
-    if solid is None or pieces_union is None:
+def _reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh], solids: tuple[Manifold, Manifold] | None) -> float:
+    """The same; ``solids``: the mesh and the union of the pieces, ``None`` where they are no solids."""
+    if solids is None:
         return _farthest(np.concatenate([piece.triangles for piece in pieces]), mesh)
+    solid, pieces_union = solids
     overhang = pieces_union - solid
     # A sliver between equal surfaces is what booleans of solids round away.
-    if overhang.is_empty() or overhang.volume() <= volume_rounding(mesh, solid.volume()):
+    if overhang.volume() <= volume_rounding(mesh, solid.volume()):
         return 0.0
     outside_mesh = overhang.to_mesh64()
     corners = outside_mesh.vert_properties[:, :3][np.asarray(outside_mesh.tri_verts).astype(np.int64)]

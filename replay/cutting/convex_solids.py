@@ -99,6 +99,12 @@ def manifold_of(mesh: TriangleMesh) -> Manifold | None:
     return solid if solid.status() == Error.NoError else None
 
 
+def enclosed_solid(mesh: TriangleMesh) -> Manifold | None:
+    """What a closed mesh encloses, for the library manifold, whichever way its faces look; ``None``: it is no solid."""
+    solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
+    return None if solid is None or solid.volume() <= 0.0 else solid
+
+
 def volume_of(mesh: TriangleMesh) -> float:
     """Cubic metres within a closed surface, each part counted alone; negative where faces look inwards."""
     a, b, c = np.moveaxis(mesh.triangles - mesh.vertices.mean(axis=0), 1, 0)
@@ -133,35 +139,16 @@ def area_of(mesh: TriangleMesh) -> float:
 
 def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     """Metres by which corners and middles of the faces of a mesh lie outside all of some convex pieces, at most."""
+    from replay.cutting.surface_distance import Surface
+
     points = np.concatenate([mesh.referenced_vertices, mesh.triangles.mean(axis=1)])
     distances_beyond = np.stack([beyond_planes(points, piece) for piece in pieces])
     nearest_pieces = distances_beyond.argmin(axis=0)
     is_away = distances_beyond.min(axis=0) > 0.0
     largest_distance = 0.0
     for piece_number in np.unique(nearest_pieces[is_away]).tolist():
-        largest_distance = max(
-            largest_distance,
-            _farthest_distance(points[is_away & (nearest_pieces == piece_number)], pieces[piece_number]),
-        )
+        # The point of a solid that is nearest to a point outside is on its surface.
+        surface = Surface(pieces[piece_number].triangles)
+        distances = surface.distances(points[is_away & (nearest_pieces == piece_number)])[0]
+        largest_distance = max(largest_distance, float(distances.max()))
     return largest_distance
-
-
-def _farthest_distance(points: FloatArray, piece: TriangleMesh) -> float:
-    """Metres from points (n, 3) outside a convex piece to it, at most."""
-    from replay.cutting.surface_distance import Surface
-
-    # The nearest point of a solid is on its surface: 1.03 to 16 times as fast as weights of corners (2026-11-29).
-    if piece.is_closed:
-        return float(Surface(piece.triangles).distances(points)[0].max())
-    return max(_distance(point, piece.vertices) for point in points)
-
-
-def _distance(point: FloatArray, corners: FloatArray) -> float:
-    """Metres from a point (3,) to the convex hull of corners (n, 3): to the nearest mean of them with weights."""
-    from scipy.optimize import nnls
-
-    hull_size = float(np.ptp(corners, axis=0).max())
-    weights, _ = nnls(
-        np.vstack([(corners - point).T / hull_size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0])
-    )
-    return float(np.linalg.norm((corners - point).T @ (weights / weights.sum())))

@@ -13,7 +13,7 @@ import numpy as np
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.cutting.convex_solids import facing_outward, manifold_of, volume_of
+from replay.cutting.convex_solids import enclosed_solid, volume_of
 from replay.cutting.joins import Ladder, joins_by_volume
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ PIECES_VERSION: Final = "1"
 
 def plane_ladder(mesh: TriangleMesh) -> Ladder | None:
     """The pieces of a body, and how they join until one is left; ``None``: it is no solid."""
-    solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
-    if solid is None or solid.volume() <= 0.0:
+    solid = enclosed_solid(mesh)
+    if solid is None:
         return None
     pieces = [hull for region in _convex_regions(solid) if (hull := hull_of(_corners(region))) is not None]
     least_volume = LEAST_VOLUME_FRACTION * solid.volume()

@@ -12,7 +12,7 @@ import numpy as np
 
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.cutting.convex_solids import beyond_planes, manifold_of
+from replay.cutting.convex_solids import beyond_planes
 from replay.cutting.surface_distance import is_outside
 
 NARROWEST_SEAM: Final = 1e-6
@@ -66,7 +66,7 @@ def seams_of(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> list[Seam]:
         gap = signed_gap(pieces[first].vertices, pieces[second].vertices)
         pair_numbers = first, second
         if gap.metres < -NARROWEST_SEAM:
-            point = _common_point(pieces[first], pieces[second])
+            point = _common_point(pieces[first].vertices, pieces[second].vertices)
             seams.append(Seam(SeamKind.OVERLAP, pair_numbers, -gap.metres, _float_triple(point)))
         elif NARROWEST_SEAM < gap.metres <= WIDEST_SLIT * mesh_size and mesh.is_closed:
             point = _point_between(pieces[first].vertices, pieces[second].vertices, gap)
@@ -124,12 +124,11 @@ def _point_between(first: FloatArray, second: FloatArray, gap: Gap) -> FloatArra
     return np.asarray(common_hull.to_mesh64().vert_properties[:, :3].mean(axis=0))
 
 
-def _common_point(first: TriangleMesh, second: TriangleMesh) -> FloatArray:
-    """The middle of what two solids have in common."""
-    a, b = manifold_of(first), manifold_of(second)
-    intersection = None if a is None or b is None else a ^ b
-    if intersection is None or intersection.is_empty():
-        return np.asarray((first.vertices.mean(axis=0) + second.vertices.mean(axis=0)) / 2)
+def _common_point(first: FloatArray, second: FloatArray) -> FloatArray:
+    """The middle of what the convex hulls of corners (n, 3) and (m, 3) that overlap have in common."""
+    from manifold3d import Manifold
+
+    intersection = Manifold.hull_points(first) ^ Manifold.hull_points(second)
     return np.asarray(intersection.to_mesh64().vert_properties[:, :3].mean(axis=0))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.cutting.convex_solids import facing_outward, manifold_of, volume_of
+from replay.cutting.convex_solids import enclosed_solid, volume_of
 from replay.cutting.joins import Ladder, joins_by_volume
 
 ROUND_FRACTION: Final = 0.8
@@ -83,9 +83,9 @@ def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
 
     However many are joined, they cover the whole solid.
     """
-    axis = round_axis(mesh) if mesh.is_closed else None
-    solid = None if axis is None else manifold_of(facing_outward(mesh))
-    if axis is None or solid is None or solid.volume() <= 0.0:
+    solid = enclosed_solid(mesh)
+    axis = None if solid is None else round_axis(mesh)
+    if axis is None:
         return None
     corner_sets: list[FloatArray] = []
     for band in _outline_bands(solid, mesh, axis[1]):
@@ -93,7 +93,7 @@ def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
             np.asarray(corner_set.to_mesh64().vert_properties[:, :3]) for corner_set in _angular_sectors(band, *axis)
         ]
     pieces = [piece for corner_set in corner_sets if (piece := hull_of(corner_set)) is not None]
-    least_volume = LEAST_VOLUME_FRACTION * abs(solid.volume())
+    least_volume = LEAST_VOLUME_FRACTION * solid.volume()
     pieces = [piece for piece in pieces if volume_of(piece) > least_volume]
     if not pieces:
         return None

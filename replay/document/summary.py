@@ -133,11 +133,8 @@ def _verdicts_in_doubt(result: RunResult, label: str) -> dict[str, int]:
         verdict = detection.verdict[start : start + VERDICT_FRAMES]
         is_flagged = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
         verdict_counts += np.bincount(verdict[is_flagged > 0], minlength=len(Verdict))
-    return {
-        verdict.name.lower(): int(verdict_counts[verdict])
-        for verdict in Verdict
-        if verdict_counts[verdict] and verdict != Verdict.NO_POSE
-    }
+    verdict_counts[Verdict.NO_POSE] = 0
+    return {verdict.name.lower(): int(verdict_counts[verdict]) for verdict in Verdict if verdict_counts[verdict]}
 
 
 def _session(result: RunResult, scan: SessionScan) -> SessionRecord:

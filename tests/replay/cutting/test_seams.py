@@ -21,8 +21,8 @@ def halves(gap, at=0.03, aside=(0.0, 0.0, 0.0)):
     ]
 
 
-def rotated(mesh, rotation):
-    return TriangleMesh(mesh.vertices @ rotation.T, mesh.faces)
+def moved(mesh, rotation, translation):
+    return TriangleMesh(mesh.vertices @ rotation.T + translation, mesh.faces)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -31,11 +31,13 @@ def rotated(mesh, rotation):
 def test_planted_seam_has_its_kind_width_and_place(width, sign, seed):
     rotation = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     rotation *= np.sign(np.linalg.det(rotation))
-    pieces = [rotated(piece, rotation) for piece in halves(sign * width)]
-    (seam,) = seams_of(rotated(BAR, rotation), pieces)
+    pose = rotation, (1.0, 2.0, 3.0)
+    pieces = [moved(piece, *pose) for piece in halves(sign * width)]
+    (seam,) = seams_of(moved(BAR, *pose), pieces)
     assert seam.kind is (SeamKind.SLIT if sign > 0 else SeamKind.OVERLAP)
     assert seam.width == pytest.approx(width, rel=1e-6) and seam.pieces == (0, 1)
-    assert np.abs(rotation.T @ seam.point - (0.03, 0.0, 0.0)).max() < 0.051
+    point = (np.array(seam.point) - pose[1]) @ rotation
+    assert (np.abs(point - (0.03, 0.0, 0.0)) <= np.array((width / 2, 0.05, 0.05)) + 1e-9).all()
 
 
 def test_pieces_that_meet_have_no_seam():

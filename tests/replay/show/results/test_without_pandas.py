@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from replay.show.results.without_pandas import WithoutPandas
+
 SCRIPT = """
 import sys
 from replay.show.results.without_pandas import leave_pandas_out
@@ -22,3 +24,9 @@ def test_pandas_is_imported_only_to_make_a_data_frame():
     pytest.importorskip("pandas")
     done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_no_module_but_pandas_is_hidden():
+    with pytest.raises(ModuleNotFoundError, match="pandas"):
+        WithoutPandas().find_spec("pandas")
+    assert WithoutPandas().find_spec("numpy") is None

@@ -91,23 +91,37 @@ def test_colliders_under_other_labels_are_compared(before_and_after):
     assert back.answer.startswith("No, worse: collider-shipped-50 -> wide50: false contact 0 % -> 20 %, ")
 
 
+SAME_COUNTS = {"false_contact": (0.2, 0.2), "missed": ((1, 3), (1, 3)), "late": ((1, 3), (1, 3))}
+BETTER = {**SAME_COUNTS, "loss": (0.5, 0.1), "mean_seconds": (0.001, 0.001)}
+WORSE = {**BETTER, "loss": (0.1, 0.5)}
+RISE, FALL = ((1, 3), (1, 4)), ((1, 3), (1, 2))
+
+
 @pytest.mark.parametrize(
-    ("late", "text"),
+    ("planted", "beginning", "text"),
     [
-        (((1, 3), (3, 5)), "Yes, on balance: wide50 -> collider-shipped-50: "),
-        (((1, 3), (1, 3)), "Yes: wide50 -> collider-shipped-50: "),
-        (((3, 5), (1, 3)), "Yes: wide50 -> collider-shipped-50: "),
+        (BETTER, "Yes: ", "1-3 of 2 contacts missed in both, loss "),
+        (BETTER | {"late": RISE}, "Yes, on balance: ", "late or cut short 1-3 -> 1-4, loss "),
+        (BETTER | {"missed": RISE}, "Yes, on balance: ", "missed 1-3 -> 1-4 of 2 contacts"),
+        (BETTER | {"false_contact": (0.1, 0.2)}, "Yes, on balance: ", "false contact 10 % -> 20 %"),
+        (BETTER | {"late": FALL, "missed": FALL, "false_contact": (0.2, 0.1)}, "Yes: ", "late or cut short 1-3 -> 1-2"),
+        (WORSE, "No, worse: ", "20 % false contact in both"),
+        (WORSE | {"late": FALL}, "No, worse, on balance: ", "late or cut short 1-3 -> 1-2"),
+        (WORSE | {"missed": FALL}, "No, worse, on balance: ", "missed 1-3 -> 1-2 of 2 contacts"),
+        (WORSE | {"false_contact": (0.2, 0.1)}, "No, worse, on balance: ", "false contact 20 % -> 10 %"),
+        (WORSE | {"late": RISE, "missed": RISE, "false_contact": (0.1, 0.2)}, "No, worse: ", "loss"),
+        (BETTER | {"loss": (0.1, 0.1)}, "No difference: ", "loss 0.1 in both"),
+        (BETTER, "Yes: ", "; the same time a frame."),
+        (BETTER | {"mean_seconds": (0.001, 0.003)}, "Yes: ", "; 2 ms more a frame."),
+        (BETTER | {"mean_seconds": (0.003, 0.001)}, "Yes: ", "; 2 ms less a frame."),
     ],
 )
-def test_diff_headline_mentions_a_rise_of_late_contacts(before_and_after, late, text):
+def test_headline_weighs_errors_against_each_other_and_names_cost(before_and_after, planted, beginning, text):
     folders = [before_and_after / name for name in ("coarse", "fine")]
     documents = [read_run_folder(folder).document for folder in folders]
     detectors = diff_runs(*folders).detectors
-    planted = {name: replace(detector, late=late) for name, detector in detectors.items()}
-    answer = answer_of(*documents, planted, {})
-    assert answer.startswith(text)
-    change = " -> ".join(f"{low}-{high}" for low, high in late)
-    assert (f"late or cut short {change}, loss" in answer) == (late[0] != late[1])
+    answer = answer_of(*documents, {name: replace(detector, **planted) for name, detector in detectors.items()}, {})
+    assert answer.startswith(beginning) and text in answer
 
 
 def test_diff_counts_late_contacts_as_the_ranking_does(before_and_after):
