@@ -84,7 +84,9 @@ def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
     However many are joined, they cover the whole solid.
     """
     solid = enclosed_solid(mesh)
-    axis = None if solid is None else round_axis(mesh)
+    if solid is None:
+        return None
+    axis = round_axis(mesh)
     if axis is None:
         return None
     corner_sets: list[FloatArray] = []
