@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Final
 
-from replay.effects.chemistry.components import WATER, dissolved_components, solute_components
+from replay.effects.chemistry.components import dissolved_components, solute_components
 from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.formulas import molar_mass
 from replay.words import quantity
@@ -69,5 +69,5 @@ def _matching(amounts: Mapping[str, float], names: tuple[str, str]) -> dict[str,
     return {
         formula: amount
         for formula, amount in amounts.items()
-        if formula != WATER and amount > 0.0 and ions & set(dissolved_components(formula))
+        if amount > 0.0 and ions & set(dissolved_components(formula))
     }

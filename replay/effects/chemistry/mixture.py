@@ -190,14 +190,6 @@ class Mixture:
         """Protons of the part's barest form, counted from its column: -1 of H3BO3, whose anion is H2BO3-."""
         return min(self._protonations(component), default=0)
 
-    def hydrolyses(self, component: str) -> bool:
-        """Whether water takes a metal ion apart below pH 12."""
-        return any(
-            entry.log_k + 12.0 * -entry.makeup.get(PROTON, 0.0) > -1.0
-            for entry in self.species
-            if entry.makeup.get(PROTON, 0.0) < 0.0 and set(entry.makeup) == {component, PROTON, WATER}
-        )
-
     def protons_at(self, ph: float, *, hydroxides: bool) -> dict[str, float]:
         """Mean number of protons that each part holds at a pH where nothing else competes, counted from its column.
 

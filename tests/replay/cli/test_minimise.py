@@ -116,6 +116,12 @@ def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(reco
     assert np.array_equal(np.diff(after.frames.stamp_ns), np.diff(before.frames.stamp_ns))
     epoch = np.datetime64(0, "s") + np.timedelta64(int(after.frames.stamp_ns[0]), "ns")
     assert str(epoch).startswith("2000-01-01T00:00:00")
+    offsets = [
+        (interval.start_ns - int(item.frames.stamp_ns[0]), interval.end_ns - interval.start_ns)
+        for item in (before, after)
+        for interval in item.intervals
+    ]
+    assert offsets == [(0, STEP_NS)] * 2
     assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
     runs = [compute(item, detectors="exact", oracle="none").detections["exact"] for item in (before, after)]
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()

@@ -1,13 +1,15 @@
 import re
 from importlib import resources
 
+import numpy as np
 import pytest
 from support.small_worlds import cubes
 
 from replay.effects import EFFECTS
-from replay.effects.effect_summary import effect_summary, event_lines, leading_event
+from replay.effects.effect_summary import effect_summary, event_lines, leading_event, titration_curves
 from replay.effects.effects_runner import EffectRun
-from replay.effects.output import EffectEvent, EffectOutput
+from replay.effects.equivalence import Equivalence
+from replay.effects.output import EffectEvent, EffectOutput, Series
 from replay.effects.protocol import EffectSpec
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -47,6 +49,43 @@ def test_the_weightiest_result_leads_else_the_last_event():
         leading_event({"a": run_of("a", changes), "reaction": run_of("reaction", end), "pour": run_of("pour", pour)})
         is end
     )
+
+
+def curves_of(ends, **series):
+    """Quantities of the curves of a flask that gets 10 mL in 10 s on its first 2 mL, with mL of their end points."""
+    volume = Series(np.array([0.0, 10.0]), np.array([2.0, 12.0]), "mL")
+    end_points = [EffectEvent(time, "end-point", ("flask",), None, {"of": kind}) for kind, time in ends]
+    values = {f"flask/{name}": Series(np.array([0.0, 10.0]), np.zeros(2), unit) for name, unit in series.items()}
+    values["beaker/pH"] = Series(np.array([0.0, 10.0]), np.zeros(2), "pH")
+    runs = {
+        "mixing": run_of("mixing", **{"flask/volume": volume}),
+        "reaction": run_of("reaction", *end_points, **values),
+    }
+    return {curve.quantity: list(curve.ends_ml) for curve in titration_curves(runs)}
+
+
+ACIDS, REDOX = Equivalence.ACID_AND_BASE, Equivalence.OXIDANT_AND_REDUCTANT
+METALS = Equivalence.METAL_AND_ANION
+
+
+@pytest.mark.parametrize(
+    ("ends", "series", "expected"),
+    [
+        ([], {"pH": "pH"}, {"pH": []}),
+        ([(ACIDS, 4.0)], {"pH": "pH", "temperature": "degC"}, {"pH": [4.0]}),
+        ([(REDOX, 5.0)], {"pH": "pH", "potential": "V"}, {"redox potential": [5.0]}),
+        ([(REDOX, 5.0), (ACIDS, 4.0)], {"pH": "pH", "potential": "V"}, {"redox potential": [5.0], "pH": [4.0]}),
+        ([(REDOX, 5.0)], {"Fe^2+ left": "mol"}, {"mol of Fe^2+ left": [5.0]}),
+        ([(METALS, 6.0)], {"pAg": "pAg"}, {"pAg": [6.0]}),
+    ],
+    ids=["pH without end", "acid", "redox hides pH", "both end points", "reagent left", "metal"],
+)
+def test_titration_curve_is_of_the_quantity_with_an_end_point(ends, series, expected):
+    assert curves_of(ends, **series) == expected
+
+
+def test_titration_curves_need_reaction_and_mixing():
+    assert titration_curves({"reaction": run_of("reaction")}) == titration_curves({"mixing": run_of("mixing")}) == []
 
 
 def test_the_table_of_costs_names_every_effect_of_each_session():

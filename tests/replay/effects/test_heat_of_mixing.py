@@ -83,6 +83,16 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     assert not effects["heat"].output.events_named("freeze")
 
 
+def test_solution_that_freezes_states_its_coldest_temperature():
+    """40 g of ammonium nitrate take 12.8 kJ, enough to cool 60 mL of water at 5 degC by 50 K."""
+    solid = {"solid": {"formula": "NH4NO3", "mass_g": 40.0}}
+    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
+    effects = poured([0.0, *([120.0] * 10)], bodies, MIX, ("heat", {**HEAT, "ambient_c": 5.0}))
+    (event,) = effects["heat"].output.events_named("freeze")
+    coldest = effects["heat"].series["b/temperature"].values.min()
+    assert event.values["celsius"] == pytest.approx(coldest) and coldest < -10.0
+
+
 @pytest.mark.parametrize(
     ("formula", "mass_g", "declared", "ions"),
     [

@@ -51,3 +51,17 @@ def test_no_titrated_concentration_without_a_whole_number_ratio():
     assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.0)[1]["mol_per_l"] == pytest.approx(0.05)
     assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.4) == ("", {})
     assert titrated_concentration(contents, "f", "elsewhere", ("HCl", "NaOH"), 10.0) == ("", {})
+
+
+def test_salt_that_shares_an_ion_with_the_equation_is_titrated():
+    """The equation takes copper sulfate; the flask has its sulfate from 1 mmol of sodium sulfate in 20 mL."""
+    flask = {"H2O": 1.1, "Na2SO4": 1e-3, "KNO3": 1e-3, "K2SO4": 0.0}
+    contents = {"b": Contents(50.0, {"BaCl2": 5e-3}, {}, {}), "f": Contents(20.0, flask, {}, {})}
+    text, values = titrated_concentration(contents, "f", "b", ("BaCl2", "CuSO4"), 10.0)
+    assert values == {"formula": "Na2SO4", "mol_per_l": pytest.approx(0.05)} and "Na2SO4 had 0.05 mol/L" in text
+
+
+@pytest.mark.parametrize(("titrant_ml", "volume_ml"), [(0.0, 10.0), (50.0, 0.0)])
+def test_nothing_that_ran_in_gives_no_concentration(titrant_ml, volume_ml):
+    contents = {"b": Contents(titrant_ml, {"NaOH": 5e-3}, {}, {}), "f": Contents(20.0, {"HCl": 1e-3}, {}, {})}
+    assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), volume_ml) == ("", {})

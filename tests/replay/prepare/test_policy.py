@@ -1,5 +1,6 @@
 import pytest
 
+from replay.errors import PolicyError
 from replay.prepare.policy import ACTIONS_BY_KIND, DEFAULT_LIMIT_S, PolicyRule, parse_policy
 from sessions.doctor.finding import CODES
 
@@ -23,3 +24,22 @@ def test_strings_and_mappings_change_the_kinds_they_name(text):
     assert policy.rule("frozen") == PolicyRule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
     assert policy.rule("teleport").action == "keep"
     assert parse_policy(policy) is policy and parse_policy(policy.as_json()) == policy
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "frozen",
+        "frozen=hold:0",
+        "frozen=hold:-1",
+        "frozen=hold:86401",
+        "frozen=hold:soon",
+        "frozen=drop:1",
+        "x=keep",
+        "gap=1",
+    ],
+)
+def test_policy_with_a_wrong_kind_action_or_limit_is_refused(override):
+    with pytest.raises(PolicyError):
+        parse_policy([override])
+    assert parse_policy(["frozen=hold:86400"]).rule("frozen").limit == 86400.0

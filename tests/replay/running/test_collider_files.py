@@ -366,3 +366,17 @@ def test_false_contact_is_mended_where_nothing_ever_touches(dipped):
 def test_session_in_which_not_even_hulls_touch_is_refused(dipped):
     with pytest.raises(TradeoffError, match="nothing touches in this session, not even the hulls"):
         fix_colliders(dipped(5.0))
+
+
+@pytest.mark.parametrize(
+    ("limits", "missed", "sentence"),
+    [
+        (Limits(0.3), 0.25, "Missed contact: 25 %; with a hull a body it is 0 %."),
+        (Limits(0.3), 0.0, ""),
+        (Limits(0.3, 0.5), 0.25, "Missed contact: 25 %; at most 50 % was asked for."),
+    ],
+)
+def test_remarks_state_missed_contact_that_changed_or_was_limited(shipped, limits, missed, sentence):
+    before, after = shipped.before | {"not_reported": 0.0}, shipped.after | {"not_reported": missed}
+    remarks = replace(shipped, limits=limits, before=before, after=after).remarks
+    assert [remark for remark in remarks if remark.startswith("Missed contact")] == [sentence] * bool(sentence)

@@ -1,6 +1,7 @@
 """Heats of strong solutions against Pitzer's equations, integral heats of solution and heat capacities of handbooks."""
 
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -142,3 +143,27 @@ def test_solid_that_does_not_dissolve_is_warmed():
 
 def test_heat_content_is_not_computed_unless_requested():
     assert Heats({"H+": 0, "H2O": 1, **dict.fromkeys(ENERGY_COLUMNS, 2)}, None, (), UNFOLLOWED_WARMTH).content is None
+
+
+SPECIES = [
+    ({"H+": 1.0}, {"H+": 1.0}),
+    ({"H+": -1.0, "H2O": 1.0}, {"OH-": 1.0}),
+    ({"H2O": 1.0}, {}),
+    ({"SO4^2-": 1.0, "H+": 1.0}, {"HSO4-": 1.0}),
+    ({"SO4^2-": 1.0, "H+": 2.0}, {}),
+    ({"Cl-": 1.0, "H+": 2.0}, {"H+": 1.0}),
+    ({"NH3": 1.0}, {}),
+    ({"NH3": 1.0, "H+": 1.0}, {"NH4+": 1.0}),
+    ({"Na+": 1.0, "CO3^2-": 1.0}, {"Na+": 1.0, "CO3^2-": 1.0}),
+    ({"Fe^3+": 1.0, "H+": -1.0, "H2O": 1.0}, {"Fe^3+": 1.0}),
+    ({"Ca^2+": 1.0, "H+": -1.0, "H2O": 1.0}, {"Ca^2+": 1.0, "OH-": 1.0}),
+]
+"""Makeup of a species of PHREEQC, and the ions whose heat it has: a pair of ions has both, a molecule none."""
+
+
+def test_species_have_the_heat_of_their_ions():
+    mixture = SimpleNamespace(species=[SimpleNamespace(makeup=makeup) for makeup, _ in SPECIES])
+    content = HeatContent({}, mixture)
+    moles = content.moles(np.zeros((1, 0)), np.eye(len(SPECIES)), 0)
+    for row, (makeup, ions) in zip(moles, SPECIES, strict=True):
+        assert {name: many for name, many in zip(content.ions, row, strict=True) if many} == ions, makeup

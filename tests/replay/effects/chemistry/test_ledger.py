@@ -1,5 +1,7 @@
 """Matter and energy are neither made nor lost, whatever is poured, spilled, dripped and reacted, in whatever order."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from oracles.random_liquids import ZINC, check_conservation, check_scene, solver_of, step
@@ -88,3 +90,17 @@ def test_a_pour_leaves_the_heat_of_the_glass_behind():
     book = plain(warmth=Warmth(4.18, {"a": 41.8}, {"a": 10.0}, 0.0, np.inf, room=20.0))
     step(book, 1, 0.01, [("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])
+
+
+@pytest.mark.parametrize(
+    ("warmth", "joule", "expected"),
+    [
+        (UNFOLLOWED_WARMTH, -466.9e3, 0.0),
+        (Warmth(4.18, {}, {}, 0.0, np.inf), -466.9e3, -466.9e3),
+        (Warmth(4.18, {}, {}, 0.0, np.inf), np.nan, 0.0),
+    ],
+    ids=["no heat effect", "known", "unknown"],
+)
+def test_reaction_heat_counts_where_known_and_followed(warmth, joule, expected):
+    process = replace(MAGNESIUM, joule=joule)
+    assert Ledger("a", ["Cl-"], [process], None, warmth=warmth).reactions.process_joule(0) == expected

@@ -1,10 +1,14 @@
 """Coverage misses are counted from the truth, and search misses from covered poses alone."""
 
 from itertools import product
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from cdcore import Verdict, create_detector
 from replay.studies.paper import feature_samples
+from replay.studies.paper.colony import NearPoses
 from replay.studies.paper.feature_samples import (
     EVALUATIONS_PER_POSE,
     SAMPLE_SIZES,
@@ -13,6 +17,8 @@ from replay.studies.paper.feature_samples import (
     feature_sample_tables,
 )
 from replay.studies.paper.pictures import figure_8
+from replay.studies.stress.scenes import body_pair, motion_at
+from replay.studies.stress.solids import box_mesh
 
 
 @pytest.mark.slow
@@ -21,6 +27,41 @@ def test_samples_cover_as_many_poses_in_the_same_time(snapshot, monkeypatch):
         monkeypatch.setattr(feature_samples, name, few)
     result = feature_samples.search_samples("torus-sphere", 8, 1)
     assert (result.meeting_counts, result.evaluations_to_hit) == snapshot
+
+
+class SampledSearch:
+    """A search that hits after 7 evaluations where it has all faces, and never in a sample."""
+
+    def __init__(self, settings):
+        self.settings = settings
+
+    def detect(self, motion):
+        hit = self.settings["samples"] is None and len(motion) == 1
+        verdict = np.array([[Verdict.CONTACT if hit else Verdict.NOT_FOUND]])
+        return SimpleNamespace(verdict=verdict, work={"evaluations": 7})
+
+
+def test_each_draw_of_samples_serves_every_fourth_pose(monkeypatch):
+    """Five poses that meet: the first of four draws serves poses 0 and 4, and all faces cover every pose."""
+    motion = motion_at([[0.9 - 0.01 * k, 0.1, 0.2] for k in range(5)])
+    poses = NearPoses("cubes", body_pair(box_mesh(), box_mesh()), motion, motion.frames(0, 1))
+    searches = []
+
+    def create(name, bodies, **settings):
+        if name == "exact":
+            return create_detector(name, bodies, **settings)
+        searches.append(SampledSearch(settings))
+        return searches[-1]
+
+    monkeypatch.setattr(feature_samples, "create_detector", create)
+    monkeypatch.setattr(feature_samples, "near_poses", lambda family, count, seed: poses)
+    monkeypatch.setattr(feature_samples, "SAMPLE_SIZES", (3, None))
+    result = feature_samples.search_samples("cubes", 5, seed=3)
+    assert {search.settings["seed"] for search in searches} == {12, 13, 14, 15}
+    assert {size: len(counts) for size, counts in result.meeting_counts.items()} == {3: 5, None: 5}
+    assert all(result.meeting_counts[None]) and result.evaluations_to_hit["random", None] == [7] * 5
+    covered = sum(count > 0 for count in result.meeting_counts[3])
+    assert result.evaluations_to_hit["random", 3] == [None] * covered and covered < 5
 
 
 def test_nine_in_ten_are_reached_by_the_ninth_of_ten():

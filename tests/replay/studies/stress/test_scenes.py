@@ -27,6 +27,15 @@ def test_exact_is_right_on_every_scene_frame_and_face_list(number):
             )
 
 
+@pytest.mark.parametrize("number", [45, 46])
+def test_flush_and_nested_scenes_know_where_bodies_touch(number):
+    for scene in scenes(number):
+        verdict = create_detector("exact", scene.bodies).detect(scene.motion).verdict[:, 0]
+        assert np.array_equal(verdict, scene.truth), scene.name
+        # Nested: three of six distances are short of the wall by a hair or more.
+        assert number == 45 or (verdict == Verdict.CONTACT).sum() == len(verdict) / 2
+
+
 @pytest.mark.parametrize("number", [37, 38, 39, 41, *BETWEEN])
 def test_cases_hold_contacts_and_misses(number):
     assert {0, 1} == {truth for scene in scenes(number) for truth in scene.truth.tolist()}
