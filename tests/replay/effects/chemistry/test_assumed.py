@@ -1,7 +1,13 @@
 """Gaps in the data are reported: solids without a constant, iodine beyond its solubility, end points of ions."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, run_in
+
+from replay.effects.chemistry.assumed import assumption_events
+from replay.effects.chemistry.processes import Process
 
 OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
 """Degrees of the stopcock: some 2.5 mL run in."""
@@ -73,3 +79,93 @@ def test_a_salt_known_as_complex_alone_is_doubted(metal, anion, equation, has_do
     """Zinc oxalate falls out (solubility product 1.4e-9, CRC Handbook); magnesium sulfate is in the tables."""
     events = reaction(metal, anion, equation).events_named("assumed")
     assert [event.values["formula"] for event in events] == ["ZnC2O4"] * has_doubt
+
+
+def assumed(
+    mol=(), *, ph=7.0, celsius=20.0, processes=(), extent=0.0, reactions=(), phases=(), free_of_equilibrium=True
+):
+    """Formulas or equations of the assumptions on 10 mL that come at 1 s with so many mol of each column."""
+    amounts = dict(mol)
+    extents = np.full((3, max(1, len(processes))), extent) * np.array([[0.0], [1.0], [2.0]])
+    history = SimpleNamespace(times=np.arange(3.0), volume_ml=np.array([0.0, 10.0, 10.0]), extents=extents)
+    matter = SimpleNamespace(
+        recipe=SimpleNamespace(reactions=reactions),
+        histories={"flask": history},
+        solver=SimpleNamespace(mixture=SimpleNamespace(phases=phases)),
+        ledger=SimpleNamespace(
+            processes=processes,
+            column=dict.fromkeys(amounts, 0),
+            warmth=SimpleNamespace(followed=True),
+            limits=SimpleNamespace(has_equilibrium=lambda row: not free_of_equilibrium),
+        ),
+        amount=lambda vessel, column: np.array([0.0, 1.0, 1.0]) * amounts.get(column, 0.0),
+        celsius=lambda vessel, times: np.full(len(times), celsius),
+        equilibria=lambda vessel, times: (np.arange(len(times)), SimpleNamespace(ph=np.full(len(times), ph))),
+    )
+    events = list(assumption_events(matter))
+    assert all(event.time == 1.0 for event in events)
+    return [event.values.get("formula", event.values.get("equation")) for event in events]
+
+
+def equation(*reagents, process=-1, free_energy_j=np.nan):
+    """A reaction of these reagents."""
+    sides = SimpleNamespace(formulas=reagents, reagents=dict.fromkeys(reagents, 1), products={})
+    return SimpleNamespace(
+        equation=sides, process=process, phases={}, free_energy_j=free_energy_j, declared={"equation": "A -> B"}
+    )
+
+
+@pytest.mark.parametrize(
+    ("mol", "reagents", "expected"),
+    [
+        (1e-4, (), ["Cl2"]), (1e-7, (), []), (1e-4, ("Cl2", "H2O"), []), (1e-4, ("Cl2", "OH-"), []),
+        (1e-4, ("Cl2", "I-"), ["Cl2"]), (1e-4, ("HCl", "OH-"), ["Cl2"]),
+    ],
+)  # fmt: skip
+def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
+    assert assumed({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected
+
+
+@pytest.mark.parametrize(
+    ("formula", "mol", "ph", "reagents", "expected"),
+    [
+        ("I2", 5e-6, 9.5, (), ["I2"]), ("I2", 5e-6, 8.5, (), []), ("Br2", 5e-6, 8.5, (), ["Br2"]),
+        ("Br2", 5e-7, 8.5, (), []), ("I2", 5e-6, 9.5, ("I2", "OH-"), []), ("I2", 5e-6, 9.5, ("I2", "S2O3^2-"), ["I2"]),
+        ("I2", 5e-6, 9.5, ("Br2", "OH-"), ["I2"]),
+    ],
+)  # fmt: skip
+def test_halogens_in_lye_are_reported_without_their_equation(formula, mol, ph, reagents, expected):
+    assert assumed({formula: mol}, ph=ph, reactions=[equation(*reagents)] if reagents else ()) == expected
+
+
+@pytest.mark.parametrize(
+    ("product", "ph", "extent", "expected"),
+    [("Mn^2+", 5.0, 1e-3, ["to Mn"]), ("Mn^2+", 3.0, 1e-3, []), ("MnO4^2-", 5.0, 1e-3, []), ("Mn^2+", 5.0, 0.0, [])],
+)
+def test_permanganate_in_little_acid_is_doubted(product, ph, extent, expected):
+    process = Process("to Mn", {"MnO4-": -1.0, product: 1.0})
+    assert assumed(ph=ph, processes=[process], extent=extent) == expected
+
+
+@pytest.mark.parametrize(
+    ("energy_j", "free_of_equilibrium", "extent", "expected"),
+    [(1e3, True, 1e-3, ["A -> B"]), (1e3, False, 1e-3, []), (-1e6, True, 1e-3, []), (1e3, True, 1e-12, [])],
+    ids=["even", "computed equilibrium", "runs to its end", "did not run"],
+)
+def test_equation_that_would_stop_early_is_named(energy_j, free_of_equilibrium, extent, expected):
+    made = {"reactions": [equation("A", process=0, free_energy_j=energy_j)], "processes": [Process("", {"A": -1.0})]}
+    assert assumed(**made, extent=extent, free_of_equilibrium=free_of_equilibrium) == expected
+
+
+@pytest.mark.parametrize(
+    ("solid", "ion", "celsius", "options", "expected"),
+    [
+        (0.5, 0.5, 60.0, (), ["AgBr"]), (0.5, 0.5, 40.0, (), []), (0.5, 0.5, 60.0, ("-analytic 1",), []),
+        (0.5, 0.01, 60.0, (), []), (0.0, 0.5, 60.0, (), []),
+    ],
+    ids=["hot", "warm", "own course", "hardly dissolved", "no solid"],
+)  # fmt: skip
+def test_hot_solid_by_its_constant_at_25_degrees_is_doubted(solid, ion, celsius, options, expected):
+    ions = {"Ag+": 1, "Br-": 1}
+    phase = SimpleNamespace(column="AgBr(s)", components=ions, entry=SimpleNamespace(options=options))
+    assert assumed({"AgBr(s)": solid, "Ag+": ion, "Br-": ion}, celsius=celsius, phases=[phase]) == expected

@@ -1,12 +1,15 @@
 """Near poses are split truly; every search reports only true contacts; each equation can be switched off."""
 
+from types import SimpleNamespace
+
 import pytest
 from support.shapes import beaker_mesh, box_mesh, still
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.search.search_settings import EQUATIONS
+from replay.auditing.wilson import wilson_interval
 from replay.studies.paper import colony
-from replay.studies.paper.colony import NearPoses, count_detections, near_poses
+from replay.studies.paper.colony import DetectionCounts, NearPoses, count_detections, near_poses
 
 SIZES = [50, pytest.param(colony.TARGET_FACES, marks=pytest.mark.slow)]
 """Faces that meet, for which meshes are made: coarse ones in a tenth of a second, and those of the study."""
@@ -71,3 +74,29 @@ def test_every_variant_and_equation_has_a_rate_in_its_interval(small):
     ablation = small["ablation"]
     assert {row[2] for row in ablation.rows} == {"nothing", *(f"({number})" for number in EQUATIONS)}
     assert len(set(ablation.column("evaluations"))) > len(EQUATIONS)
+
+
+def test_rows_count_mean_hits_and_evaluations_a_pose(monkeypatch):
+    """Two search seeds hit 6 and 8 of 10 poses and report 0 and 1 of 4 free ones, with 100 and 300 evaluations."""
+    searched = []
+
+    def count(poses, name, seeds=(), **settings):
+        searched.append((name, tuple(seeds)))
+        return DetectionCounts((6, 8), (0, 1), (100, 300))
+
+    monkeypatch.setattr(colony, "near_poses", lambda *_: SimpleNamespace(colliding=[0] * 10, free=[0] * 4))
+    monkeypatch.setattr(colony, "count_detections", count)
+    rates, ablation = colony.colony_rows("torus", 14, seed=5, search_seeds=2)
+    assert {seeds for name, seeds in searched if "qaco" in name} == {(5, 6)}
+    assert {seeds for name, seeds in searched if "qaco" not in name} == {()}
+    hits = (10, 7.0, 6, 8, 0.7, *wilson_interval(7, 10))
+    assert rates[0] == ("torus", "exact", *hits, 4, 1, None, None)
+    assert rates[-1] == ("torus", "hybrid-qaco", *hits, 4, 1, 20.0, 1.0)
+    assert ablation[0] == ("torus", "memetic", "nothing", *hits, 20.0, 1.0)
+    assert len(ablation) == 2 * (1 + len(EQUATIONS))
+
+
+@pytest.mark.parametrize(("seeds", "words"), [(1, "with 1 seed:"), (2, "with 2 seeds:")])
+def test_table_of_rates_states_its_search_seeds(seeds, words):
+    rates, _ = colony.colony_tables([([], [])], seeds)
+    assert words in rates.notes[0]

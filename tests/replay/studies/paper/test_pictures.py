@@ -1,13 +1,19 @@
 """Figures 7 and 8 are drawn from the cells of the tables alone."""
 
 import io
+from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from replay.studies.paper.colony import colony_tables
+from replay.studies.paper.feature_samples import SAMPLE_SIZES, SampleSearches, feature_sample_tables
 from replay.studies.paper.pictures import figure_7, figure_8, write_pictures
+from replay.studies.paper.rows import ANSWER_DTYPE, ROWS
+from replay.studies.paper.table_one import BUDGET_FRACTIONS, accuracy_table, time_table
 
 DRAWN = {
     figure_7: {"F7ab": "mean", "F7c": "median, ms", "F7e": "rate"},
@@ -27,3 +33,48 @@ def test_pictures_change_with_every_table_they_draw(small, tmp_path):
             table, index = small[key], small[key].head.index(heading)
             rows = tuple((*row[:index], 0.5, *row[index + 1 :]) for row in table.rows)
             assert draw({**small, key: replace(table, rows=rows)}) != png, key
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Figures that were drawn, without the second that their PNG takes."""
+    drawn = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: drawn.append(figure))
+    return drawn
+
+
+def answers(*seconds):
+    """Poses of Table I in which 5 of 10 faces were found, in so many seconds each."""
+    return np.array([(100, 5, 10, 4, 4, 4, 5, second) for second in seconds], ANSWER_DTYPE)
+
+
+def test_figure_7_has_a_panel_for_budgets_time_and_families(figures):
+    """Bars go from the lower to the upper end of each row; algorithms stand from top to bottom."""
+    complete = {name: answers(0.001, 0.002, 0.003) for name in ROWS}
+    cut_short = dict.fromkeys(BUDGET_FRACTIONS, complete)
+    rate = ("torus", "exact", 10, 7.0, 6, 8, 0.7, 0.4, 0.9, 4, 0, None, None)
+    rates, _ = colony_tables([([rate, ("flask", *rate[1:])], [])], 1)
+    tables = [accuracy_table(cut_short), time_table(complete), rates]
+    figure_7({table.key: table for table in tables})
+    *budgets, time, torus, flask = figures[0].axes
+    assert [axes.get_title() for axes in budgets] == [f"7a, b: accuracy, B = {b:g}" for b in BUDGET_FRACTIONS]
+    assert [axes.get_title() for axes in (torus, flask)] == [f"7e: random collisions, {n}" for n in ("torus", "flask")]
+    assert [set(axes.lines[0].get_xdata()) for axes in (budgets[0], time, torus)] == [{0.5}, {2.0}, {0.7}]
+    (segment,) = torus.collections[0].get_segments()
+    assert segment[:, 0].tolist() == [0.4, 0.9]
+    assert all(axes.yaxis_inverted() for axes in (budgets[0], time, torus, flask))
+    assert all(low < 0.0 and high > 1.0 for low, high in (axes.get_xlim() for axes in (budgets[0], torus, flask)))
+
+
+@pytest.mark.parametrize(("evaluations", "scale"), [(None, "linear"), (50.0, "log")])
+def test_figure_8_has_coverage_misses_and_evaluations_of_covered(figures, evaluations, scale):
+    coverage = [("torus", size, 10, 2, rate, 0.1, 0.4) for size, rate in (("50", 0.2), ("all", 0.0))]
+    search = [("torus", "local", size, 8, 2, 0.25, 0.1, 0.6, 0.6, evaluations, 99.0) for size in ("50", "all")]
+    shapes = feature_sample_tables([SampleSearches("torus", {size: [1] for size in SAMPLE_SIZES}, defaultdict(list))])
+    tables = [replace(table, rows=tuple(rows)) for table, rows in zip(shapes, (coverage, search), strict=True)]
+    figure_8({table.key: table for table in tables})
+    covered, missed, work = figures[0].axes
+    assert covered.lines[0].get_xdata().tolist() == [50.0, 75.0], "all faces stand to the right of the largest sample"
+    assert covered.lines[0].get_ydata().tolist() == [0.2, 0.0] and missed.lines[0].get_ydata().tolist() == [0.25] * 2
+    assert work.get_yscale() == scale and (evaluations is None or work.lines[0].get_ydata().tolist() == [50.0] * 2)
+    assert all(low < 0.0 and high > 1.0 for low, high in (covered.get_ylim(), missed.get_ylim()))

@@ -1,0 +1,51 @@
+"""What stands together at first has reacted before the recording: gas that left, solids, equations."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from replay.effects.chemistry.before_start import reacted_before
+
+
+def texts(amounts, *, brought=(), extent=0.0, process=0, followed=()):
+    """What happened in a flask before the recording, by the amounts at its first row."""
+    columns = [*amounts]
+    solids = np.array([row for row, column in enumerate(columns) if column.endswith("(s)")], dtype=np.int64)
+    ledger = SimpleNamespace(
+        column={column: row for row, column in enumerate(columns)},
+        columns=columns,
+        reactions=SimpleNamespace(phases=solids, salt_columns=np.zeros(0, dtype=np.int64)),
+    )
+    first = np.array([[*amounts.values()], [9.0] * len(amounts)])
+    history = SimpleNamespace(times=np.array([0.5, 1.0]), amounts=first, extents=np.array([[extent], [9.0]]))
+    reaction = SimpleNamespace(process=process, declared={"equation": "A -> B"})
+    recipe = SimpleNamespace(contents={"flask": SimpleNamespace(solids=dict(brought))}, reactions=[reaction])
+    matter = SimpleNamespace(ledger=ledger, histories={"flask": history}, recipe=recipe)
+    return [event.text.removesuffix(" before the recording begins") for event in reacted_before(matter, followed)]
+
+
+@pytest.mark.parametrize(("moles", "expected"), [(2e-3, ["2 mmol H2 have left flask as gas"]), (1e-7, [])])
+def test_gas_that_left_is_reported_from_a_bubble_on(moles, expected):
+    assert texts({"H2(g)": moles}) == expected
+
+
+@pytest.mark.parametrize(
+    ("moles", "brought", "followed", "expected"),
+    [
+        (2e-3, {}, (), ["0.2 g CaCO3 have fallen out in flask"]),
+        (2e-3, {"CaCO3": 1e-3}, (), ["0.1 g CaCO3 have fallen out in flask"]),
+        (2e-3, {"CaCO3": 2e-3}, (), []),
+        (2e-3, {}, ("CaCO3",), []),
+        (5e-6, {}, (), []),
+    ],
+    ids=["none brought", "some brought", "all brought", "followed", "half a milligram"],
+)
+def test_solid_counts_beyond_what_was_brought(moles, brought, followed, expected):
+    """A mol of calcium carbonate is 100.09 g."""
+    assert texts({"CaCO3(s)": moles}, brought=brought, followed=followed) == expected
+
+
+@pytest.mark.parametrize(("extent", "process", "count"), [(2e-3, 0, 1), (1e-7, 0, 0), (2e-3, -1, 0)])
+def test_equation_that_ran_before_the_start_is_reported(extent, process, count):
+    assert len(texts({}, extent=extent, process=process)) == count

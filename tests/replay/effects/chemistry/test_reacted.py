@@ -1,0 +1,88 @@
+"""An equation that ran and that no other event reports says how far; so does a solid that dissolved or fell out."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from replay.effects.chemistry.limits import Cause
+from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.reacted import reacted_events, solid_events
+from replay.effects.equivalence import Equivalence
+from replay.effects.output import EffectEvent
+
+MAGNESIUM = Process("Mg + 2 HCl", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0})
+CARBONATE = Process("CaCl2 + Na2CO3", {"Ca^2+": -1.0, "CO3^2-": -1.0, "CaCO3(s)": 1.0})
+
+
+def matter(process, extent, limits):
+    """A vessel in which a process ran to these mol at 0, 1, 2 and 3 s, and what would end it now."""
+    history = SimpleNamespace(
+        times=np.arange(4.0), extents=np.array(extent, dtype=float)[:, None], amounts=np.zeros((4, 1))
+    )
+    return SimpleNamespace(
+        recipe=SimpleNamespace(processes=[process], reagent=lambda row, column: column),
+        histories={"flask": history},
+        ledger=SimpleNamespace(limits=SimpleNamespace(by_cause=lambda row, amounts: limits)),
+    )
+
+
+def test_equation_states_how_far_it_ran_and_what_ended_it():
+    limits = {"Mg(s)": np.array(0.0), "Cl-": np.array(0.01), Cause.ACID: np.array(0.0)}
+    (event,) = reacted_events(matter(MAGNESIUM, [0.0, 0.0, 0.003, 0.005], limits), (), ())
+    assert event.text == "Mg + 2 HCl runs in flask by 5 mmol, until no Mg is left"
+    assert (event.time, event.end, event.values["moles"]) == (2.0, 3.0, 0.005)
+
+
+def test_solid_that_an_equation_makes_has_its_mass():
+    """2 mmol of calcium carbonate, 100.09 g/mol."""
+    world = matter(CARBONATE, [0.001, 0.003, 0.003, 0.003], {"Ca^2+": np.array(1.0)})
+    (event,) = reacted_events(world, (), ())
+    assert event.text == "CaCl2 + Na2CO3 runs in flask by 2 mmol; 0.2 g CaCO3 come as a solid"
+    assert event.time == 1.0 and event.end is None
+    assert list(reacted_events(world, ("CaCO3",), ())) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "is_reported"),
+    [
+        ("stopped", {"equation": "Mg + 2 HCl"}, True),
+        ("stopped", {"equation": "Zn + 2 HCl"}, False),
+        ("colour-change", {"equation": "Mg + 2 HCl"}, False),
+        ("end-point", {}, True),
+        ("not-reached", {"of": Equivalence.OXIDANT_AND_REDUCTANT}, True),
+        ("end-point", {"of": Equivalence.ACID_AND_BASE}, False),
+        ("colour-change", {"of": Equivalence.OXIDANT_AND_REDUCTANT}, False),
+    ],
+)
+def test_an_equation_that_another_event_reports_is_not_repeated(name, values, is_reported):
+    earlier = EffectEvent(1.0, name, ("flask",), None, values)
+    events = list(reacted_events(matter(MAGNESIUM, [0.0, 0.0, 0.0, 0.005], {"Mg(s)": np.array(1.0)}), (), [earlier]))
+    assert len(events) == (not is_reported)
+
+
+@pytest.mark.parametrize("process", [Process("", {"X": -1.0, "H2(g)": 1.0}), Process("", {"X": -1.0}, salt=object())])
+def test_gas_and_dissolving_salts_have_events_of_their_own(process):
+    assert list(reacted_events(matter(process, [0.0, 0.0, 0.0, 1.0], {"X": np.array(1.0)}), (), ())) == []
+
+
+@pytest.mark.parametrize(
+    ("moles", "text"),
+    [
+        ([0.0, 0.0, 0.001, 0.002], "0.2 g CaCO3 fall out in flask"),
+        ([0.01, 0.01, 0.009, 0.008], "0.2 g of 1 g CaCO3 dissolve in flask"),
+        ([0.0, 0.0, 0.0, 5e-6], ""),
+        ([1.0, 1.0, 1.0, 0.9995], ""),
+    ],
+    ids=["falls out", "dissolves", "half a milligram", "a two-thousandth"],
+)
+def test_change_of_a_solid_is_reported_where_it_is_visible(moles, text):
+    reactions = SimpleNamespace(phases=np.array([0]), salt_columns=np.zeros(0, dtype=int))
+    world = SimpleNamespace(
+        ledger=SimpleNamespace(columns=["CaCO3(s)"], reactions=reactions),
+        histories={"flask": SimpleNamespace(times=np.arange(4.0), amounts=np.array(moles)[:, None])},
+        brines=lambda vessel: {},
+    )
+    events = list(solid_events(world, ()))
+    assert [event.text for event in events] == [text] * bool(text)
+    assert [event.time for event in events] == [2.0] * bool(text) and not list(solid_events(world, ("CaCO3",)))
