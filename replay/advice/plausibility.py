@@ -13,7 +13,7 @@ import numpy as np
 
 from replay.advice.scene_outcome import Outcome
 from sessions import Session
-from sessions.importers.importing import LARGEST_RADIUS_M, SMALLEST_RADIUS_M
+from sessions.importers.unstated_units import LARGEST_RADIUS_M, SMALLEST_RADIUS_M
 from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import Assumption
 

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from replay import words
 from replay.errors import RefusedError
+from replay.prepare.corrupt_poses import CORRUPT_POSE_MARKS
 from replay.prepare.flags import FlagSpan
 from replay.prepare.interpolation import interpolate_poses, present_neighbours
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
-from replay.prepare.session_scan import NO_ROTATION_MARKS, SessionScan, scan_of, scan_session
+from replay.prepare.session_scan import SessionScan, scan_of, scan_session
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
@@ -185,7 +186,7 @@ def repair_session(session: Session, policy: Policy, needed_codes: Collection[st
         for span in (*spans, *gaps)
     )
     as_recorded = (
-        not changed_columns and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION_MARKS).any()
+        not changed_columns and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(CORRUPT_POSE_MARKS).any()
     )
     session_scan = scan_of(poses, session.segment) if as_recorded else scan_session(repaired_session)
     return Repair(repaired_session, policy, findings, flag_spans, poses.digest, session_scan)

@@ -1,15 +1,12 @@
-"""One cheap pass over a session before any detector runs: its clock, which bodies move, which samples are no poses."""
+"""One cheap pass over a session before any detector runs: its clock, and which bodies move. Refuses corrupt poses."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, IntArray
-from replay import words
-from replay.words import number as number_text
+from replay.prepare.corrupt_poses import refuse_corrupt_poses
 from replay.words import plural
 from sessions import Frames, Session
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
@@ -18,9 +15,6 @@ from sessions.doctor.timing import out_of_order
 from sessions.doctor.track_watch import Mark
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.session import SessionSegment
-
-NO_ROTATION_MARKS: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT
-"""Marks of a sample that claims to be a pose and is none."""
 
 
 def in_order(blocks: Iterable[Frames]) -> Iterator[Frames]:
@@ -73,8 +67,7 @@ class SessionScan:
 def scan_session(session: Session) -> SessionScan:
     """Pass over the frames once; memory is one block, and 16 bytes per sample.
 
-    Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
-    names frame, time and body.
+    Raises ``InvalidPoseError``: see `refuse_corrupt_poses`.
     """
     stamps = [np.zeros(0, np.int64)]
 
@@ -84,10 +77,7 @@ def scan_session(session: Session) -> SessionScan:
             yield block
 
     poses = run_pose_pass(in_order(noted()), session.scene.space_radius)
-    is_no_rotation = poses.has(NO_ROTATION_MARKS)
-    if is_no_rotation.any():
-        row, body = (int(k) for k in np.argwhere(is_no_rotation)[0])
-        raise InvalidPoseError(_defect_text(session, int(poses.stamp_ns[row]), body))
+    refuse_corrupt_poses(session, poses)
     backwards, repeated = out_of_order(np.concatenate(stamps))
     return scan_of(poses, session.segment, int(repeated.sum()), int(backwards.sum()))
 
@@ -108,23 +98,3 @@ def scan_of(poses: PosePass, window: SessionSegment | None, repeated: int = 0, b
         has_pose=np.any(poses.has(Mark.PRESENT) & ~poses.has(Mark.LOST | Mark.NOT_FINITE), axis=0),
         jumps=teleports(poses),
     )
-
-
-def _defect_text(session: Session, stamp_ns: int, body: int) -> str:
-    """Text on the defect of a body's sample in the first frame of this stamp."""
-    stamps = session.stamps()
-    frame_number = int(np.flatnonzero(stamps == stamp_ns)[0])
-    first_ns = int(stamps[0]) if session.segment is None else session.segment.first_ns
-    block = next(block for block in session.blocks(BLOCK_FRAMES) if stamp_ns in block.stamp_ns)
-    row = int(np.flatnonzero(block.stamp_ns == stamp_ns)[0])
-    time = (stamp_ns - first_ns) / 1e9
-    position, quaternion = block.position[row, body], block.quaternion_xyzw[row, body]
-    defect_text = f"position {position.tolist()} is not finite"
-    if np.isfinite(position).all():
-        with np.errstate(over="ignore", invalid="ignore"):
-            norm = float(np.sqrt((quaternion * quaternion).sum()))
-        norm_text = number_text(norm, 6) if np.isfinite(norm) else f"{norm}"
-        defect_text = f"quaternion {quaternion.tolist()} has norm {norm_text}, not 1"
-    frame_number = frame_number if session.segment is None else int(session.segment.numbers[frame_number])
-    location_text = f"frame {frame_number} ({words.decimal(time, 6)} s), body {block.names[body]}: "
-    return f"{location_text}{defect_text}; flag the sample as lost, repair it, or choose a --policy"

@@ -20,12 +20,12 @@ from sessions.errors import ImportFileError
 from sessions.importers.importing import (
     PoseTable,
     SourceFrame,
-    degrees_by_format,
     number,
     numbered_name,
     session_of_tables,
 )
 from sessions.importers.ledger import Ledger, Numbers, last_of_each_stamp, stamps_of
+from sessions.importers.unstated_units import degrees_by_format
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.session import HandTrack, Session

@@ -41,6 +41,7 @@ from sessions.importers.csv_long_table import (
 )
 from sessions.importers.csv_table import CsvTable, is_yes
 from sessions.importers.ledger import is_large_loss, rows_lost
+from sessions.importers.unstated_units import time_unit_by_steps
 from sessions.input_files import open_input
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.conventions import convention as convention_named
@@ -55,10 +56,6 @@ OTHER, NOISE, TIME, NAMES, VALID = (frozenset(VOCABULARY[kind]) for kind in ("ot
 FLAG_TOKENS: Final = frozenset(("is", "was"))
 ANGLE_NAMES: Final = VOCABULARY["angle_axes"]
 AXIS: Final = re.compile(r"([a-z]*?)([xyzw])")
-STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
-"""Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
-TICKS: Final = (621_355_968_000_000_000, 662_380_416_000_000_000)
-""".NET ticks of 1970 and of 2100; as nanoseconds of the Unix epoch these are the years 1989 to 1990."""
 QUATERNION: Final = frozenset(VOCABULARY[XYZW])
 NEARLY_AT_REST: Final = 0.9
 """The size of a quaternion's scalar in the first row from which a body has hardly turned: 52 degrees."""
@@ -480,16 +477,10 @@ def clock_of(head: CsvHead) -> Clock:
     form = text_format(head.cells(column))
     if form is not None:
         return Clock(column, TEXT, form)
-    values, unit = head.numbers(column), head.stated_unit(column)
+    unit = head.stated_unit(column)
     if unit and unit not in CLOCK_NS:
         return Clock(column, "")
-    steps = [step for step in np.diff(values) if step > 0]
-    if steps and not unit:
-        step = float(np.median(steps))
-        unit = next((name for name, lower, upper in STEPS if lower <= step < upper), "")
-        if TICKS[0] <= values[0] < TICKS[1]:
-            unit = "ticks"
-    return Clock(column, unit)
+    return Clock(column, unit or time_unit_by_steps(head.numbers(column)))
 
 
 def _increases(head: CsvHead, column: str) -> bool:

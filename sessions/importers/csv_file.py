@@ -10,7 +10,6 @@ canonical axes. `Frames.from_tracks` aligns the bodies, and `finish_import` adds
 """
 
 import json
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +38,13 @@ from sessions.importers.csv_long_table import column_of_bodies
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.importing import SourceFrame, Stream, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger, Rows, Stamps, increasing_rows, is_large_loss, rows_lost
+from sessions.importers.unstated_units import (
+    largest_angle,
+    likely_angle_unit,
+    unstated_angle_unit,
+    unstated_time_unit,
+    usual_length_unit,
+)
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject, grouped_assumptions
@@ -55,13 +61,6 @@ MOST_BODIES: Final = 1000
 """More names than a laboratory has bodies: then the column holds something else."""
 LAST_ROW_TOLERANCE: Final = 1e-6
 """By which the last row of a matrix of a pose may be off 0, 0, 0."""
-LIKELY_RATES_HZ: Final = (10.0, 250.0)
-"""Rates of trackers and headsets; a guessed unit of time that gives another rate is not sure."""
-
-MOST_RADIANS: Final = 4.0 * math.pi
-"""Radians beyond two turns are likely degrees, whatever a mapping says."""
-FULL_ANGLE_TOLERANCE: Final = 0.1
-"""Degrees that reach half a turn of radians, or a whole one, to this much, are likely radians."""
 
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
 
@@ -291,7 +290,7 @@ def _source_frame(table: CsvTable, plan: CsvMapping, axes: Convention, *, is_nam
 
 def _length_unit(table: CsvTable, plan: CsvMapping, axes: Convention) -> tuple[str, Origin]:
     if not plan.units:
-        return axes.unit or "m", Origin.FORMAT if plan.kind or axes.unit else Origin.GUESS
+        return usual_length_unit(axes), Origin.FORMAT if plan.kind or axes.unit else Origin.GUESS
     if plan.kind:
         return plan.units, Origin.FORMAT
     columns = [column for pose in plan.poses for column in pose.position]
@@ -326,14 +325,9 @@ def _time_unit(table: CsvTable, plan: CsvMapping) -> tuple[Assumption, ...]:
     if plan.kind:
         return (Assumption(Subject.TIME_UNIT, plan.unit, Origin.FORMAT),)
     origin = _origin(plan, Guessable.TIME_UNIT, is_stated=_state_unit(table, [plan.time], plan.unit))
-    confidence, reason = Confidence.SURE, ""
     if origin is Origin.GUESS:
-        steps = np.diff(np.unique(table.stamps(plan.time, plan.unit)))
-        rate = 1e9 / float(np.median(steps)) if len(steps) else math.nan
-        reason = f"there are then {number(rate)} samples a second" if len(steps) else "one stamp says no rate"
-        if not LIKELY_RATES_HZ[0] <= rate <= LIKELY_RATES_HZ[1]:
-            confidence = Confidence.OPEN
-    return (Assumption(Subject.TIME_UNIT, plan.unit, origin, confidence, reason=reason),)
+        return (unstated_time_unit(plan.unit, table.stamps(plan.time, plan.unit)),)
+    return (Assumption(Subject.TIME_UNIT, plan.unit, origin),)
 
 
 def _rotations(table: CsvTable, plan: CsvMapping, axes: Convention) -> list[Assumption]:
@@ -387,42 +381,24 @@ def _euler_order(plan: CsvMapping, columns: PoseColumns, axes: Convention) -> As
 
 
 def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assumption:
-    """The unit of angles; where nobody says it, angles of one turn of radians at most leave it open."""
     unit = "deg" if columns.degrees else "rad"
     is_stated = _state_unit(table, columns.rotation, unit)
     origin = _origin(plan, Guessable.ANGLE_UNIT, is_stated=is_stated)
-    if not columns.is_angle_unit_stated and not is_stated:
-        origin = Origin.GUESS
-    if origin is not Origin.GUESS:
-        return Assumption(Subject.ANGLE_UNIT, unit, origin)
-    largest = _largest_angle(table, columns)
-    is_open = 0.0 < largest <= 2.0 * math.pi
-    return Assumption(
-        subject=Subject.ANGLE_UNIT,
-        value=unit,
-        origin=origin,
-        confidence=Confidence.OPEN if is_open else Confidence.SURE,
-        reason=f"the largest number is {number(largest)}",
-        alternatives=("deg", "rad") if is_open else (),
-    )
-
-
-def _largest_angle(table: CsvTable, columns: PoseColumns) -> float:
-    return float(np.nanmax(np.abs(table.numbers(columns.rotation)), initial=0.0))
+    if origin is Origin.GUESS or not (columns.is_angle_unit_stated or is_stated):
+        return unstated_angle_unit(unit, largest_angle([table.numbers(columns.rotation)]))
+    return Assumption(Subject.ANGLE_UNIT, unit, origin)
 
 
 def _doubtful_angles(table: CsvTable, plan: CsvMapping) -> Iterator[str]:
-    """Yields a sentence on angles that reach many turns in radians, or in degrees a turn of radians."""
+    """Yields a sentence on the angles of each body that are likely in the other unit."""
     for name, columns in {"": plan.body, **plan.bodies}.items():
         if columns is None or columns.kind not in ("euler", "rotation_vector"):
             continue
-        largest = _largest_angle(table, columns)
-        unit, other = ("deg", "rad") if columns.degrees else ("rad", "deg")
-        full_angles = (math.pi, 2.0 * math.pi)
-        reaches_full_angle = any(-FULL_ANGLE_TOLERANCE < largest - angle <= 0.0 for angle in full_angles)
-        if reaches_full_angle if columns.degrees else largest > MOST_RADIANS:
+        largest, unit = largest_angle([table.numbers(columns.rotation)]), "deg" if columns.degrees else "rad"
+        likely = likely_angle_unit(unit, largest)
+        if likely != unit:
             angles = f"angles of {name}" if name else "angles"
-            yield f"{angles} in {unit}, though the largest is {number(largest)}, as of {other}"
+            yield f"{angles} in {unit}, though the largest is {number(largest)}, as of {likely}"
 
 
 def _state_unit(table: CsvTable, columns: tuple[str, ...] | list[str], unit: str) -> bool:

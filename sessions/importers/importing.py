@@ -30,6 +30,7 @@ from sessions.importers.given_meshes import (
     placed_meshes,
 )
 from sessions.importers.ledger import FACT, Ledger, Numbers, Rows, Stamps, increasing_rows, ledger_of
+from sessions.importers.unstated_units import room_radius, unstated_length_unit, usual_length_unit
 from sessions.input_files import check_regular, open_input, parse_toml, read_text
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS, Convention, pose_axes_alternatives
@@ -49,7 +50,6 @@ from sessions.model.assumption import (
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import ScalarTrack, Session, Status, Track
 from sessions.names import SIDES, is_hand, is_head, name_tokens
-from sessions.quantities import length
 from sessions.quantities import number as number_text
 from sessions.scene_files.scene_meshes import (
     COLLIDER_AXES,
@@ -89,9 +89,8 @@ METRES_PER_UNIT: Final[Mapping[str, float]] = {
     "inch": 0.0254,
     "ft": 0.3048,
 }
-SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.02, 30.0
-"""Metres from the origin within which the poses of a tracked room are; beyond these a guessed unit is open."""
 LENGTH_UNITS: Final = ("m", "cm", "mm")
+"""Units that are tried in place of one that is open."""
 
 
 def importer_names() -> list[str]:
@@ -251,7 +250,7 @@ class SourceFrame:
         """
         axes = convention_named(convention or usual)
         notes = [] if convention else [f"axes {axes.name} ({axes.description})"]
-        unit = units or axes.unit or "m"
+        unit = units or usual_length_unit(axes)
         if not units:
             notes.append(f"lengths in {unit}")
         return cls(
@@ -308,7 +307,7 @@ def session_of_tables(
     }
     if frame.assumed:
         facts["assumed"] = "; ".join(frame.assumed)
-    facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, room_radius(tracks.values())))
+    facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, tracks.values()))
     return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
 
 
@@ -369,11 +368,8 @@ def numbered_name(name: str, taken: Container[str]) -> str:
     return free
 
 
-def pose_assumptions(frame: SourceFrame, radius: float) -> tuple[Assumption, ...]:
-    """Returns what was assumed of the poses of a source.
-
-    ``radius``: metres from the origin within which nearly all positions are, as the unit was taken.
-    """
+def pose_assumptions(frame: SourceFrame, tracks: Iterable[Track]) -> tuple[Assumption, ...]:
+    """Returns what was assumed of the poses of a source, which are in metres as their unit was taken."""
     is_guess = frame.axes_origin is Origin.GUESS
     alternatives = pose_axes_alternatives(frame.axes)
     if frame.handedness_is_known:
@@ -392,54 +388,19 @@ def pose_assumptions(frame: SourceFrame, radius: float) -> tuple[Assumption, ...
         handed_origin, reason = Origin.GUESS, "the axes as text leave it out"
     handedness = Assumption(Subject.HANDEDNESS, frame.axes.handedness, handed_origin, reason=reason)
     clock = Assumption(Subject.CLOCK, frame.clock, frame.clock_origin)
-    return axes, handedness, length_unit(frame, radius), clock, *frame.others
+    return axes, handedness, length_unit(frame, tracks), clock, *frame.others
 
 
 def _description(axes: Convention) -> str:
     return "" if axes.description == axes.name else axes.description
 
 
-def length_unit(frame: SourceFrame, radius: float) -> Assumption:
-    """Returns the unit of lengths; a guess is open where a room of that size would be no laboratory."""
-    confidence, reason = Confidence.SURE, ""
-    if frame.units_origin is Origin.GUESS and frame.units_reason:
-        reason = frame.units_reason
-    elif frame.units_origin is Origin.GUESS:
-        reason = f"99 of 100 poses are then within {length(radius)} of the origin"
-        if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
-            confidence = Confidence.OPEN
-    others = [unit for unit in LENGTH_UNITS if unit != frame.units]
-    return Assumption(
-        subject=Subject.LENGTH_UNIT,
-        value=frame.units,
-        origin=frame.units_origin,
-        confidence=confidence,
-        reason=reason,
-        alternatives=(frame.units, *others),
-    )
-
-
-def room_radius(tracks: Iterable[Track]) -> float:
-    """Returns the metres from the origin within which 99 of 100 valid positions are; 0 without any.
-
-    A few wild positions say nothing about the unit of the others.
-    """
-    positions = [track.positions[track.valid] for track in tracks]
-    with np.errstate(over="ignore"):
-        distances = np.concatenate([np.hypot.reduce(rows, axis=1) for rows in positions] or [np.zeros(0)])
-    if not len(distances):
-        return 0.0
-    rank = len(distances) - 1 - len(distances) // 100
-    return float(np.partition(distances, rank)[rank])
-
-
-def degrees_by_format(angles: Iterable[Numbers]) -> Assumption:
-    """Returns that angles are in degrees as their format says; where all would fit radians, that is a doubt."""
-    largest = max((float(np.nanmax(np.abs(rows), initial=0.0)) for rows in angles), default=0.0)
-    if not 0.0 < largest <= 2.0 * math.pi:
-        return Assumption(Subject.ANGLE_UNIT, "deg", Origin.FORMAT)
-    reason = f"the format has degrees, but no angle is larger than {number_text(largest)}, as of radians"
-    return Assumption(Subject.ANGLE_UNIT, "deg", Origin.GUESS, Confidence.OPEN, reason=reason)
+def length_unit(frame: SourceFrame, tracks: Iterable[Track]) -> Assumption:
+    """Returns the unit of lengths; where nobody states it, tracks in metres tell whether it is plausible."""
+    alternatives = (frame.units, *(unit for unit in LENGTH_UNITS if unit != frame.units))
+    if frame.units_origin is Origin.GUESS:
+        return unstated_length_unit(frame.units, room_radius(tracks), frame.units_reason, alternatives)
+    return Assumption(Subject.LENGTH_UNIT, frame.units, frame.units_origin, alternatives=alternatives)
 
 
 def number(value: Any) -> float:

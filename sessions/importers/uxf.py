@@ -19,8 +19,9 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_columns_and_units import PoseColumns
 from sessions.importers.csv_head import read_head
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.importing import PoseTable, SourceFrame, Stream, degrees_by_format, session_of_tables
+from sessions.importers.importing import PoseTable, SourceFrame, Stream, session_of_tables
 from sessions.importers.ledger import LARGEST_SECONDS, Ledger, Numbers, Stamps
+from sessions.importers.unstated_units import degrees_by_format
 from sessions.input_files import check_regular
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.event import Interval

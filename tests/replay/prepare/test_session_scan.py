@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from support.small_worlds import framed
 
 from cdcore.errors import InvalidPoseError
-from replay.prepare import session_scan
+from replay.prepare import corrupt_poses, session_scan
 from replay.prepare.session_scan import in_order, scan_session
 from sessions import Status
 
@@ -37,7 +37,8 @@ def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, 
     where[3, 1], rotation[3, 1] = position, quaternion
     status = np.full((5, 2), V)
     stamps = np.array([0, 10, 10, 20, 20]) * MS
-    monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 2)
+    for module in (session_scan, corrupt_poses):
+        monkeypatch.setattr(module, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
         scan_session(framed(stamps, status, where, rotation))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")

@@ -6,7 +6,8 @@ import trimesh
 from support.session_files import samples, stream_header, write_transforms, xdf_file
 
 from sessions.importers import import_session
-from sessions.importers.importing import SourceFrame, length_unit, pose_assumptions, room_radius
+from sessions.importers.importing import SourceFrame, length_unit, pose_assumptions
+from sessions.importers.unstated_units import room_radius, unstated_length_unit
 from sessions.meshes.conventions import convention
 from sessions.model.assumption import Confidence, Origin, Subject
 from sessions.model.session import Track
@@ -24,16 +25,15 @@ def by_subject(session):
     ("farthest", "confidence"), [(0.0, "open"), (0.019, "open"), (0.02, "sure"), (30.0, "sure"), (31.0, "open")]
 )
 def test_guessed_unit_is_open_for_implausible_room_size(farthest, confidence):
-    frame = SourceFrame.in_axes("openxr", "openxr", "", "clock")
-    row = length_unit(frame, farthest)
+    row = unstated_length_unit("m", farthest, "", ())
     assert (row.value, row.origin, row.confidence) == ("m", Origin.GUESS, Confidence(confidence))
     stated = SourceFrame.in_axes("openxr", "openxr", "mm", "clock")
-    assert length_unit(stated, farthest).confidence is Confidence.SURE
+    assert length_unit(stated, []).confidence is Confidence.SURE
 
 
 def test_omitted_handedness_is_a_guess():
     frame = SourceFrame(convention("x right, y up"), "m", "clock", axes_origin=Origin.USER)
-    rows = {row.subject: row for row in pose_assumptions(frame, 1.0)}
+    rows = {row.subject: row for row in pose_assumptions(frame, [])}
     assert rows[Subject.HANDEDNESS].origin is Origin.GUESS and rows[Subject.POSE_AXES].origin is Origin.USER
 
 
