@@ -215,11 +215,10 @@ def _cause(audited: Audited, fault: Fault) -> Cause:
         return _engine_cause(audited.detector, fault, float(audited.motion.times[fault.last]))
     if stages.looked is False:
         return Cause.LAST_ANSWER
-    # Late or early where all answers about the pair are so by a constant number of frames, as here.
+    # Late or early where all answers about the pair are so by a constant number of frames, as here. Without a delay
+    # this is the frame itself, in which there is no contact.
     delay = audited.delay(fault.pair)
-    is_delayed_contact = delay != 0 and at_frame(
-        counts_as_contact(audited.oracle.verdict[:, fault.pair]), fault.frame - delay
-    )
+    is_delayed_contact = at_frame(counts_as_contact(audited.oracle.verdict[:, fault.pair]), fault.frame - delay)
     return delay_cause(delay) if is_delayed_contact else Cause.UNEXPLAINED
 
 

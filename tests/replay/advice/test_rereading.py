@@ -13,6 +13,7 @@ from replay.engine import prepare
 from sessions import MeshData
 from sessions.importers import import_session
 from sessions.model.assumption import Confidence, Origin, Subject
+from sessions.model.scene import Pose, Scene, SceneBody
 from sessions.scene_files.answers import recording_assumptions, with_answer
 
 pytestmark = pytest.mark.usefixtures("few_depth_frames")
@@ -63,6 +64,19 @@ def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convent
             assert quick.contacts == slow.contacts
             assert quick.deepest == pytest.approx(slow.deepest, abs=0.004)  # an estimate from random points
             assert quick.closest == pytest.approx(slow.closest, abs=1e-6)
+
+
+def test_offset_of_a_body_is_kept_in_other_pose_axes(tmp_path):
+    """Other axes of poses do not move the room alone where a mesh is offset in its tracker's axes."""
+    session = with_open_pose_axes(imported(tmp_path, "unity", "obj", True))
+    session = replace(session, scene=Scene(bodies=(SceneBody("tool", offset=Pose((0.1, 0.2, 0.3))),)))
+    row = next(row for row in open_rows(session) if row.subject is Subject.POSE_AXES)
+    whole = prepare(session).assembly
+    rereadings = Rereadings(session, whole, np.arange(len(whole.motion)))
+    changed = with_answer(session, row, "z-up")
+    assembly = prepare(changed).assembly
+    slow = ReplayedBodies(assembly).outcome(assembly.motion)
+    assert rereadings.outcome(changed, row).closest == pytest.approx(slow.closest, abs=1e-6)
 
 
 def test_all_48_changes_of_axes_are_recognised():

@@ -95,6 +95,19 @@ def test_the_cause_is_the_solid_before_the_rate():
         assert false_of([N, F, F], [9.0, gap, gap], detector)[0].cause == cause
 
 
+@pytest.mark.parametrize(
+    ("outcomes", "causes"),
+    [
+        ([N, N, M, M, B, F, F, *[N] * 9, F], [Cause.LATE, Cause.UNEXPLAINED]),
+        ([F, *[N] * 9, F, F, B, M, M, N, N], [Cause.UNEXPLAINED, Cause.EARLY]),
+        ([N, N, B, B, F, N, N, B, B, N, N], [Cause.UNEXPLAINED]),
+    ],
+)
+def test_constant_delay_is_the_cause_only_of_contacts_it_moved(outcomes, causes):
+    """Two frames late, two frames early, each with a false contact far from any true contact; and no delay."""
+    assert [item.cause for item in false_of(outcomes)] == causes
+
+
 STEP = "between physics steps"
 REPORTS = [
     # What frames of 10 ms are: true, or false; when an engine of 50 steps a second says begin and end; and why.

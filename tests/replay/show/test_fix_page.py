@@ -23,7 +23,7 @@ from replay.running.collider_files import before_after_page, fix_colliders
 from replay.show.fix_page import pictures
 from replay.show.fix_page.page import comparison, cure_sentences, seam_line
 from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
-from replay.show.fix_table import before_after_table
+from replay.show.fix_table import before_after_table, card_table
 from replay.show.palette import SERIES_COLOURS
 from sessions import MeshData, Session
 
@@ -158,3 +158,15 @@ def test_colour_scale_grows_lighter_and_is_never_red():
 def test_seam_is_named_by_kind_width_pieces_and_place():
     seam = {"kind": "slit", "pieces": [2, 6], "width_mm": 0.4, "at_mm": [12.0, -40.04, 3.0]}
     assert seam_line(seam) == "slit of 0.4 mm: pieces 3 and 7, at 12.0, -40.0, 3.0 mm"
+
+
+def test_report_cards_have_a_row_for_pieces_of_cut_bodies_only():
+    shares = dict.fromkeys(("beyond", "missing", "false", "missed", "ms"))
+    card = {**shares, "triangles": 12, "reach_mm": 0.0, "overlap_mm": 0.0, "slit_mm": 0.0}
+    hull, cut = {**card, "pieces": 1}, {**card, "pieces": 4}
+    bodies = [
+        {"body": "cup", "how": "planes", "before": hull, "after": cut, "others": []},
+        {"body": "rod", "how": "hull", "before": hull, "after": hull, "others": [{**hull, "how": "box"}]},
+    ]
+    rows = [row[:3] for row in card_table(bodies).rows]
+    assert rows == [("cup", "hull", 1), ("", "planes", 4), ("rod", "hull", 1), ("", "box", 1)]
