@@ -96,6 +96,7 @@ def test_potassium_nitrate_dissolves_when_heated_and_crystallises_when_cooled(ta
     left = np.maximum(0.0, 15.0 - soluble * 20.0 * 0.998 / 100.0)
     followed = celsius.times > (0.5 if tables else -1.0)  # what dissolves at a rate is solid at first
     assert np.interp(celsius.times, solid.times, solid.values)[followed] == pytest.approx(left[followed], abs=0.4)
+    assert (np.diff(celsius.times) > 0.0).all(), "a vessel that cools in steps has their times in order"
     dissolved, again = effects["precipitation"].events
     assert (dissolved.name, again.name) == ("dissolved", "precipitate")
     # 15 g in 19.96 g of water are 75.2 g in 100 g.

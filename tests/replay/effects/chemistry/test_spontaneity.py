@@ -1,12 +1,16 @@
 """Free energies of equations against standard potentials and constants of others, and what follows from them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.liquid_worlds import MIX, glass, still, world
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
+from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.recipe import recipe_of
+from replay.effects.chemistry.spontaneity import reason_not_to_proceed
 from replay.effects.effect_plan import plan
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneEffect
@@ -144,3 +148,21 @@ def test_chlorine_is_reported_and_known_products_are_not_refused(equation, solut
     session = world({"flask": still(2)}, (body,), MIX, ("reaction", {"equation": equation}))
     events = compute(session).effects["reaction"].output.events_named("assumed")
     assert bool(events) == (name is not None)
+
+
+@pytest.mark.parametrize(
+    ("joule", "changes", "sides", "reason"),
+    [
+        (np.nan, {"Au(s)": -1.0}, "Au HNO3 -> AuNO3", "Au dissolves in no acid without chloride"),
+        (np.nan, {"Au(s)": -1.0}, "Au HCl -> AuCl3 H2", ""),
+        (np.nan, {"Au(s)": 1.0}, "HNO3 -> Au", ""),
+        (-1e6, {"Zn(s)": -1.0}, "Zn HCl -> ZnCl2 H2", ""),
+        (1e6, {"Cu(s)": -1.0}, "Cu HCl -> CuCl2 H2", "Cu is nobler than hydrogen"),
+        (1e6, {"Cu(s)": -1.0}, "Cu HCl -> CuCl2", "its free energy is +1000 kJ/mol"),
+        (1e6, {"S(s)": 1.0}, "H2S -> S H2", "its free energy is +1000 kJ/mol"),
+    ],
+)
+def test_equation_that_does_not_proceed_has_its_reason(joule, changes, sides, reason):
+    reagents, products = (side.split() for side in sides.split(" -> "))
+    equation = SimpleNamespace(reagents=reagents, products=products)
+    assert reason_not_to_proceed(joule, Process("", changes), equation) == reason

@@ -5,6 +5,7 @@ from dataclasses import replace
 from statistics import fmean
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from support.study_samples import made_class
 
@@ -197,3 +198,10 @@ def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
     for run, name in names.items():
         student = runs.shared_value(run, "student")
         assert name.split(",")[0] == (student or runs.shared_value(run, "session"))
+
+
+def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
+    made_class(tmp_path / "runs", 1, 1)
+    rows = [{"detector": "slow", "what": "samples at 20 Hz"}, {"detector": "bare", "what": None}]
+    pq.write_table(pa.Table.from_pylist(rows), tmp_path / "runs" / "run000" / "ranking.parquet")
+    assert read_class(tmp_path / "runs").titles == {"slow": "samples at 20 Hz"}

@@ -60,6 +60,8 @@ def test_runs_of_different_recordings_are_refused_unless_that_is_meant(folders, 
     assert main(["diff", str(folders / "a"), str(folders / "c")]) == 1
     output = capsys.readouterr().err
     assert "replay different recordings" in output and "add --different-sessions" in output
+    main(["diff", str(folders / "a"), str(folders / "c"), "--different-sessions"])
+    assert "?" not in capsys.readouterr().out, "without a reference there is no fraction of false contact to print"
     assert not diff_runs(folders / "b", folders / "c").detectors["slow"].same, "of one recording they compare"
     again = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
     run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)
@@ -144,7 +146,8 @@ def test_run_of_another_interval_is_never_better(before_and_after):
 def test_first_line_on_the_screen_is_the_answer(before_and_after, capsys):
     runs = [str(before_and_after / name) for name in ("coarse", "fine")]
     assert main(["diff", *runs]) == 0
-    assert capsys.readouterr().out.startswith("Yes: wide50 -> collider-shipped-50")
+    output = capsys.readouterr().out
+    assert output.startswith("Yes: wide50 -> collider-shipped-50") and "20 -> 0 %" in output
     assert main(["diff", *runs, "--compare", "wide50=exact"]) == 0
     assert "wide50 -> exact" in capsys.readouterr().out
     assert main(["diff", *runs, "--compare", "wide50=nothing"]) == 1

@@ -2,10 +2,11 @@
 
 import pytest
 
+from cdcore import Verdict
 from replay.studies.stress import bodies
-from replay.studies.stress.bodies import CASE_NAMES, ask_case
+from replay.studies.stress.bodies import CASE_NAMES, FRAMES_ONLY_REASON, ask_case
 from replay.studies.stress.runner import stress
-from replay.studies.stress.scenes import motion_at, scene_of_instants
+from replay.studies.stress.scenes import motion_at, scene_of_instants, scene_of_intervals
 from replay.studies.stress.solids import box_mesh
 from replay.studies.stress.tally import StressResult
 
@@ -66,3 +67,18 @@ def test_stress_detects_answers_that_depend_on_blocks(monkeypatch):
     (item,) = run_cases(["exact"], [43])
     assert (item.asked, item.changed) == (4, 3) and "blocks 1" in item.reason
     assert len(StressResult(100, 1, 0.0, (item,)).broken) == 1
+
+
+def test_exact_states_that_it_decides_at_frames_only():
+    boxes, through = (box_mesh(), box_mesh()), motion_at([[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    item = ask_case("exact", 44, [scene_of_intervals("", boxes, through, True)], seed=0, tau=0.0)
+    assert (item.missed, item.promised, item.reason) == (1, False, FRAMES_ONLY_REASON)
+
+
+def test_continuous_detector_is_asked_instants_frame_by_frame():
+    """Between the second frame and the third the boxes pass through each other."""
+    truth = [Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]
+    motion = motion_at([[0.5, 0.0, 0.0], [3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]])
+    scene = scene_of_instants("", (box_mesh(), box_mesh()), motion, truth)
+    item = ask_case("continuous", 41, [scene], seed=0, tau=0.0)
+    assert (item.asked, item.failed) == (3, 0)
