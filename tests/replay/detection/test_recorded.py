@@ -156,3 +156,31 @@ def test_engine_steps_are_read_from_stamps_on_a_grid():
         assert physics_steps([*stamps[:3]], None) is None  # too few to tell
     assert physics_steps([*np.sort(rng.uniform(0, 60, 24)).reshape(-1, 2)], None) is None
     assert physics_steps([], 25.0) == (25.0, 0.0) and physics_steps([], None) is None
+
+
+def engine(*reports, rate_hz=50.0):
+    """The detector of an engine with these reports, whose steps are at multiples of 20 ms."""
+    session = reported(*reports)
+    made = assemble(session)
+    settings = {"rate_hz": rate_hz}
+    return recorded_detector(made.bodies, made.pairs, session.live_contacts, made.first_ns, 0.0, settings)
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "expected"),
+    [
+        (0.041, 0.059, False), (0.041, 0.061, True), (0.039, 0.041, True), (0.04, 0.04, True),
+        (0.0400005, 0.05, True), (0.05, 0.0599995, True), (0.04001, 0.05, False), (0.05, 0.05999, False),
+    ],
+)  # fmt: skip
+def test_physics_step_between_moments_counts_to_a_microsecond(start, end, expected):
+    assert engine((4, "enter"), (6, "exit")).has_step_between(start, end) is expected
+    assert engine((4, "enter"), (6, "exit"), rate_hz=None).has_step_between(start, end) is None
+
+
+@pytest.mark.parametrize(("moment", "expected"), [(0.045, False), (0.065, True), (0.03, False), (0.09, False)])
+def test_report_ends_at_the_next_physics_step(moment, expected):
+    """The report lasts from 0.04 to 0.08 s; of its steps only 0.08 s is after 0.065 s."""
+    assert engine((4, "enter"), (8, "exit")).ended_at_next_step(0, moment) is expected
+    assert engine((4, "enter"), (8, "exit"), rate_hz=None).ended_at_next_step(0, moment) is False
+    assert engine((4, "enter")).ended_at_next_step(0, moment) is False

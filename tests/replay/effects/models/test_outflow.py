@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from replay.effects.models.outflow import GRAVITY_M_S2, Stream, entry_times, flows
+from replay.effects.models.outflow import GRAVITY_M_S2, Stream, entry_times, flows, run_out
 
 UP = np.array([0.0, 1.0, 0.0])
 REST = np.zeros(3)
@@ -51,3 +51,21 @@ def stream(times, volumes, source="a", target="b"):
 def test_only_a_long_pause_splits_a_flow():
     segments = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
     assert [stream.times.tolist() for stream in segments] == [[0.0, 0.6], [1.4]]
+
+
+def test_column_runs_out_by_torricelli_between_refills():
+    """100 mL stand 12.5 cm high, 15 cm over the outlet; 20 mL come after 1 s. The root of the head falls evenly."""
+    section, foot, area, discharge = 8e-4, 0.15, 4e-6, 0.6
+    times, inflow = np.linspace(0.0, 2.0, 21), np.zeros(21)
+    inflow[10] = 2e-5
+    volume, expected = 1e-4, []
+    for gained in (0.0, 2e-5):
+        volume += gained
+        head = foot + volume / section
+        later = (np.sqrt(head) - discharge * area / section * np.sqrt(GRAVITY_M_S2 / 2.0)) ** 2
+        expected.append(section * (head - later))
+        volume -= expected[-1]
+    settings = {"discharge": discharge, "section": section, "foot": foot, "volume": 1e-4}
+    out = run_out(times, np.full(21, area), inflow, **settings)
+    assert [out[:11].sum(), out[11:].sum()] == pytest.approx(expected, rel=1e-6)
+    assert not run_out(times, np.zeros(21), inflow, **settings).any()

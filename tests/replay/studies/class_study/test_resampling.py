@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from scipy import stats
 
 from replay.auditing.wilson import wilson_interval
-from replay.studies.class_study.resampling import Resampling
+from replay.studies.class_study.resampling import Resampling, interval
 
 
 def test_ratio_is_sum_over_sum_of_students_with_a_base():
@@ -27,3 +28,31 @@ def test_intervals_hold_the_truth_in_about_95_of_100_classes():
         result = Resampling(30, seed).ratio(lost, contacts)
         kept += result.low <= 0.25 <= result.high
     assert 0.90 <= kept / classes <= 0.985, kept
+
+
+EVEN = np.linspace(0.0, 2.0, 2001)
+"""Bootstrap estimates that lie evenly about 1."""
+
+
+def test_ties_with_the_estimate_count_half_on_either_side():
+    low, high = interval(np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0]), 1.0, np.array([0.9, 1.0, 1.1]))
+    assert low + high == pytest.approx(2.0) and low < 1.0
+
+
+def test_interval_is_widened_for_few_students():
+    low, high = interval(EVEN, 1.0, np.array([0.8, 0.9, 1.1, 1.2]))
+    expected = stats.norm.cdf(np.sqrt(4 / 3) * stats.t.ppf([0.025, 0.975], 3))
+    assert (low, high) == pytest.approx(tuple(2.0 * expected), abs=1e-6)
+
+
+def test_interval_reaches_farther_where_one_student_raises_the_estimate():
+    """Without him it is 0.7, without any other 1.1."""
+    low, high = interval(EVEN, 1.0, np.array([1.1] * 29 + [0.7]))
+    assert low + high > 2.01
+    mirrored = interval(2.0 - EVEN, 1.0, 2.0 - np.array([1.1] * 29 + [0.7]))
+    assert mirrored == pytest.approx((2.0 - high, 2.0 - low))
+
+
+@pytest.mark.parametrize(("estimates", "students"), [(EVEN, 2), (np.full(9, np.nan), 9)])
+def test_two_students_or_no_estimates_have_no_interval(estimates, students):
+    assert np.isnan(interval(estimates, 1.0, np.linspace(0.9, 1.1, students))).all()

@@ -3,6 +3,7 @@
 import itertools
 import json
 import runpy
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from cdcore.narrow.margins import triangle_margins
 from cdcore.tolerances import TWO_MICROMETRES
 from replay import run
 from replay.cli.main import main
-from replay.studies.shrink.well_posed import thin_faces
+from replay.studies.shrink.well_posed import Doubt, doubts_of, thin_faces
+from replay.studies.stress.scenes import body_pair, motion_at
+from replay.studies.stress.solids import box_mesh
 from sessions import MeshData, Session, write_session
 
 POSITIONS = [3, 3, 0.9, 0.9, 3, 3, 3, 3]
@@ -80,3 +83,31 @@ def test_face_no_higher_than_the_tolerance_is_thin_anywhere():
     for height in (0.5 * TWO_MICROMETRES, 1.5 * TWO_MICROMETRES):
         face = TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0.5, height, 0]]) + 9.0, [[0, 1, 2]])
         assert thin_faces(face).tolist() == [height < TWO_MICROMETRES]
+
+
+@pytest.mark.parametrize(
+    ("place", "contact", "oracle", "doubts"),
+    [
+        ((0.9, 0.1, 0.2), True, "exact", set()),
+        ((1.0 - 1e-6, 0.1, 0.2), True, "exact", {Doubt.SHALLOW, Doubt.LOOSE}),
+        ((1.0 + 1e-6, 0.1, 0.2), True, "exact", {Doubt.NEAR}),
+        ((1.0 + 1e-6, 0.1, 0.2), True, "continuous", set()),
+        ((1.0 + 1e-6, 0.1, 0.2), False, "exact", {Doubt.NEAR}),
+        ((1.1, 0.1, 0.2), False, "exact", set()),
+    ],
+    ids=["deep", "a micrometre deep", "inside or near", "met between frames", "a micrometre apart", "apart"],
+)
+def test_doubts_are_of_contacts_within_two_micrometres(place, contact, oracle, doubts):
+    """Cubes of 1 m, the second at a place beside the first."""
+    bodies = body_pair(box_mesh(), box_mesh())
+    motion = motion_at([place])
+    corners = [body.mesh.triangles + motion.translations[0, k] for k, body in enumerate(bodies)]
+    fault = SimpleNamespace(
+        bodies=bodies,
+        pairs=np.array([[0, 1]]),
+        motion=motion,
+        contact=contact,
+        oracle=oracle,
+        corners=lambda body: corners[body],
+    )
+    assert doubts_of(fault) == doubts

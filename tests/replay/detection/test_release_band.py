@@ -1,0 +1,29 @@
+"""A contact lasts while the shapes are within the release distance."""
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict
+from replay.detection.release_band import ReleaseBand
+
+VERDICTS = {
+    "c": Verdict.CONTACT, "-": Verdict.CLEAR, "n": Verdict.NOT_FOUND, "?": Verdict.NO_POSE, "u": Verdict.UNRESOLVED,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("samples", "near", "expected"),
+    [
+        ("c--", "yyy", "ccc"), ("c--", "yny", "c--"), ("--c", "yyy", "--c"), ("cn-", "yyy", "ccc"),
+        ("c?-", "yyy", "c?c"), ("cu-", "yyy", "cu-"), ("-c-c", "yyyn", "-ccc"), ("---", "yyy", "---"),
+    ],
+    ids=["near", "parted", "not begun", "not found", "lost pose", "unresolved", "again", "no contact"],
+)  # fmt: skip
+def test_contact_lasts_while_samples_are_near(samples, near, expected):
+    verdict = np.array([[VERDICTS[letter]] for letter in samples], dtype=np.uint8)
+    # Every second frame is sampled; of the others nothing is asked.
+    is_near = np.array([[letter == "y"] for letter in near for _ in range(2)])
+    is_near[1::2] = ~is_near[1::2]
+    sampled_frames = np.arange(2 * len(near)) % 2 == 0
+    prolonged = ReleaseBand(is_near).prolonged_verdicts(verdict, sampled_frames)
+    assert prolonged[:, 0].tolist() == [VERDICTS[letter] for letter in expected]
