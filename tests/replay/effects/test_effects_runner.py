@@ -7,8 +7,8 @@ import pytest
 from support.small_worlds import along_x, cube, cubes
 
 from replay.effects.effect_plan import Plan, Step
-from replay.effects.effects_runner import run_effects
-from replay.effects.inputs import HANDS_TOPIC
+from replay.effects.effects_runner import recorded_scalars, run_effects
+from replay.effects.inputs import HANDS_TOPIC, BodyPoses
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.engine import compute
@@ -128,3 +128,26 @@ def test_scalars_recorded_outside_the_session_are_left_out():
 def test_a_point_of_a_body_follows_its_pose():
     point, _ = asking(lambda inputs: inputs.poses("cup").point([0.1, 0.2, 0.3]))
     assert point[3] == pytest.approx([3.1, 0.2, 0.3])
+
+
+def test_recorded_numbers_count_within_the_frames():
+    """Frames are at 0, 10, 20 and 30 ms; the sensor begins before them and ends after them."""
+    poses = {"cup": along_x([0, 1, 2, 3]), "hand_left": along_x([5, 5, 6, 6])}
+    session = Session.from_arrays(10**9 + np.arange(4) * 10**7, poses, {name: cube() for name in poses})
+    stamps = 10**9 + np.array([-1, 0, 15, 30, 31]) * 10**6
+    pulse = ScalarTrack(stamps, [1.0, 2.0, 3.0, 4.0, 5.0], "bpm")
+    after = ScalarTrack(stamps[-1:], [9.0], "bpm")
+    session = replace(session, scalars={"pulse": pulse, "after": after})
+    series = recorded_scalars(session, assemble(session))["scalars"].output.series
+    assert set(series) == {"pulse"} and series["pulse"].values.tolist() == [2.0, 3.0, 4.0]
+    assert series["pulse"].times.tolist() == pytest.approx([0.0, 0.015, 0.03]) and series["pulse"].unit == "bpm"
+    assert recorded_scalars(replace(session, scalars={"after": after}), assemble(session)) == {}
+
+
+def test_last_known_pose_stays_while_a_body_is_lost():
+    places = np.arange(12.0).reshape(4, 3)
+    valid = np.array([False, True, False, True])
+    poses = BodyPoses(np.arange(4.0), places, np.tile(np.eye(3), (4, 1, 1)), valid, np.ones(4, dtype=bool))
+    known = poses.last_known()
+    assert known.valid.tolist() == [False, True, True, True]
+    assert np.array_equal(known.translation[1:], places[[1, 1, 3]])

@@ -1,9 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from support.small_worlds import framed
+from support.small_worlds import cubes, framed
 
-from replay.prepare.session_info import ClockInfo
-from sessions import examine
+from replay.prepare.session_info import ClockInfo, session_info
+from sessions import ScalarTrack, examine
+from sessions.model.event import Event, Interval
+from sessions.model.scene import Pose, Scene, SceneBody
 
 MS = 1_000_000
 
@@ -38,3 +42,25 @@ def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
     clock = ClockInfo.of(stamps)
     assert clock.rate_hz == pytest.approx(rate, rel=0.02) and clock.gaps == 0
     assert ClockInfo.of(np.delete(stamps, slice(100, 112))).gaps == 1
+
+
+def test_contents_of_a_session_are_counted_from_its_first_frame():
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("bench", fixed=Pose((0, 0, 0), (0, 0, 0, 1)))))
+    start = 5 * SECOND
+    made = cubes({"a": [0, 1, 2], "b": [3, 3, 3]}, first_ns=start, scene=scene)
+    heart = ScalarTrack([start, start + 1], [60.0, np.nan], "bpm")
+    session = replace(
+        made,
+        intervals=(Interval(start + 10 * MS, start + 30 * MS, "task", "pour", {}),),
+        events=(Event(start, "spill", "", ""), Event(start, "drop", "", ""), Event(start + 1, "drop", "", "")),
+        scalars={"heart": heart, "none": ScalarTrack([start], [np.nan], "")},
+    )
+    info = session_info(session)
+    assert info["first_stamp_ns"] == start and info["frames"]["count"] == 3
+    assert info["intervals"] == [{"kind": "task", "name": "pour", "start": 0.01, "end": 0.03}]
+    assert [*info["events"].items()] == [("drop", 2), ("spill", 1)]
+    assert [(row["least"], row["largest"]) for row in info["scalars"]] == [(60.0, 60.0), (None, None)]
+    bodies = {row["name"]: row for row in info["bodies"]}
+    assert set(bodies) == {"a", "b", "bench"} and [bodies[name]["fixed"] for name in bodies] == [False, False, True]
+    assert bodies["a"]["samples"] == {"valid": 3} and bodies["a"]["size"] == pytest.approx([1.0, 1.0, 1.0])
+    assert not bodies["a"]["proxy"] and bodies["bench"]["faces"] is None

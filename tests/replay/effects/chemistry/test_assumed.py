@@ -39,7 +39,8 @@ def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
 def test_iodine_beyond_its_solubility_is_reported(iodide, told):
     """Much iodide dissolves iodine as triiodide, so with 0.5 mol/L nothing is beyond."""
     output = reaction({"H2O2": 0.1}, {"KI": iodide, "H2SO4": 0.2}, PEROXIDE)
-    assert bool(output.events_named("beyond")) == told
+    events = output.events_named("beyond")
+    assert bool(events) == told and all("falls out as a solid" in event.text for event in events)
 
 
 def test_a_known_solid_assumes_nothing():

@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from replay.errors import StudyError
 from replay.studies.class_study.published import (
     KIND_AGREES,
     KIND_INCONSISTENT,
@@ -61,3 +62,65 @@ def test_a_true_multiple_regression_keeps_its_label(tmp_path):
     file = tmp_path / "t.toml"
     file.write_text(f'n = 52\n[[regression]]\ntable = "T"\nlabel = "multiple"\nrows = [{rows}]\n')
     assert "label" not in {item.row for item in check_published(file)}
+
+
+def remarks_of(tmp_path, text):
+    """Kind of the remark on each row of a file of printed figures, of 100 students unless given."""
+    file = tmp_path / "t.toml"
+    file.write_text(text if text.startswith("n =") else f"n = 100\n{text}")
+    return {item.row: item.kind for item in check_published(file)}
+
+
+@pytest.mark.parametrize(
+    ("change", "row", "kind"),
+    [
+        ({}, "df", KIND_AGREES), ({"df": 11}, "df", KIND_INCONSISTENT), ({}, "p", KIND_AGREES),
+        ({"p": 0.03}, "p", KIND_INCONSISTENT), ({"kmo": 0.69}, "kmo", KIND_WEAK), ({"kmo": 0.7}, "kmo", KIND_AGREES),
+        ({"items": 20, "df": 190}, "n", None), ({"items": 21, "df": 210}, "n", KIND_WEAK),
+    ],
+)  # fmt: skip
+def test_printed_reliability_is_checked_figure_by_figure(tmp_path, change, row, kind):
+    """Five items have 10 degrees of freedom; five persons an item are usual."""
+    figures = {"items": 5, "alpha": 0.8, "kmo": 0.8, "chi_square": 500.0, "df": 10, "p": 0.0} | change
+    text = "[reliability]\n" + "".join(f"{key} = {value}\n" for key, value in figures.items())
+    assert remarks_of(tmp_path, text).get(row) == kind
+
+
+ROW = '{{outcome = "y", predictor = "x", beta = {beta}, adjusted_fit = {fit}, p = {p}}}'
+
+
+@pytest.mark.parametrize(
+    ("fit", "p", "kind"),
+    [(0.2424, 0.0, KIND_AGREES), (0.3, 0.0, KIND_INCONSISTENT), (0.2424, 0.04, KIND_INCONSISTENT)],
+)
+def test_printed_regression_follows_from_its_coefficient(tmp_path, fit, p, kind):
+    """A correlation of 0.5 in 100 students has the adjusted fit 1 - 0.75 * 99 / 98 and a p below 0.001."""
+    text = f"[[regression]]\nrows = [{ROW.format(beta=0.5, fit=fit, p=p)}]\n"
+    assert remarks_of(tmp_path, text) == {"x on y": kind}
+
+
+@pytest.mark.parametrize(
+    ("table", "is_remarked"),
+    [
+        ("groups = 2\ncompared = false", True),
+        ("groups = 2\ncompared = true", False),
+        ("groups = 1", False),
+        ("", False),
+    ],
+)
+def test_groups_that_were_not_compared_are_remarked(tmp_path, table, is_remarked):
+    text = f"[[regression]]\n{table}\nrows = [{ROW.format(beta=0.5, fit=0.2424, p=0.0)}]\n"
+    assert (remarks_of(tmp_path, text).get("groups") == KIND_WEAK) == is_remarked
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[[regression]]\nrows = []", "n = 3\n[[regression]]\nrows = []", "n = true\n[[regression]]\nrows = []",
+        "n = nan\n[[regression]]\nrows = []", "", '[[regression]]\nrows = [{outcome = "", predictor = "x"}]',
+        '[[regression]]\nrows = [{outcome = "y", predictor = "x", beta = 1.0, adjusted_fit = 0.1, p = 0.1}]',
+    ],
+)  # fmt: skip
+def test_printed_figures_that_cannot_be_are_refused(tmp_path, text):
+    with pytest.raises(StudyError):
+        remarks_of(tmp_path, text)

@@ -6,7 +6,7 @@ import pytest
 import scipy.stats
 
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.reliability import bartlett_test, kmo, reliability
+from replay.studies.class_study.reliability import bartlett_test, kaiser_word, kmo, reliability
 from replay.studies.class_study.resampling import interval
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
@@ -83,3 +83,12 @@ def test_reliability_of_unsuitable_answers_is_refused_with_its_rule(measure, ans
     with pytest.raises(StudyRefusedError) as refused:
         measure(answers)
     assert refused.value.rule == rule and refused.value.lift
+
+
+@pytest.mark.parametrize(
+    ("value", "word"),
+    [(0.95, "marvellous"), (0.9, "marvellous"), (0.89, "meritorious"), (0.65, "mediocre"), (0.5, "miserable"),
+     (0.49, "unacceptable")],
+)  # fmt: skip
+def test_kmo_has_kaisers_word(value, word):
+    assert kaiser_word(value) == word

@@ -75,3 +75,12 @@ def test_misses_without_a_sampled_pair_are_counted_separately():
     coverage, search = feature_sample_tables([SampleSearches("torus-sphere", meeting_counts, spent)])
     assert {row[2:5] for row in coverage.rows} == {(5, 2, 0.4)}
     assert {(*row[3:6], row[8]) for row in search.rows} == {(3, 1, 1 / 3, 0.4)}
+
+
+@pytest.mark.parametrize(("covered", "expected"), [(20, 18), (19, None)])
+def test_few_covered_poses_have_no_budget_of_nine_in_ten(covered, expected):
+    """The 18th of 20 poses is reached with 18 evaluations; below 20 poses a share of nine in ten says nothing."""
+    hits = {key: [*range(1, covered + 1)] for key in product(SEARCH_VARIANTS, SAMPLE_SIZES)}
+    meeting = {size: [1] * covered for size in SAMPLE_SIZES}
+    _, search = feature_sample_tables([SampleSearches("torus-sphere", meeting, hits)])
+    assert {row[9] for row in search.rows} == {expected} and {row[8] for row in search.rows} == {1.0}

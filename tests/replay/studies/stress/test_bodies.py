@@ -25,12 +25,9 @@ def test_exact_passes_or_speaks_of_frames(number):
     assert StressResult(100, 1, 0.0, (item,)).broken == []
 
 
-@pytest.mark.parametrize(
-    "families", [[32, 44], pytest.param([30, 31, 32, 33, 41, 43, 44, 48], marks=pytest.mark.slow)], ids=len
-)
-def test_continuous_detector_passes_all_stress_families_with_motion(families):
-    results = run_cases(["continuous"], families)
-    assert len(results) == len(families)
+def test_continuous_detector_passes_all_stress_families_with_motion():
+    results = run_cases(["continuous"], [30, 31, 32, 33, 44, 48])
+    assert len(results) == 6
     for item in results:
         assert item.words == "passed" and item.promised and item.reason == "", item
 
