@@ -43,7 +43,7 @@ def dissolved_joule(formula: str, solver: Solver | None) -> float:
         return 0.0
     mixture = solver.mixture
     totals = np.array([[DILUTE_MOL_KG * components.get(name, 0) for name in mixture.components]])
-    water = np.array([WATER_MOL + DILUTE_MOL_KG * components.get(WATER, 0)])
+    water = np.array([WATER_MOL])
     no_phases = np.zeros(len(mixture.phases), dtype=np.bool_)
     equilibria = solver.equilibrium(totals, water, np.array([STANDARD_C]), no_phases)
     if not has_answer(equilibria)[0]:

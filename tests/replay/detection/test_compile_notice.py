@@ -95,3 +95,13 @@ def test_single_core_starts_no_process(cores, started, monkeypatch):
 def test_compiling_is_not_announced_to_silent_progress():
     with compiling_announced(Silent()):
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
+
+
+@pytest.mark.parametrize(
+    ("cores", "program", "count"), [(2, "python", 1), (1, "python", 0), (None, "python", 0), (2, "", 0)]
+)
+def test_kernels_compile_beside_where_a_second_core_is(monkeypatch, started, cores, program, count):
+    monkeypatch.setattr(compile_notice.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(compile_notice.sys, "executable", program)
+    compile_notice.compile_beside()
+    assert len(started) == count

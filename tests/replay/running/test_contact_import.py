@@ -49,7 +49,7 @@ def test_stated_clock_offset_is_used_without_fitting(log_100_s_ahead):
 
 
 def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
-    (tmp_path / "x.csv").write_text("0,a,b,begin\n0.2,a,b,end\n0.3,a,b,begin\n0.4,a,b,end\n")
+    (tmp_path / "x.csv").write_text("0,a,b,begin\n0.2,a,b,end\n0.3,a,b,begin\n0.5,a,b,end\n")
     world = cubes({"a": [0] * 5, "b": [0.9, 0.9, 1.4, 0.9, 0.9]}, step_ns=100_000_000, first_ns=5_000_000_000)
     session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
     assert (fit.matched, fit.residual) == (2, pytest.approx(0.0, abs=1e-9))

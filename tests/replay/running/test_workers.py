@@ -149,3 +149,94 @@ def test_interrupted_work_ends_within_five_seconds_with_its_workers(delay):
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=5.0)
     assert psutil.wait_procs(spawned, timeout=2.0)[1] == []
+
+
+class FakeDask:
+    """A scheduler or cluster in memory: who is present, what each worker has installed, and what was asked of it."""
+
+    def __init__(self, monkeypatch, *present):
+        pytest.importorskip("distributed")
+        self.present, self.installed, self.scaled, self.closed = set(present), {}, [], []
+        self.shutdown_on_close = True
+        monkeypatch.setattr("distributed.Client", lambda *_, **__: self)
+        monkeypatch.setattr("distributed.LocalCluster", lambda **_: self)
+        monkeypatch.setattr("distributed.wait", lambda *_, **__: None)
+
+    def nthreads(self):
+        return dict.fromkeys(self.present, 1)
+
+    def run(self, function, workers, on_error):
+        return {worker: self.installed.get(worker, function()) for worker in workers}
+
+    def scale(self, count):
+        self.scaled.append(count)
+
+    def close(self, timeout=None):
+        self.closed.append(timeout)
+
+
+class FakeTask:
+    """A future whose result is one of these in turn; an exception is raised."""
+
+    def __init__(self, *results, status="finished", is_done=True):
+        self.results, self.status, self.is_done, self.cancelled = [*results], status, is_done, False
+
+    def done(self):
+        return self.is_done
+
+    def result(self, timeout):
+        result = self.results.pop(0)
+        if isinstance(result, Exception):
+            raise result
+        return result
+
+    def cancel(self):
+        self.cancelled = True
+
+
+@pytest.mark.parametrize(
+    ("scheduler", "present", "scaled"), [(None, ["a"], [2]), (None, ["a", "b"], []), ("tcp://x", ["a"], [])]
+)
+def test_missing_workers_of_this_machine_are_started_again(monkeypatch, scheduler, present, scaled):
+    dask = FakeDask(monkeypatch, *present)
+    assert Workers(2, scheduler).ready_workers() == present and dask.scaled == scaled
+
+
+def test_worker_of_another_version_is_named_with_both_versions(monkeypatch):
+    dask = FakeDask(monkeypatch, "a", "b")
+    dask.installed["b"] = {**workers.versions(), "numpy": "0.1"}
+    with pytest.raises(WorkerError, match=r"the worker b has numpy 0\.1, this machine "):
+        Workers(2).ready_workers()
+
+
+def test_scheduler_without_a_worker_is_given_up_after_some_time(monkeypatch):
+    dask, clock = FakeDask(monkeypatch, "a"), [0.0]
+    monkeypatch.setattr(workers.time, "monotonic", lambda: clock[0])
+    pool = Workers(1, "tcp://x")
+    clock[0] = 10.0 * workers.PATIENCE_S
+    assert pool.ready_workers() == ["a"]
+    dask.present.clear()
+    clock[0] += 0.9 * workers.PATIENCE_S
+    assert pool.ready_workers() == []
+    clock[0] += 0.2 * workers.PATIENCE_S
+    with pytest.raises(WorkerError, match="has had no worker for 300 s"):
+        pool.ready_workers()
+
+
+def test_answers_come_from_done_tasks_and_lost_workers(monkeypatch):
+    FakeDask(monkeypatch, "a")
+    done, slow = FakeTask("x"), FakeTask(TimeoutError(), "late", status="pending")
+    lost, waiting = FakeTask(is_done=False), FakeTask(is_done=False)
+    answers = dict(Workers(1).finished_tasks({done: "a", slow: "a", lost: "gone", waiting: "a"}))
+    assert answers == {done: "x", slow: "late", lost: workers.LOST_WORKER} and lost.cancelled
+    failed = FakeTask(TimeoutError("its own"), status="error")
+    with pytest.raises(TimeoutError, match="its own"):
+        list(Workers(1).finished_tasks({failed: "a"}))
+
+
+@pytest.mark.parametrize(("error", "is_at_once"), [(None, False), (ValueError, False), (KeyboardInterrupt, True)])
+def test_workers_end_at_once_only_when_interrupted(monkeypatch, error, is_at_once):
+    dask = FakeDask(monkeypatch, "a")
+    Workers(1).__exit__(error)
+    assert dask.closed[-1] == (workers.INTERRUPTED_CLOSING_S if is_at_once else workers.CLOSING_S)
+    assert dask.shutdown_on_close != is_at_once

@@ -1,5 +1,7 @@
+import pytest
 from support.study_samples import CODEBOOK
 
+from replay.errors import StudyError
 from replay.studies.class_study.codebook import read_codebook
 
 
@@ -22,3 +24,17 @@ def test_groups_and_an_items_own_scale_are_read(tmp_path):
     book = read(tmp_path, "items: {a1: {construct: a, scale: [0, 10]}}\ngroups: {column: arm, names: [first, second]}")
     assert book.items[0].scale == (0.0, 10.0) and (book.group_column, book.groups) == ("arm", ("first", "second"))
     assert book.student == "student"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[]", "items: [a]", "items: {a: b}", "regressions: {a: {}}", "regressions: [a]", "items: {a: &x {}, b: *x}",
+        "items: {a1: {construct: a}}\ngroups: {column: arm, names: [first]}",
+        "items: {a1: {construct: a}}\ngroups: {column: arm, names: first}",
+        "items: {a1: {construct: a}}\ngroups: {column: arm, names: [a, b], colour: red}",
+    ],
+)  # fmt: skip
+def test_codebook_of_another_form_is_refused(tmp_path, text):
+    with pytest.raises(StudyError, match=r"codebook\.yaml"):
+        read(tmp_path, text)
