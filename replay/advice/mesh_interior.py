@@ -40,6 +40,18 @@ LARGEST_CAP_FRACTION: Final = 0.101
 """Of a component's area: holes that are larger together are openings, whatever their rims."""
 
 
+def sphere_directions(direction_count: int) -> Array:
+    """Returns unit vectors (count, 3) evenly about a sphere, along a spiral that turns by the golden angle."""
+    height = 1.0 - (2.0 * np.arange(direction_count) + 1.0) / direction_count
+    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(direction_count)
+    radius = np.sqrt(1.0 - height * height)
+    return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)
+
+
+RAY_DIRECTIONS: Final = sphere_directions(RAY_COUNT)
+"""Unit vectors (``RAY_COUNT``, 3) of the rays."""
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceComponent:
     """A connected component of a surface.
@@ -67,8 +79,7 @@ class SurfaceComponent:
     def _holds_point(self, point: Array) -> bool | None:
         """Whether a point (3,) is inside; ``None``: rays leave it open."""
         is_inside, escaping_rays = True, 0
-        for ray_number, direction in enumerate(sphere_directions(RAY_COUNT)):
-            crossings = self._crossings(point, direction)
+        for ray_number, crossings in enumerate(self._crossings_of_rays(point)):
             escaping_rays += crossings == 0
             # A ray that meets nothing proves the outside of a closed component, of one that crosses itself too.
             if escaping_rays >= (1 if self.is_closed else RAYS_OF_THE_OUTSIDE):
@@ -84,20 +95,24 @@ class SurfaceComponent:
         base = self.triangles[:, 0]
         return base, self.triangles[:, 1] - base, self.triangles[:, 2] - base
 
-    def _crossings(self, point: Array, direction: Array) -> int:
-        """Faces that a ray from a point meets.
+    def _crossings_of_rays(self, point: Array) -> Iterator[int]:
+        """Number of faces that each ray from a point meets.
 
         Source: Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
         """
         first_corners, first_edges, second_edges = self._edges
-        normal, offset = np.cross(direction, second_edges), point - first_corners
+        offset = point - first_corners
         second_normal = np.cross(offset, first_edges)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inverse_determinant = 1.0 / (first_edges * normal).sum(axis=1)
-            u = (offset * normal).sum(axis=1) * inverse_determinant
-            v = (second_normal @ direction) * inverse_determinant
-            distance = (second_edges * second_normal).sum(axis=1) * inverse_determinant
-            return int(((u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)).sum())
+        scaled_distance = (second_edges * second_normal).sum(axis=1)
+        for direction in RAY_DIRECTIONS:
+            normal = np.cross(direction, second_edges)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                inverse_determinant = 1.0 / (first_edges * normal).sum(axis=1)
+                u = (offset * normal).sum(axis=1) * inverse_determinant
+                v = (second_normal @ direction) * inverse_determinant
+                distance = scaled_distance * inverse_determinant
+                crossings = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
+            yield int(np.count_nonzero(crossings))
 
 
 class MeshInterior:
@@ -257,11 +272,3 @@ def component_labels(groups: Indices, number_count: int) -> Indices:
         labels = labels[labels]
         if (labels[groups] == labels[groups[:, :1]]).all():
             return labels
-
-
-def sphere_directions(direction_count: int) -> Array:
-    """Returns unit vectors (count, 3) evenly about a sphere, along a spiral that turns by the golden angle."""
-    height = 1.0 - (2.0 * np.arange(direction_count) + 1.0) / direction_count
-    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(direction_count)
-    radius = np.sqrt(1.0 - height * height)
-    return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)
