@@ -1,12 +1,14 @@
-"""Tests of this folder begin when the common kernels are compiled, and cut each mesh once."""
+"""Tests of this folder begin when the common kernels are compiled, and prepare, cut and measure each mesh once."""
 
 import os
 
 import pytest
 
+from cdcore import TriangleMesh
 from replay.advice import collider_search, scene_outcome
-from replay.cutting import surface_distance
+from replay.cutting import solid_overlap, surface_distance
 from replay.detection import compile_notice
+from replay.prepare import assemble
 from replay.show.report import still
 
 
@@ -25,6 +27,41 @@ def shared_pieces(tmp_path_factory):
     folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "pieces"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("replay.cutting.piece_store.cache_folder", lambda: folder)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def shared_meshes():
+    """Equal meshes of sessions are one object, for which trees, hulls and solids are built once a worker."""
+    meshes = {}
+
+    def shared_mesh(vertices, faces):
+        mesh = TriangleMesh(vertices, faces)
+        return meshes.setdefault(mesh.content_hash, mesh)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assemble, "TriangleMesh", shared_mesh)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def shared_depths():
+    """The depth of a common part is searched once a worker: many tests run the same few sessions."""
+
+    def searched_once(search):
+        depths = {}
+
+        def search_once(triangles, surface, least_distance):
+            key = triangles.tobytes(), surface.triangles.tobytes(), least_distance
+            if key not in depths:
+                depths[key] = search(triangles, surface, least_distance)
+            return depths[key]
+
+        return search_once
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("farthest_on", "farthest_within"):
+            patch.setattr(solid_overlap, name, searched_once(getattr(solid_overlap, name)))
         yield
 
 

@@ -73,7 +73,7 @@ def at_width(drawn, width):
     return [text.rstrip() for text in console.file.getvalue().splitlines()]
 
 
-def words_of(lines):
+def distinct_tokens(lines):
     return {word for line in lines for word in line.split() if set(word) - set("─\\")}
 
 
@@ -83,7 +83,7 @@ def test_every_word_and_number_is_whole_at_every_width(screens, verb):
     assert wide
     for width in WIDTHS:
         lines = at_width(screens[verb], width)
-        assert max(map(len, lines)) <= width and words_of(lines) == words_of(wide), width
+        assert max(map(len, lines)) <= width and distinct_tokens(lines) == distinct_tokens(wide), width
 
 
 SNAPSHOT = table(
