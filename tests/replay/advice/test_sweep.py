@@ -53,6 +53,7 @@ def effects_world():
     return replace(session, source=replace(session.frames, quaternion_xyzw=quaternion))
 
 
+@pytest.mark.slow
 def test_counts_of_every_setting_match_an_audit():
     how = {"detectors": "exact,hybrid,collider[shape=sphere]", "policy": ["zero-quaternion=drop"]}
     for world in (effects_world(), cubes({"a": [0] * 6, "b": [3, 0.9, 3, 1.4, 0.9, 3]})):

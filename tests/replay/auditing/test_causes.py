@@ -113,6 +113,7 @@ def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, inve
     assert (figures.time_missed.count, figures.false_contact.count) == (missed, invented)
 
 
+@pytest.mark.slow
 def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
     planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_SAMPLES)
     result = compute(

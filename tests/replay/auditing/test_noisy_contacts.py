@@ -34,6 +34,7 @@ def requested(session, **more):
     return compute(session, **more)
 
 
+@pytest.mark.slow
 def test_copies_with_contact_follow_the_normal_distribution():
     """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
     wide = [-0.4, 0.0, 0.7, 0.8]

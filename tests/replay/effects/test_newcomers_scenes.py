@@ -189,6 +189,7 @@ def test_vessel_temperature_without_a_heat_effect_is_refused(celsius):
     assert not plan_faults(Scene(bodies=bodies, effects=(*tables, SceneEffect(*HEAT)))) or celsius == 0.0
 
 
+@pytest.mark.slow
 def test_strong_solution_crystallises_by_its_mass_of_water():
     """A litre with 7 mol of potassium nitrate weighs 1,415 g or so: 708 g of it are water."""
     flask = glass("flask", 50.0, properties={"temperature_c": 62.0}, solute="KNO3", molar=7.0)

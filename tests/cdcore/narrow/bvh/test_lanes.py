@@ -21,7 +21,7 @@ def lanes_that_may_meet(row, a, b, chord, pad, scratch):
     return box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_no_lane_with_contact_is_dropped_and_most_others_are(seed):
     scene = EightFrames(seed, size=0.1)

@@ -9,6 +9,9 @@ from cdcore import triangles_intersect
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.published_trees import gjk
 
+pytestmark = pytest.mark.slow
+"""The kept digests count these steps in every quick run; compiling the kernel alone takes longer than the tests."""
+
 
 @kernel
 def steps(points, axis, pad):
@@ -20,7 +23,6 @@ def gap_along(points, axis):
     return along[:3].min() - along[3:].max()
 
 
-@pytest.mark.slow
 @settings(deadline=None, max_examples=100)
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1e-6, 1e6]), st.sampled_from([0.0, 1e-3]))
 def test_returned_axes_separate_by_more_than_the_pad(seed, scale, pad):
