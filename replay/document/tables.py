@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
 
@@ -106,7 +107,7 @@ class Column:
             return None
         return current
 
-    @property
+    @cached_property
     def for_files(self) -> "Column":
         """The column as files have it: a name without spaces, numbers, and texts."""
         name = self.stored or self.name.lower().replace("%", "percent").replace(" ", "_")
