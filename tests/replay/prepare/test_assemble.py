@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.small_worlds import along_x, cube, cubes, framed
 
+from cdcore import TriangleMesh
 from replay.errors import AssemblyError
+from replay.prepare import assemble as assembling
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import PoseOrigin
 from sessions import Scene, Session, Status
@@ -181,7 +183,8 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
     assert cut.origin.tobytes() == whole.origin.tobytes() and cut.notes == whole.notes
 
 
-def test_runs_of_a_session_use_the_same_meshes():
+def test_runs_of_a_session_use_the_same_meshes(monkeypatch):
+    monkeypatch.setattr(assembling, "TriangleMesh", TriangleMesh)  # tests share meshes between sessions and keep them
     session = cubes({"a": [0.0, 0.1], "b": [3.0, 3.1]})
     first, again = (assemble(session).bodies for _ in range(2))
     assert all(item.mesh is other.mesh for item, other in zip(first, again, strict=True))
