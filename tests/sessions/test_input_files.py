@@ -13,6 +13,7 @@ READ = {
     "texts": lambda table: table.texts("key", 2),
     "text or texts": lambda table: table.text_or_texts("key"),
     "vector": lambda table: table.vector("key", (0.0, 0.0)),
+    "named tables": lambda table: [*table.named_tables("key")],
     "rest": lambda table: table.rest(),
 }
 
@@ -27,6 +28,7 @@ READ = {
         ("texts", {"['a', 'b']": ("a", "b")}, ["['a']", "['a', '']", "['a', 1]", "'ab'"]),
         ("text or texts", {"'ab'": ("ab",), "''": (), "['ab']": ("ab",), "[]": ()}, ["['a', '']", "[1]", "1"]),
         ("vector", {"[1, 2.5]": (1.0, 2.5)}, ["[1]", "[1, 2, 3]", "[1, 'b']", "[1, nan]", "1"]),
+        ("named tables", {"{a = {}, b = {c = 1}}": ["a", "b"], "{}": []}, ["[{}]", "{a = 1}", "{a = {}, b = 2}"]),
         ("rest", {"[1, {a = 2.5}]": {"key": [1, {"a": 2.5}]}}, ["inf", "[1, nan]", "{a = [1, {b = inf}]}"]),
     ],
 )

@@ -7,7 +7,7 @@ from support.planted_faults import FAULTS, clean
 from sessions import Frames, Session, Severity, Status, examine
 from sessions.doctor import pose_pass
 from sessions.doctor.pose_pass import run_pose_pass
-from sessions.doctor.pose_spans import pose_spans
+from sessions.doctor.pose_spans import pose_spans, teleports
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 from sessions.geometry.rotations import quaternion_product
@@ -137,16 +137,74 @@ def test_worst_quaternion_norm_deviates_most_from_unit_length():
     assert run_pose_pass([draft.session().frames]).worst_norm[0] == pytest.approx(0.1)
 
 
+def spans_on_a_line(x, quaternions=None, step_ms=11):
+    """Spans of a cup at these places of the X axis, metres, with a sample every ``step_ms``."""
+    if quaternions is None:
+        quaternions = np.tile([0.0, 0.0, 0.0, 1.0], (len(x), 1))
+    poses = {"cup": (np.asarray(x)[:, None] * [1.0, 0.0, 0.0], quaternions)}
+    session = Session.from_arrays(np.arange(len(x)) * step_ms * 1_000_000, poses)
+    return pose_spans(run_pose_pass([session.frames]))
+
+
 @pytest.mark.parametrize(
-    ("step_ms", "repeats", "codes"), [(25, 4, []), (25, 5, ["frozen"]), (11, 8, []), (11, 9, ["frozen"])]
+    ("step_ms", "repeats", "codes"), [(40, 4, []), (40, 5, ["frozen"]), (11, 8, []), (11, 9, ["frozen"])]
 )
 def test_position_is_frozen_after_5_repeats_and_80_ms(step_ms, repeats, codes):
-    """A body walks 1 mm a sample, repeats a position and then steps 10 mm."""
+    """The cup walks 1 mm a sample, repeats a position and then steps 10 mm."""
     steps = np.full(100, 0.001)
     steps[50 : 50 + repeats], steps[50 + repeats] = 0.0, 0.01
-    position = np.cumsum(steps)[:, None] * [1.0, 0.0, 0.0]
-    poses = {"cup": (position, np.tile([0.0, 0.0, 0.0, 1.0], (100, 1)))}
-    session = Session.from_arrays(np.arange(100) * step_ms * 1_000_000, poses)
-    result = pose_spans(run_pose_pass([session.frames]))
+    result = spans_on_a_line(np.cumsum(steps), step_ms=step_ms)
     assert [item.code for item in result] == codes
     assert all((item.first, item.last, item.count) == (50, 49 + repeats, repeats) for item in result)
+
+
+@pytest.mark.parametrize(("before", "after", "codes"), [(1, 1, ["frozen"]), (5, 1, []), (1, 5, [])])
+def test_frozen_cup_catches_up_faster_than_it_moves_around(before, after, codes):
+    """Steps in mm before and after 20 repeats and a step of 10 mm."""
+    steps = 0.001 * np.array([before] * 50 + [0] * 20 + [10] + [after] * 50)
+    assert [item.code for item in spans_on_a_line(np.cumsum(steps))] == codes
+
+
+@pytest.mark.parametrize(("repeated_rotation", "codes"), [([], ["frozen"]), ([119], []), ([100], [])])
+def test_position_that_repeats_while_turning_is_frozen(repeated_rotation, codes):
+    steps, angles = np.full(330, 0.001), np.full(330, 0.01)
+    steps[100:120] = 0.0
+    angles[repeated_rotation] = 0.0
+    half, zeros = np.cumsum(angles) / 2.0, np.zeros(330)
+    quaternions = np.stack([zeros, np.sin(half), zeros, np.cos(half)], axis=1)
+    assert [item.code for item in spans_on_a_line(np.cumsum(steps), quaternions)] == codes
+
+
+WALK = 0.001 * np.arange(50)
+AT_ORIGIN = np.zeros(20)
+IDENTITY_POSES = {
+    "from the start": ([AT_ORIGIN, 0.5 + WALK], ["identity-while-lost"]),
+    "to the end": ([0.5 + WALK, AT_ORIGIN], ["identity-while-lost"]),
+    "entered by a jump, left by 8 mm": ([0.5 + WALK, AT_ORIGIN, 0.008 + WALK], ["identity-while-lost"]),
+    "entered by 8 mm, left by a jump": ([WALK - 0.057, AT_ORIGIN, 0.5 + WALK], ["identity-while-lost"]),
+    "passed through by steps of 12 mm": ([0.012 * np.arange(-50, 50)], []),
+}
+
+
+@pytest.mark.parametrize("case", IDENTITY_POSES)
+def test_identity_pose_beside_a_jump_is_a_lost_pose(case):
+    pieces, codes = IDENTITY_POSES[case]
+    assert [item.code for item in spans_on_a_line(np.concatenate(pieces)) if item.code != "teleport"] == codes
+
+
+def test_jump_lasts_from_the_last_pose_before_it():
+    draft = clean()
+    draft.arrays["position"][400:, 1] += 1.0
+    draft.arrays["status"][399, 1] = Status.LOST
+    draft.arrays["position"][:, 2] *= 1000.0
+    draft.arrays["position"][500:, 2] += 1000.0
+    before, after = draft.arrays["stamp_ns"][[398, 400]].tolist()
+    jumps = teleports(run_pose_pass([draft.session().frames]))
+    assert {name: stamps.tolist() for name, stamps in jumps.items()} == {"hand-left": [[before, after]]}
+
+
+def test_body_in_millimetres_is_not_out_of_space():
+    draft = clean()
+    draft.arrays["position"][:, 2] = [1000.0, 900.0, 1200.0]
+    draft.arrays["position"][100, 2] = np.nan
+    assert spans(draft) == [("not-finite", 2, 100, 100)]

@@ -301,6 +301,7 @@ def test_time_samples_become_poses(tmp_path, up, ending):
         assert np.abs(Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix() - rotation).max() <= 1e-9
         assert np.abs(track.positions[row] - world @ own.ExtractTranslation() * UNIT).max() <= 1e-9
     assert session.scene.body("tray").fixed is not None and session.scene.body("cup").fixed is None
+    assert ("world +Z up" in session.facts["conversions"]) == (up == "Z")
 
 
 RACK = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]
@@ -345,6 +346,21 @@ def test_bodies_are_posed_between_their_time_samples(tmp_path, per_second, frame
             turned = Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix()
             assert np.abs(turned - np.array(own.ExtractRotationMatrix()).T).max() <= 1e-6
     assert "as USD interpolates" in session.facts["conversions"]
+
+
+def test_poses_of_a_usd_scene_are_limited(tmp_path, monkeypatch):
+    """A body in 3 time samples has 3 poses."""
+    stage = new_stage(tmp_path / "long.usda")
+    cup = body(stage, "/cup")
+    for code in (0, 1, 2):
+        cup.GetOrderedXformOps()[0].Set(Gf.Vec3d(code, 0, 0), code)
+    ball(stage, "/cup/shape")
+    stage.Save()
+    monkeypatch.setattr("sessions.scene_formats.usd_physics.MOST_POSES", 3)
+    assert len(import_session("usd", tmp_path / "long.usda").frames) == 3
+    monkeypatch.setattr("sessions.scene_formats.usd_physics.MOST_POSES", 2)
+    with pytest.raises(SessionError, match="more than 2 poses; shorten it"):
+        import_session("usd", tmp_path / "long.usda")
 
 
 def test_unsupported_usd_subdivision_is_listed(tmp_path):

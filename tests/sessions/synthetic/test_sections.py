@@ -26,3 +26,11 @@ def test_play_of_prism_in_ring_is_difference_of_radii():
     sure, possible = round_in_round(prism(12, 0.01, 0.4), ring, 0.0)
     assert possible == pytest.approx(0.05 - 0.01, rel=0.01)
     assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)
+
+
+def test_widest_end_of_a_cone_bounds_its_play():
+    """A cone stump from radius 0.02 at its foot to 0.01, in a prism of radius 0.05."""
+    stump = sewn(revolved_rings(np.array([(0.0, 0.0), (0.02, 0.0), (0.01, 0.01), (0.0, 0.01)]), even_angles(64), 1.0))
+    ring = prism(64, 0.05, 0.4)
+    for height in (0.0, 0.05):
+        assert round_in_round(stump, ring, height)[1] == pytest.approx(0.05 * np.cos(np.pi / 64) - 0.02, abs=1e-5)

@@ -1,0 +1,53 @@
+"""A mesh keeps its numbers, names the first wrong row, and knows its area, volume and winding."""
+
+import numpy as np
+import pytest
+from support.small_worlds import cube
+
+from sessions.errors import MeshFileError
+from sessions.mesh_data import MeshData, concatenated_meshes, has_consistent_winding, least_area
+
+TRIANGLE = [[0, 0, 0], [3, 0, 0], [0, 4, 0]]
+
+
+def test_negative_zeros_become_zeros():
+    vertices = MeshData([[-0.0, 0, 0], [3, -0.0, 0], [0, 4, -0.0]], [[0, 1, 2]]).vertices
+    assert not np.signbit(vertices).any()
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (TRIANGLE, [[0, 1, 2], [0, 1, 3]], "face 1 names vertices"),
+        (TRIANGLE, [[0, 1, -1]], "face 0 names vertices"),
+        ([*TRIANGLE, [0, np.nan, 0]], [[0, 1, 2]], "vertex 3 is"),
+        ([*TRIANGLE, [0, 1e39, 0]], [[0, 1, 2]], "vertex 3 is"),
+        (TRIANGLE, [[0.0, 1.0, 2.0]], "faces must be whole numbers"),
+        (TRIANGLE, np.zeros((0, 3), int), "at least one row"),
+        ([[0, 0], [3, 0]], [[0, 1, 1]], r"vertices must be an array of shape \(v, 3\)"),
+        (TRIANGLE[0], [[0, 0, 0]], "vertices must be an array of shape"),
+    ],
+)
+def test_wrong_row_of_a_mesh_is_named(vertices, faces, message):
+    with pytest.raises(MeshFileError, match=message):
+        MeshData(vertices, faces)
+
+
+def test_smallest_face_and_bounds_of_its_faces():
+    mesh = MeshData([*TRIANGLE, [0, 0, 0.5], [9, 9, 9]], [[0, 1, 2], [0, 1, 3]])
+    assert least_area(mesh) == pytest.approx(0.75)
+    assert mesh.bounds.tolist() == [[0, 0, 0], [3, 4, 0.5]]
+
+
+def test_mirrored_mesh_still_faces_outwards():
+    unit = cube()
+    for matrix in (np.diag([2.0, 1.0, 1.0, 1.0]), np.diag([-2.0, 1.0, 1.0, 1.0])):
+        posed = unit.transformed(matrix)
+        assert posed.volume == pytest.approx(2.0 * abs(unit.volume)) and has_consistent_winding(posed)
+
+
+def test_joined_meshes_keep_their_faces_in_order():
+    first, second = cube(), MeshData(TRIANGLE, [[0, 1, 2]])
+    both = concatenated_meshes([first, second])
+    np.testing.assert_array_equal(both.triangles, [*first.triangles, *second.triangles])
+    assert has_consistent_winding(first) and not has_consistent_winding(both)
