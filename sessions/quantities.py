@@ -41,7 +41,7 @@ def number(value: float | None, digits: int = DIGITS) -> str:
         return "0"
     if abs(value) > LARGEST:
         return f"{'less than -' if value < 0.0 else 'more than '}{LARGEST:,.0f}"
-    decimals = min(MOST_DECIMALS, max(0, digits - 1 - _exponent(value, digits)))
+    decimals = min(MOST_DECIMALS, max(0, digits - 1 - floor(log10(abs(value)))))
     text = f"{value:,.{decimals}f}"
     text = text.rstrip("0").rstrip(".") if decimals else text
     return "0" if text == "-0" else text
@@ -79,9 +79,3 @@ def in_unit_of_size(value: float | None, units: Scale) -> str:
 def _rounded_value(value: float) -> float:
     """The value to as many significant digits as are printed."""
     return value if value == 0.0 else round(value, DIGITS - 1 - floor(log10(abs(value))))
-
-
-def _exponent(value: float, digits: int) -> int:
-    """The power of ten of the first digit, once the value is rounded: 9.999 to three digits is 10.0."""
-    exponent = floor(log10(abs(value)))
-    return floor(log10(abs(round(value, digits - 1 - exponent))))

@@ -236,7 +236,7 @@ def _in_metres(mesh: MeshData, file: Path, what: str, stated: str, poses: Conven
         factor, note = UNITS[stated], ""
     else:
         factor, note = unit_of_file(mesh, file, what)
-    scaled = mesh if factor == 1.0 else MeshData(mesh.vertices * factor, mesh.faces)
+    scaled = MeshData(mesh.vertices * factor, mesh.faces)
     unit = mesh_unit(file.name, scaled, _unit_of_scale(factor), poses, stated_by=_stated_by(stated, file))
     return FileMesh(scaled, file.name, unit, (note,) if note else ())
 

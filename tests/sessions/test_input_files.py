@@ -10,10 +10,12 @@ READ = {
     "number": lambda table: table.number("key", 1.0, above=0.0),
     "flag": lambda table: table.flag("key"),
     "text": lambda table: table.text("key", None),
+    "text among": lambda table: table.text("key", "auto", among=["a", "b"]),
     "texts": lambda table: table.texts("key", 2),
     "text or texts": lambda table: table.text_or_texts("key"),
     "vector": lambda table: table.vector("key", (0.0, 0.0)),
     "named tables": lambda table: [*table.named_tables("key")],
+    "tables": lambda table: len(table.tables("key")),
     "rest": lambda table: table.rest(),
 }
 
@@ -25,10 +27,12 @@ READ = {
         ("number", {"1e-9": 1e-9, "3": 3.0}, ["0.0", "-1", "inf", "nan", "true", "'1'"]),
         ("flag", {"true": True, "false": False}, ["0", "'yes'"]),
         ("text", {"'word'": "word"}, ["''", "1"]),
+        ("text among", {"'a'": "a", "'auto'": "auto"}, ["'c'", "1"]),
         ("texts", {"['a', 'b']": ("a", "b")}, ["['a']", "['a', '']", "['a', 1]", "'ab'"]),
         ("text or texts", {"'ab'": ("ab",), "''": (), "['ab']": ("ab",), "[]": ()}, ["['a', '']", "[1]", "1"]),
         ("vector", {"[1, 2.5]": (1.0, 2.5)}, ["[1]", "[1, 2, 3]", "[1, 'b']", "[1, nan]", "1"]),
         ("named tables", {"{a = {}, b = {c = 1}}": ["a", "b"], "{}": []}, ["[{}]", "{a = 1}", "{a = {}, b = 2}"]),
+        ("tables", {"[{}, {a = 1}]": 2, "[]": 0}, ["{}", "[{}, 1]"]),
         ("rest", {"[1, {a = 2.5}]": {"key": [1, {"a": 2.5}]}}, ["inf", "[1, nan]", "{a = [1, {b = inf}]}"]),
     ],
 )
@@ -38,6 +42,12 @@ def test_value_is_taken_as_written_or_refused(kind, taken, refused):
     for text in refused:
         with pytest.raises(SceneError, match=r"scene.toml: key "):
             READ[kind](parse_toml(f"key = {text}", "scene.toml", SceneError))
+
+
+def test_absent_tables_are_none_and_absent_values_defaults():
+    table = parse_toml("", "scene.toml", SceneError)
+    assert (table.table("key"), table.tables("key"), table.named_tables("key")) == (None, None, {})
+    assert (table.text("key", "auto"), table.texts("key"), table.vector("key", (1.0, 2.0))) == ("auto", (), (1.0, 2.0))
 
 
 def test_unknown_key_is_refused_with_the_nearest_known_key():
@@ -50,12 +60,17 @@ def test_unknown_key_is_refused_with_the_nearest_known_key():
 
 def test_collected_faults_leave_defaults_and_reading_goes_on():
     faults = []
-    table = parse_toml("a = 'x'\n[b]\nc = 2", "scene.toml", SceneError, faults)
-    assert (table.number("a", 3.0), table.table("b").flag("c", True)) == (3.0, True)
-    assert faults == ["scene.toml: a is 'x'; give a finite number", "scene.toml: [b]: c is 2; give true or false"]
+    table = parse_toml("a = 'x'\n[b]\nc = 2\nd = 1", "scene.toml", SceneError, faults)
+    within = table.table("b")
+    assert (table.number("a", 3.0), within.flag("c", True), within.text("d", "auto")) == (3.0, True, "auto")
+    assert faults == [
+        "scene.toml: a is 'x'; give a finite number",
+        "scene.toml: [b]: c is 2; give true or false",
+        "scene.toml: [b]: d is 1; give text",
+    ]
 
 
-def test_nearest_name_is_looked_for_among_few():
+def test_nearest_name_is_searched_among_few():
     names = [f"body {number}" for number in range(MOST_NAMED)]
     assert nearest("body 7x", names) == "; did you mean 'body 7'?"
     assert nearest("body 7x", [*names, "last"]) == f"; there are {MOST_NAMED + 1} others"

@@ -34,16 +34,19 @@ def test_wrong_row_of_a_mesh_is_named(vertices, faces, message):
 
 
 def test_smallest_face_and_bounds_of_its_faces():
-    mesh = MeshData([*TRIANGLE, [0, 0, 0.5], [9, 9, 9]], [[0, 1, 2], [0, 1, 3]])
+    vertices = np.add([*TRIANGLE, [0, 0, 0.5], [9, 9, 9]], [1, 2, 3])
+    mesh = MeshData(vertices, [[0, 1, 2], [0, 1, 3]])
     assert least_area(mesh) == pytest.approx(0.75)
-    assert mesh.bounds.tolist() == [[0, 0, 0], [3, 4, 0.5]]
+    assert mesh.bounds.tolist() == [[1, 2, 3], [4, 6, 3.5]]
 
 
-def test_mirrored_mesh_still_faces_outwards():
-    unit = cube()
-    for matrix in (np.diag([2.0, 1.0, 1.0, 1.0]), np.diag([-2.0, 1.0, 1.0, 1.0])):
-        posed = unit.transformed(matrix)
-        assert posed.volume == pytest.approx(2.0 * abs(unit.volume)) and has_consistent_winding(posed)
+@pytest.mark.parametrize("side", [2.0, -2.0])
+def test_stretched_or_mirrored_mesh_still_faces_outwards(side):
+    unit, matrix = cube(), np.diag([side, 1.0, 1.0, 1.0])
+    matrix[:3, 3] = away = np.array([1e4, -5.0, 7.0]) / 3.0
+    posed = unit.transformed(matrix)
+    np.testing.assert_allclose(posed.vertices, unit.vertices * [side, 1, 1] + away)
+    assert posed.volume == pytest.approx(2.0 * abs(unit.volume), rel=1e-9) and has_consistent_winding(posed)
 
 
 def test_joined_meshes_keep_their_faces_in_order():

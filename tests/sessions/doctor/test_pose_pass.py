@@ -156,6 +156,7 @@ def test_position_is_frozen_after_5_repeats_and_80_ms(step_ms, repeats, codes):
     result = spans_on_a_line(np.cumsum(steps), step_ms=step_ms)
     assert [item.code for item in result] == codes
     assert all((item.first, item.last, item.count) == (50, 49 + repeats, repeats) for item in result)
+    assert all(item.size == pytest.approx(0.01) for item in result)
 
 
 @pytest.mark.parametrize(("before", "after", "codes"), [(1, 1, ["frozen"]), (5, 1, []), (1, 5, [])])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sessions import MeshData
-from sessions.glassware.united import bent, fitted_mesh
+from sessions.glassware.united import bent, divided_path, fitted_mesh
 
 
 @pytest.mark.parametrize("power", [1, 2, 3, 5])
@@ -16,8 +16,16 @@ def test_mesh_has_requested_face_count_for_any_spacing_exponent(power, start):
 
 
 def test_bend_of_a_path_is_an_arc_of_its_radius():
-    """A right angle at (3, 1) rounded by 0.25 m: an arc about (2.75, 1.25) of 0.39 m, in 4 pieces of about 0.1 m."""
-    path = bent([(1, 1, 2), (3, 1, 2), (3, 4, 2)], 0.25, 0.1)
-    angles = np.radians([-90.0, -67.5, -45.0, -22.5, 0.0])
-    arc = np.stack([2.75 + 0.25 * np.cos(angles), 1.25 + 0.25 * np.sin(angles), np.full(5, 2.0)], axis=1)
-    np.testing.assert_allclose(path, [(1, 1, 2), *arc, (3, 4, 2)], atol=1e-12)
+    """A bend of 60 degrees at (3, 1) rounded by 0.3 m: an arc of 0.31 m in 4 pieces of about 0.08 m."""
+    reach, radius = 0.3 * np.tan(np.radians(30.0)), 0.3
+    end = np.array([3.0 + 0.5, 1.0 + np.sqrt(0.75), 2.0])
+    path = bent([(1, 1, 2), (3, 1, 2), end], radius, 0.08)
+    angles = np.radians([-90.0, -75.0, -60.0, -45.0, -30.0])
+    arc = [(3.0 - reach + radius * np.cos(angle), 1.0 + radius + radius * np.sin(angle), 2.0) for angle in angles]
+    np.testing.assert_allclose(path, [(1, 1, 2), *arc, end], atol=1e-12)
+
+
+def test_path_is_divided_into_pieces_of_the_spacing():
+    path = divided_path(np.array([(1.0, 1.0), (1.0, 1.4), (1.2, 1.4)]), 0.1)
+    np.testing.assert_allclose(path[:5], [(1.0, 1.0 + 0.1 * k) for k in range(5)])
+    np.testing.assert_allclose(path[5:], [(1.1, 1.4), (1.2, 1.4)])

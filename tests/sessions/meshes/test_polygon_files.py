@@ -78,10 +78,14 @@ def shoelace(outline):
     return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
+AWAY = np.array([3.0, -5.0, 7.0])
+"""No corner is near the origin, where sums and differences of corners are the same."""
+
+
 def prism(outline, rotation):
     """Vertices, and polygons: floor, roof, and a wall an edge; outwards where the outline winds to the left."""
     count = len(outline)
-    corners = np.array([[x, y, z] for z in (0.0, HEIGHT) for x, y in outline]) @ rotation.T
+    corners = np.array([[x, y, z] for z in (0.0, HEIGHT) for x, y in outline]) @ rotation.T + AWAY
     walls = [[k, (k + 1) % count, count + (k + 1) % count, count + k] for k in range(count)]
     return corners, [[*range(count)][::-1], [*range(count, 2 * count)], *walls]
 

@@ -65,6 +65,8 @@ def test_a_bench_beside_meshes_in_centimetres_is_open():
 
 def test_pin_beside_centimetre_meshes_may_be_smaller():
     assert guesses({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
+    sizes = {"pin": (0.2, "m"), "cup": (12.0, "cm"), "dish": (0.1, "m"), "tube": (0.1, "m")}
+    assert guesses(sizes)["pin"] == ("m", "cm")
 
 
 def test_unit_of_the_poses_is_a_possible_unit_of_meshes():

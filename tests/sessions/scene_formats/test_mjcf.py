@@ -126,16 +126,17 @@ def test_joint_motion_becomes_poses_of_forward_kinematics(arm, tmp_path, file):
     if file.endswith("npz"):
         cup = np.concatenate([rng.normal(size=(5, 3)), Rotation.random(5, random_state=1).as_quat()], axis=1)
         columns = {"robot": rng.normal(size=(5, 2)), "cup": cup, "ghost": rng.normal(size=(5, 1))}
-        np.savez(arm.with_name(file), time=0.02 * np.arange(5), **columns)
+        np.savez(arm.with_name(file), time=2.5 + 0.02 * np.arange(5), **columns)
         qpos = np.concatenate([*columns.values()], axis=1)
     else:
         text = arm.read_text().replace("<freejoint/>", '<joint name="slide" type="slide"/>')
         arm.write_text(text.replace("<joint/>", '<joint name="spin"/>'))
         model = mujoco.MjModel.from_xml_path(str(arm))
         qpos = rng.normal(size=(5, 4))
-        rows = (",".join(map(repr, [0.02 * row, *values.tolist()[::-1]])) for row, values in enumerate(qpos))
+        rows = (",".join(map(repr, [2.5 + 0.02 * row, *values.tolist()[::-1]])) for row, values in enumerate(qpos))
         arm.with_name(file).write_text("time,spin,slide,wrist,shoulder\n" + "\n".join(rows))
     session = import_session("mjcf", arm, motion=arm.with_name(file))
+    assert session.frames.stamp_ns.tolist() == [20_000_000 * row for row in range(5)]
     data = mujoco.MjData(model)
     for row in range(5):
         data.qpos[:] = qpos[row]

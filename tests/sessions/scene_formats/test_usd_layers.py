@@ -117,9 +117,12 @@ def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
         assert "lies outside" in ran.stderr
 
 
-def test_reference_to_no_prim_is_named(tmp_path):
+@pytest.mark.parametrize(("longest", "ending"), [(20, ": Unresolved reference ..."), (10_000, "</other>")])
+def test_reference_to_no_prim_is_named_in_a_line(tmp_path, monkeypatch, longest, ending):
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.LONGEST_REASON", longest)
     scene_source = read_scene_source(scene(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
-    assert [*scene_source.bodies] == ["ball"] and "</nowhere>" in scene_source.left_out[0]
+    assert [*scene_source.bodies] == ["ball"] and scene_source.left_out[0].endswith(ending)
+    assert ("</nowhere>" in scene_source.left_out[0]) == (longest > 20)
 
 
 @pytest.mark.parametrize("kind", ["references", "inherits", "sublayer", "two files"])

@@ -323,6 +323,17 @@ def test_concave_faces_are_cut_inside_their_outline(tmp_path):
     assert rack.volume == pytest.approx(7 * UNIT**3, rel=1e-6)
 
 
+def test_holes_of_a_usd_mesh_are_no_faces(tmp_path):
+    """Indices of no face are passed over."""
+    stage = new_stage(tmp_path / "shell.usda")
+    body(stage, "/shell")
+    shell = collider(mesh(stage, "/shell/mesh"))
+    shell.GetHoleIndicesAttr().Set([1, 4, len(FACES), -1])
+    stage.Save()
+    faces = read_scene_source(tmp_path / "shell.usda").bodies["shell"].mesh.faces
+    assert faces.tolist() == [[*face] for index, face in enumerate(FACES) if index not in (1, 4)]
+
+
 @pytest.mark.parametrize(("per_second", "frames"), [(60, 60), (1000, 25)])
 def test_bodies_are_posed_between_their_time_samples(tmp_path, per_second, frames):
     """One body is keyed at its ends alone, the other halfway too: both are there in every frame, as USD has them."""

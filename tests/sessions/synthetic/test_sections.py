@@ -28,9 +28,18 @@ def test_play_of_prism_in_ring_is_difference_of_radii():
     assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)
 
 
-def test_widest_end_of_a_cone_bounds_its_play():
-    """A cone stump from radius 0.02 at its foot to 0.01, in a prism of radius 0.05."""
-    stump = sewn(revolved_rings(np.array([(0.0, 0.0), (0.02, 0.0), (0.01, 0.01), (0.0, 0.01)]), even_angles(64), 1.0))
-    ring = prism(64, 0.05, 0.4)
-    for height in (0.0, 0.05):
-        assert round_in_round(stump, ring, height)[1] == pytest.approx(0.05 * np.cos(np.pi / 64) - 0.02, abs=1e-5)
+@pytest.mark.parametrize(
+    "outline",
+    [
+        [(0.02, 0.0), (0.01, 0.01)],  # a foot
+        [(0.01, 0.0), (0.02, 0.01)],  # a brim
+        [(0.01, 0.0), (0.02, 0.0003), (0.02, 0.0007), (0.01, 0.001)],  # a collar
+    ],
+)
+@pytest.mark.parametrize("height", [0.0, -0.05])
+def test_widest_section_bounds_the_play(outline, height):
+    """Corners (radius, height) of a body whose largest radius is 0.02, in a prism of radius 0.05."""
+    lowest, highest = outline[0][1], outline[-1][1]
+    body = sewn(revolved_rings(np.array([(0.0, lowest), *outline, (0.0, highest)]), even_angles(64), 1.0))
+    play = round_in_round(body, prism(64, 0.05, 0.4), height)[1]
+    assert play == pytest.approx(0.05 * np.cos(np.pi / 64) - 0.02, abs=1e-5)
