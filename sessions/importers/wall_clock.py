@@ -37,4 +37,4 @@ def past_midnight(stamps: Stamps) -> Stamps:
     if not len(stamps):
         return stamps
     days = np.concatenate([[0], np.cumsum(-np.rint(np.diff(stamps) / DAY_NS).astype(np.int64))])
-    return stamps + (days - min(int(days.min()), 0)) * DAY_NS
+    return stamps + (days - days.min()) * DAY_NS

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger, increasing_rows, last_of_each_stamp, longest_increasing
-from sessions.importers.wall_clock import wall_clock_ns
+from sessions.importers.wall_clock import DAY_NS, past_midnight, wall_clock_ns
 
 STEP = 11_111_111
 STAMPS = STEP * np.arange(180, dtype=np.int64)
@@ -85,3 +85,10 @@ def test_a_state_takes_the_last_value_of_each_stamp():
 )
 def test_a_date_keeps_its_nanoseconds(text, expected):
     assert wall_clock_ns(text) == expected
+
+
+def test_times_of_day_go_on_past_midnight():
+    late, early = DAY_NS - 60_000_000_000, 60_000_000_000
+    for times, days in (([late, early, early], [0, 1, 1]), ([early, late, early], [1, 0, 1]), ([early, early], [0, 0])):
+        assert past_midnight(np.array(times)).tolist() == [t + d * DAY_NS for t, d in zip(times, days, strict=True)]
+    assert len(past_midnight(np.zeros(0, dtype=np.int64))) == 0

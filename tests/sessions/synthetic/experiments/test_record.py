@@ -34,7 +34,10 @@ def recorded(request, made):
 
 @pytest.mark.parametrize(
     ("name", "noise"),
-    [*((name, "off") for name in SCENES), (SCENES[0], "vive"), ("ball-in-box", "vive"), ("crowded-lab", "vive")],
+    [
+        *((name, "off") for name in (*SCENES, "ball-plate", "fast-ball")),
+        *((name, "vive") for name in (SCENES[0], "ball-in-box", "crowded-lab")),
+    ],
 )
 def test_recorded_poses_and_truth_of_made_up_sessions_stay_unchanged(name, noise, made, snapshot):
     """Poses (rounded to 10 um) and planted contacts equal the snapshot; whoever changes them raises the version."""
