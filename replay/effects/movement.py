@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from cdcore.numerics import FloatArray, IntArray
 from replay.effects.declaring import Declaration
-from replay.effects.fitting import HALF_WINDOW, settled_runs, velocities
+from replay.effects.fitting import settled_runs, velocities
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.outflow import Stream, entry_times, points_at_height, run_out, twist_angle, weir_flow
 from replay.effects.output import Series
@@ -203,11 +203,7 @@ class _PlacedVessel:
     def _velocity(self, rows: IntArray) -> FloatArray:
         """Velocity of the lip (n, 3), which the liquid leaves with; 0 where the path about the frame is not known."""
         poses, times = self.poses, self.inputs.times
-        nearby_rows = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(times) - 1))
-        lip_points = np.zeros((len(times), 3))
-        lip_points[nearby_rows] = poses.translation[nearby_rows] + poses.rotation[nearby_rows] @ self.vessel.point(
-            "lip"
-        )
+        lip_points = poses.translation + poses.rotation @ self.vessel.point("lip")
         return np.nan_to_num(velocities(times, lip_points, settled_runs(times, poses.valid, poses.linked), rows))
 
 
