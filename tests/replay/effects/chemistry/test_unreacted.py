@@ -1,9 +1,15 @@
 """Reasons of `replay.effects.chemistry.unreacted` are right in every state of acid, base and reagents."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
 
 from replay.effects.chemistry.formulas import molar_mass
+from replay.effects.chemistry.limits import Cause
+from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.unreacted import stop_events
 from replay.effects.effect_summary import leading_event
 from replay.engine import compute
 
@@ -131,3 +137,66 @@ def test_iodine_that_stands_in_lye_is_reported(equations, is_reported):
     """Permanganate makes iodine of iodide in water, and 8 hydroxide ions: a pH of 12."""
     output = run({"KI": 0.05}, {"KMnO4": 0.005}, *equations).output
     assert any("lye takes it apart" in event.text for event in output.events_named("assumed")) == is_reported
+
+
+def stops(process, extent, limits, *, to_the_end=0.0, has_equilibrium=False):
+    """Texts of the stops of a process that ran by ``extent`` mol, and could run so far by each cause."""
+    history = SimpleNamespace(times=np.array([0.0, 1.0]), extents=np.array([[0.0], [extent]]), amounts=np.zeros((2, 1)))
+    none = np.zeros(0, dtype=np.int64)
+    matter = SimpleNamespace(
+        recipe=SimpleNamespace(processes=[process], reagent=lambda row, column: column),
+        histories={"flask": history},
+        celsius=lambda vessel, times: np.full(len(times), 25.0),
+        ledger=SimpleNamespace(
+            reactions=SimpleNamespace(phases=none, gas=none.astype(bool), formation=np.zeros((0, 1))),
+            limits=SimpleNamespace(
+                has_equilibrium=lambda row: has_equilibrium,
+                extent_to_the_end=lambda row, amounts, celsius: to_the_end,
+                by_cause=lambda row, amounts, celsius: limits,
+            ),
+        ),
+    )
+    return [event.text for event in stop_events(matter)]
+
+
+SLOW, AT_ONCE = Process("A -> B", {"A": -1.0}, rate=1.0), Process("A -> B", {"A": -1.0})
+
+
+@pytest.mark.parametrize(
+    ("process", "extent", "to_the_end", "has_equilibrium", "fraction"),
+    [
+        (AT_ONCE, 0.6, 0.4, True, "60 %"), (AT_ONCE, 0.01, 0.99, True, "1 %"),
+        (AT_ONCE, 0.009, 0.991, True, "less than 1 %"),
+        (AT_ONCE, 0.995, 0.005, True, ""), (AT_ONCE, 0.985, 0.015, True, "98 %"), (AT_ONCE, 0.0, 1.0, True, ""),
+        (SLOW, 0.6, 0.4, True, ""), (AT_ONCE, 0.6, 0.4, False, ""),
+    ],
+)  # fmt: skip
+def test_equilibrium_states_what_fraction_has_reacted(process, extent, to_the_end, has_equilibrium, fraction):
+    texts = stops(process, extent, {}, to_the_end=to_the_end, has_equilibrium=has_equilibrium)
+    expected = f"A -> B stops at its equilibrium in flask: {fraction} has reacted, by its free energy"
+    assert texts == [expected] * bool(fraction)
+
+
+TWO = Process("2 A + B -> C", {"A": -2.0, "B": -1.0, "H+": -1.0})
+
+
+@pytest.mark.parametrize(
+    ("extent", "limits", "is_reported"),
+    [
+        (0.6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, True),
+        (0.6, {"A": 0.2, "B": 0.5, Cause.HYDROXIDE: 0.0}, True),
+        (0.6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.1}, False),
+        (0.6, {"A": 0.2, "B": 0.5, Cause.SATURATION: 0.0}, False),
+        (0.6, {"A": 0.2, Cause.ACID: 0.0}, False),
+        (0.6, {"A": 0.2, "B": 0.001, Cause.ACID: 0.0}, False),
+        (0.6, {"A": 0.2, "B": 0.01, Cause.ACID: 0.0}, True),
+        (1e-6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, False),
+        (0.0, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, False),
+    ],
+    ids=["acid", "hydroxide", "acid left", "saturated", "one reagent", "no B", "some B", "a trace", "did not run"],
+)
+def test_reaction_stopped_for_want_of_acid_names_what_is_left(extent, limits, is_reported):
+    texts = stops(TWO, extent, limits)
+    cause = next((name for name in limits if name in (Cause.ACID, Cause.HYDROXIDE)), "")
+    amounts = f"400 mmol A and {1e3 * limits.get('B', 0.0):g} mmol B are left"
+    assert texts == [f"2 A + B -> C stops in flask for want of {cause}: {amounts}"] * is_reported
