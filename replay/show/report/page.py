@@ -115,8 +115,7 @@ def _titrations(result: RunResult) -> Iterator[Plot]:
         title = f"The {titration.quantity} in {titration.vessel} over what came in"
         if titration.ends_ml:
             points = " and ".join(words.decimal(end, 2) for end in titration.ends_ml)
-            end_points_clause = "line is its end point" if len(titration.ends_ml) == 1 else "lines are its end points"
-            title += f"; the {end_points_clause}, {points} mL"
+            title += f"; a line marks each end point: {points} mL"
         points_of = np.stack([titration.added_ml, titration.values], axis=1).tolist()
         lowest = min(0.0, float(titration.values.min()))
         yield curve(points_of, titration.ends_ml, f"{title}.", "came in, mL", titration.unit, lowest)

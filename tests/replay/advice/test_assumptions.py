@@ -19,6 +19,7 @@ from support.session_files import write_transforms
 
 import replay
 from replay.advice.assumptions import examine_assumptions
+from replay.advice.sampled_contacts import alternatives_differ
 from replay.advice.scene_outcome import outcome_text
 from replay.document.headline import doubts
 from replay.studies.minimise import minimise
@@ -201,6 +202,9 @@ def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
     session = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb")
     (question,) = examine_assumptions(session).questions
     assert question.assumption.subject is Subject.COLLIDER_AXES and question.plausible == "x-flipped"
+    assert alternatives_differ(session, question.assumption) is True
+    (fitting,) = (row for row in recording_assumptions(fits) if row.subject is Subject.COLLIDER_AXES)
+    assert alternatives_differ(fits, fitting) is False
     assert question.alternatives[0].words.startswith("colliders up to ")
     meant = with_answer(session, question.assumption, "x-flipped")
     stated = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb", collider_axes="x-flipped")

@@ -3,7 +3,7 @@
 from time import sleep
 
 import pytest
-from support.shapes import revolved_mesh
+from support.shapes import box_mesh, merge_meshes, revolved_mesh, shift_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.collider_shapes import box_collider
@@ -89,6 +89,22 @@ def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
     search._deadline = Deadline(0.0, lambda _: None)
     kept = Cut(TriangleMesh(data.vertices, data.faces), "hull", 1)
     assert kept.seconds == 0.0 and search.cut_in_time([kept]) == {}
+
+
+@pytest.mark.parametrize(("limit", "counts"), [(1, (1,)), (4, (1, 2, 3, 4)), (5, (1, 2, 3, 4, 5))])
+def test_round_body_is_tried_with_counts_up_to_the_limit(limit, counts):
+    ladder = Ladder(revolved_mesh(WALL, 12), Deadline(None, lambda _: None), limit)
+    assert ladder.counts == counts and ladder.finest_cut().name == "sectors"
+
+
+def test_other_pieces_of_a_body_follow_after_its_own_steps():
+    box = box_mesh((0.1, 0.1, 0.1))
+    ladder = Ladder(merge_meshes(box, shift_mesh(box, (0.3, 0.0, 0.0))), Deadline(None, lambda _: None), 4)
+    finest = ladder.finest_cut()
+    steps = ladder.add_pieces([box], "by hand"), ladder.add_step(finest), ladder.add_pieces([box, box], "again")
+    assert ladder.counts == (1, 4) and steps == (2, 3, 4) and finest.name == "planes"
+    assert (ladder.how(2), ladder.cut(3), ladder.how(4)) == ("by hand", finest, "again")
+    assert [len(ladder.pieces(step)) for step in (2, 4)] == [1, 2]
 
 
 def test_mirrored_bodies_are_cut_and_counted_as_they_are():

@@ -120,6 +120,14 @@ def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
     assert (pieces, frames) == (1, 0)
 
 
+def test_pieces_are_tested_at_a_limited_number_of_frames(two_beakers, monkeypatch):
+    monkeypatch.setattr(motion_joins, "MOST_FRAMES", 2)
+    assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
+    always = np.ones((len(assembly.motion), 1), dtype=np.bool_)  # of one pair
+    cylinder = revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)
+    assert FalseContacts(assembly, "beaker", always).of([cylinder]).shape == (1, 2)
+
+
 @pytest.mark.slow
 def test_untested_joins_change_no_level(stirred, monkeypatch):
     lazy = stirred.joined

@@ -3,7 +3,7 @@ import sys
 
 from support.planted_sessions import write_scene
 
-from replay.advice.open_guesses import guess_lines, open_rows, undecided_sentence, untried_lines
+from replay.advice.open_guesses import guess_lines, open_guesses_line, open_rows, undecided_sentence, untried_lines
 from sessions import Session
 from sessions.importers import import_session
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, Subject, assumptions_fact
@@ -56,3 +56,9 @@ def test_decisions_of_an_import_load_nothing_of_a_run():
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
     rooms = ("replay.cutting", "replay.detection", "replay.auditing", "numba")
     assert not [name for name in loaded if name.startswith(rooms)]
+
+
+def test_four_undecided_sessions_are_named_and_more_are_implied():
+    (four,), (five,) = (open_guesses_line("abcde"[:count], 9) for count in (4, 5))
+    assert "in 4 of 9 sessions" in four and "(a, b, c, d)" in four
+    assert "in 5 of 9 sessions" in five and "(a, b, c, d, ...)" in five

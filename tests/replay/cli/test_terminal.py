@@ -95,6 +95,11 @@ SNAPSHOT = table(
 )
 
 
+def test_word_wider_than_the_terminal_is_folded_beside_its_row():
+    lines = at_width([stacked(table("", ("row", "name"), [("first", "x" * 30)], words=("row", "name")))], 20)
+    assert max(map(len, lines)) <= 20 and lines[-3:] == ["first  " + "x" * 13, " " * 7 + "x" * 13, " " * 7 + "xxxx"]
+
+
 @pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED_WIDTH), ("60", 60), ("140", 140)])
 def test_piped_output_follows_columns_without_trailing_spaces(monkeypatch, capsys, columns, widest):
     monkeypatch.delenv("COLUMNS")

@@ -67,7 +67,7 @@ def test_page_loads_nothing_and_runs_its_own_script_only():
     ("scene", "curve", "headline"),
     [
         ("ammonia-calorimetry", "The temperature of calorimeter: 20.00 to 24.4", "warms from 20.00 to 24.4"),
-        ("titration", "over what came in; the line is its end point, ", "equivalent in flask after 25.0"),
+        ("titration", "over what came in; a line marks each end point: ", "equivalent in flask after 25.0"),
     ],
 )
 def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
