@@ -145,9 +145,9 @@ def test_recorded_numbers_count_within_the_frames():
 
 
 def test_last_known_pose_stays_while_a_body_is_lost():
-    places = np.arange(12.0).reshape(4, 3)
+    positions = np.arange(12.0).reshape(4, 3)
     valid = np.array([False, True, False, True])
-    poses = BodyPoses(np.arange(4.0), places, np.tile(np.eye(3), (4, 1, 1)), valid, np.ones(4, dtype=bool))
+    poses = BodyPoses(np.arange(4.0), positions, np.tile(np.eye(3), (4, 1, 1)), valid, np.ones(4, dtype=bool))
     known = poses.last_known()
     assert known.valid.tolist() == [False, True, True, True]
-    assert np.array_equal(known.translation[1:], places[[1, 1, 3]])
+    assert np.array_equal(known.translation[1:], positions[[1, 1, 3]])

@@ -53,7 +53,7 @@ def test_no_titrated_concentration_without_a_whole_number_ratio():
     assert titrated_concentration(contents, "f", "elsewhere", ("HCl", "NaOH"), 10.0) == ("", {})
 
 
-def test_salt_that_shares_an_ion_with_the_equation_is_titrated():
+def test_salt_with_an_ion_of_the_equation_is_titrated():
     """The equation takes copper sulfate; the flask has its sulfate from 1 mmol of sodium sulfate in 20 mL."""
     flask = {"H2O": 1.1, "Na2SO4": 1e-3, "KNO3": 1e-3, "K2SO4": 0.0}
     contents = {"b": Contents(50.0, {"BaCl2": 5e-3}, {}, {}), "f": Contents(20.0, flask, {}, {})}

@@ -18,7 +18,7 @@ from replay.prepare.frame_times import frame_ends, frame_rate
     ],
     ids=["gap", "40 ms are bridged", "two slow steps", "more than two", "one frame", "none"],
 )
-def test_frame_is_over_at_the_next_one_unless_a_gap_follows(times, ends):
+def test_frame_lasts_until_the_next_unless_a_gap_follows(times, ends):
     assert frame_ends(np.array(times)) == pytest.approx(ends)
 
 

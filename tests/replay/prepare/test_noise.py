@@ -75,13 +75,13 @@ def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
     assert np.array_equal(bench, np.tile(assembly.motion.translations[:, 2], (3, 1)))
 
 
-def test_a_child_turns_about_its_tracker():
+def test_a_child_rotates_about_its_tracker():
     """A quarter turn about Z of the tracker at 1 m on X takes what is 0.5 m beyond to 0.5 m beside."""
     rest = np.tile(np.eye(3), (1, 2, 1, 1))
     motion = SimpleNamespace(rotations=rest, translations=np.array([[[1.0, 0.0, 0.0], [1.5, 0.0, 0.0]]]))
     copies = NoisyCopies(BodyNoise(("hand", "hand"), (0, 0), {"hand": VIVE}), 1, 0)
     errors = {"hand": np.array([[[0.0, 0.0, 0.1, 0.0, 0.0, np.pi / 2]]])}
     rows = np.array([True])
-    for body, place in ((0, [1.0, 0.0, 0.1]), (1, [1.0, 0.5, 0.1])):
+    for body, position in ((0, [1.0, 0.0, 0.1]), (1, [1.0, 0.5, 0.1])):
         rotation, translation = copies.poses(motion, errors, body, rows)
-        assert translation[0] == pytest.approx(place) and rotation[0] @ [1.0, 0.0, 0.0] == pytest.approx([0, 1, 0])
+        assert translation[0] == pytest.approx(position) and rotation[0] @ [1.0, 0.0, 0.0] == pytest.approx([0, 1, 0])

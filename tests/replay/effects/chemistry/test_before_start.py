@@ -1,4 +1,4 @@
-"""What stands together at first has reacted before the recording: gas that left, solids, equations."""
+"""Contents of a vessel have reacted before the recording begins: gas that left, solids, equations."""
 
 from types import SimpleNamespace
 
@@ -9,7 +9,7 @@ from replay.effects.chemistry.before_start import reacted_before
 
 
 def texts(amounts, *, brought=(), extent=0.0, process=0, followed=()):
-    """What happened in a flask before the recording, by the amounts at its first row."""
+    """Events of a flask before the recording, by the amounts at its first row."""
     columns = [*amounts]
     solids = np.array([row for row, column in enumerate(columns) if column.endswith("(s)")], dtype=np.int64)
     ledger = SimpleNamespace(

@@ -1,4 +1,4 @@
-"""Where a process without a constant ends: acid, hydroxide and catalysts."""
+"""Acid, hydroxide and catalysts end a process without a constant."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ CATALYSED = Process("", {"I2": -1.0}, catalysts=frozenset({"H+"}))
 
 def limit(process, cause, **amounts):
     """Mol of a process until a cause ends it, in a liquid with so many mol of each column."""
-    column = {name: place for place, name in enumerate(COLUMNS)}
+    column = {name: index for index, name in enumerate(COLUMNS)}
     changes = np.array([[process.changes.get(name, 0.0) for name in COLUMNS]])
     limits = Limits([process], changes, column, solver_of(["SO3^2-"]), None, 25.0)
     row = np.zeros(len(COLUMNS))
@@ -30,7 +30,7 @@ def test_gas_leaves_only_beyond_its_hydrogen_salt(acid, expected):
     assert limit(SO2, Cause.ACID, **{"H+": acid, "SO3^2-": 1.0}) == pytest.approx(expected, abs=1e-9)
 
 
-def test_two_mol_of_lye_dissolve_one_of_zinc():
+def test_lye_dissolves_half_a_mol_of_zinc():
     assert limit(LYE, Cause.HYDROXIDE, **{"H+": -3.0, "Zn(s)": 9.0}) == pytest.approx(1.5)
 
 

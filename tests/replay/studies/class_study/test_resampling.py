@@ -35,22 +35,22 @@ EVEN = np.linspace(0.0, 2.0, 2001)
 
 
 def test_ties_with_the_estimate_count_half_on_either_side():
-    low, high = interval(np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0]), 1.0, np.array([0.9, 1.0, 1.1]))
-    assert low + high == pytest.approx(2.0) and low < 1.0
+    lower, upper = interval(np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0]), 1.0, np.array([0.9, 1.0, 1.1]))
+    assert lower + upper == pytest.approx(2.0) and lower < 1.0
 
 
 def test_interval_is_widened_for_few_students():
-    low, high = interval(EVEN, 1.0, np.array([0.8, 0.9, 1.1, 1.2]))
+    lower, upper = interval(EVEN, 1.0, np.array([0.8, 0.9, 1.1, 1.2]))
     expected = stats.norm.cdf(np.sqrt(4 / 3) * stats.t.ppf([0.025, 0.975], 3))
-    assert (low, high) == pytest.approx(tuple(2.0 * expected), abs=1e-6)
+    assert (lower, upper) == pytest.approx(tuple(2.0 * expected), abs=1e-6)
 
 
-def test_interval_reaches_farther_where_one_student_raises_the_estimate():
+def test_interval_reaches_farther_where_a_student_raises_the_estimate():
     """Without him it is 0.7, without any other 1.1."""
-    low, high = interval(EVEN, 1.0, np.array([1.1] * 29 + [0.7]))
-    assert low + high > 2.01
+    lower, upper = interval(EVEN, 1.0, np.array([1.1] * 29 + [0.7]))
+    assert lower + upper > 2.01
     mirrored = interval(2.0 - EVEN, 1.0, 2.0 - np.array([1.1] * 29 + [0.7]))
-    assert mirrored == pytest.approx((2.0 - high, 2.0 - low))
+    assert mirrored == pytest.approx((2.0 - upper, 2.0 - lower))
 
 
 @pytest.mark.parametrize(("estimates", "students"), [(EVEN, 2), (np.full(9, np.nan), 9)])

@@ -96,7 +96,7 @@ def test_rows_count_mean_hits_and_evaluations_a_pose(monkeypatch):
     assert len(ablation) == 2 * (1 + len(EQUATIONS))
 
 
-@pytest.mark.parametrize(("seeds", "words"), [(1, "with 1 seed:"), (2, "with 2 seeds:")])
-def test_table_of_rates_states_its_search_seeds(seeds, words):
+@pytest.mark.parametrize(("seeds", "text"), [(1, "with 1 seed:"), (2, "with 2 seeds:")])
+def test_table_of_rates_states_its_search_seeds(seeds, text):
     rates, _ = colony.colony_tables([([], [])], seeds)
-    assert words in rates.notes[0]
+    assert text in rates.notes[0]

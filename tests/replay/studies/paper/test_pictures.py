@@ -63,7 +63,7 @@ def test_figure_7_has_a_panel_for_budgets_time_and_families(figures):
     (segment,) = torus.collections[0].get_segments()
     assert segment[:, 0].tolist() == [0.4, 0.9]
     assert all(axes.yaxis_inverted() for axes in (budgets[0], time, torus, flask))
-    assert all(low < 0.0 and high > 1.0 for low, high in (axes.get_xlim() for axes in (budgets[0], torus, flask)))
+    assert all(left < 0.0 and right > 1.0 for left, right in (axes.get_xlim() for axes in (budgets[0], torus, flask)))
 
 
 @pytest.mark.parametrize(("evaluations", "scale"), [(None, "linear"), (50.0, "log")])
@@ -77,4 +77,4 @@ def test_figure_8_has_coverage_misses_and_evaluations_of_covered(figures, evalua
     assert covered.lines[0].get_xdata().tolist() == [50.0, 75.0], "all faces stand to the right of the largest sample"
     assert covered.lines[0].get_ydata().tolist() == [0.2, 0.0] and missed.lines[0].get_ydata().tolist() == [0.25] * 2
     assert work.get_yscale() == scale and (evaluations is None or work.lines[0].get_ydata().tolist() == [50.0] * 2)
-    assert all(low < 0.0 and high > 1.0 for low, high in (covered.get_ylim(), missed.get_ylim()))
+    assert all(bottom < 0.0 and top > 1.0 for bottom, top in (covered.get_ylim(), missed.get_ylim()))

@@ -86,7 +86,7 @@ def test_face_no_higher_than_the_tolerance_is_thin_anywhere():
 
 
 @pytest.mark.parametrize(
-    ("place", "contact", "oracle", "doubts"),
+    ("position", "contact", "oracle", "doubts"),
     [
         ((0.9, 0.1, 0.2), True, "exact", set()),
         ((1.0 - 1e-6, 0.1, 0.2), True, "exact", {Doubt.SHALLOW, Doubt.LOOSE}),
@@ -97,10 +97,10 @@ def test_face_no_higher_than_the_tolerance_is_thin_anywhere():
     ],
     ids=["deep", "a micrometre deep", "inside or near", "met between frames", "a micrometre apart", "apart"],
 )
-def test_doubts_are_of_contacts_within_two_micrometres(place, contact, oracle, doubts):
-    """Cubes of 1 m, the second at a place beside the first."""
+def test_doubts_are_of_contacts_within_two_micrometres(position, contact, oracle, doubts):
+    """Cubes of 1 m, the second at a position beside the first."""
     bodies = body_pair(box_mesh(), box_mesh())
-    motion = motion_at([place])
+    motion = motion_at([position])
     corners = [body.mesh.triangles + motion.translations[0, k] for k, body in enumerate(bodies)]
     fault = SimpleNamespace(
         bodies=bodies,

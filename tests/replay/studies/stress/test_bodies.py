@@ -72,7 +72,7 @@ def test_exact_states_that_it_decides_at_frames_only():
     assert (item.missed, item.promised, item.reason) == (1, False, FRAMES_ONLY_REASON)
 
 
-def test_continuous_detector_is_asked_instants_frame_by_frame():
+def test_continuous_detector_answers_instants_frame_by_frame():
     """Between the second frame and the third the boxes pass through each other."""
     truth = [Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]
     motion = motion_at([[0.5, 0.0, 0.0], [3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]])
