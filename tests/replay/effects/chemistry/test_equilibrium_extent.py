@@ -1,0 +1,68 @@
+"""Equations with a constant stop where the quotient of their amounts is that constant, forwards and backwards."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from replay.effects.chemistry.equilibrium_extent import EquilibriumExtents
+from replay.effects.chemistry.processes import Process
+
+COLUMNS = ("H+", "H2O", "A", "B", "B(g)", "CH3COO-", "C2H5OH", "CH3COOC2H5", "NH3")
+KILOGRAM_MOL = 55.508
+
+
+def extent(process, most, *, celsius=25.0, holds_acid=(), **mol):
+    """Mol of a process in a kilogram of water with so many mol of each column, ``most`` until a reagent is used up."""
+    column = {name: index for index, name in enumerate(COLUMNS)}
+    changes = np.array([[process.changes.get(name, 0.0) for name in COLUMNS]])
+    bound = np.array([dict(holds_acid).get(name, 0.0) for name in COLUMNS])
+    amounts = np.array([[{"H2O": KILOGRAM_MOL, **mol}.get(name, 0.0) for name in COLUMNS]])
+    extents = EquilibriumExtents([process], changes, column, None, bound)
+    assert extents.known(0)
+    return float(extents.extent(0, amounts, np.array([most]), np.array([celsius]))[0])
+
+
+ISOMER = {"A": -1.0, "B": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "log_k"), [(1.0, 0.0, 0.0), (0.2, 0.8, 0.0), (0.5, 0.5, 0.5), (0.5, 0.5, -0.5), (1.0, 0.0, 2.0)]
+)
+def test_isomers_stop_at_the_ratio_of_their_constant(a, b, log_k):
+    """Of A and B the ratio (B + x) / (A - x) becomes K; x is below 0 where too much B is there."""
+    constant = 10.0**log_k
+    expected = (constant * a - b) / (1.0 + constant)
+    assert extent(Process("", ISOMER, log_k=log_k), a, A=a, B=b) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "process", [Process("", ISOMER, rate=1.0, log_k=0.0), Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0)]
+)
+def test_slow_reactions_and_gases_never_run_back(process):
+    assert extent(process, 0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0
+
+
+def test_complete_reaction_uses_up_its_reagent():
+    assert extent(Process("", ISOMER, log_k=12.0), 1.0, A=1.0) == 1.0
+
+
+@pytest.mark.parametrize("celsius", [25.0, 60.0])
+def test_constant_of_an_exothermic_equation_falls_with_temperature(celsius):
+    """By van 't Hoff with -50 kJ/mol."""
+    constant = np.exp(50e3 / 8.314462618 * (1.0 / (celsius + 273.15) - 1.0 / 298.15))
+    process = Process("", ISOMER, joule=-50e3, log_k=0.0)
+    assert extent(process, 1.0, celsius=celsius, A=1.0) == pytest.approx(constant / (1.0 + constant), abs=1e-4)
+
+
+ESTER = Process(
+    "", {"CH3COO-": -1.0, "H+": -1.0, "C2H5OH": -1.0, "CH3COOC2H5": 1.0, "H2O": 1.0}, log_k=np.log10(4.0), is_ester=True
+)
+
+
+@pytest.mark.parametrize("ammonia", [0.0, 0.4])
+def test_ester_and_water_stop_at_four_times_acid_and_alcohol(ammonia):
+    """In mol, and of the acid only what no base holds: ammonia takes a proton each."""
+    free = 1.0 - ammonia
+    expected = brentq(lambda x: x * (x + 1e-6) - 4.0 * (free - x) * (1.0 - x), 0.0, free)
+    mol = {"CH3COO-": 1.0, "H+": 1.0, "C2H5OH": 1.0, "NH3": ammonia, "H2O": 1e-6}
+    assert extent(ESTER, free, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, abs=1e-4)
