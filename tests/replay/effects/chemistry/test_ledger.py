@@ -104,3 +104,14 @@ def test_a_pour_leaves_the_heat_of_the_glass_behind():
 def test_reaction_heat_counts_where_known_and_followed(warmth, joule, expected):
     process = replace(MAGNESIUM, joule=joule)
     assert Ledger("a", ["Cl-"], [process], None, warmth=warmth).reactions.process_joule(0) == expected
+
+
+def test_an_equilibrium_goes_on_while_another_equation_takes_its_product():
+    """The first stops at even amounts and the second uses up what it makes: each round halves what is left."""
+    to_bromide = Process("", {"Cl-": -1.0, "Br-": 1.0}, log_k=0.0)
+    to_iodide = Process("", {"Br-": -1.0, "I-": 1.0})
+    book = Ledger("a", ["Cl-", "Br-", "I-"], [to_bromide, to_iodide], None)
+    amounts = np.zeros((1, len(book.columns)))
+    amounts[0, [book.column["Cl-"], book.column[WATER]]] = 1.0, 55.5
+    assert book.reactions.run_processes(amounts)[0] == pytest.approx([1.0, 1.0], abs=1e-5)
+    assert amounts[0, book.column["I-"]] == pytest.approx(1.0, abs=1e-5)
