@@ -183,7 +183,8 @@ def energy_of(ledger, amounts):
     )
 
 
-def check_conservation(seed, warm):
+def assert_matter_and_energy_kept(seed, warm):
+    """Fails unless every event of a world keeps elements, charge and volume, and with ``warm`` also energy."""
     first, given, stays = None, 0.0, True
     for ledger in a_world(seed, warm):
         components = makeup(ledger.columns)
@@ -377,8 +378,8 @@ if __name__ == "__main__":
     failed = []
     for seed in range(chosen.first, chosen.first + chosen.count):
         for what, check in (
-            ("warm ledger", lambda seed: check_conservation(seed, warm=True)),
-            ("ledger", lambda seed: check_conservation(seed, warm=False)),
+            ("warm ledger", lambda seed: assert_matter_and_energy_kept(seed, warm=True)),
+            ("ledger", lambda seed: assert_matter_and_energy_kept(seed, warm=False)),
             ("scene", check_scene),
         ):
             try:

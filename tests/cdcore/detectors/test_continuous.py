@@ -24,10 +24,12 @@ def heights(z, valid=None, linked=None, bodies=(BALL, PLATE)):
 
 
 def detect(motion, bodies=(BALL, PLATE), **settings):
+    """The answer of ``continuous``, whose verdict of a frame is about the path since the frame before."""
     return create_detector("continuous", bodies, **settings).detect(motion)
 
 
 def labels(detection):
+    """Names of the verdicts of the first pair, frame by frame."""
     return [Verdict(v).name for v in detection.verdict[:, 0]]
 
 
@@ -79,10 +81,11 @@ def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
 
 
 def test_ball_in_a_box_is_contained_until_it_leaves():
-    room = Body("room", box_mesh((1, 1, 1)))
-    detection = detect(heights([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=(BALL, room)), (BALL, room))
+    """The box reaches up to 0.5 m: the ball of 1 cm passes its wall between 0.2 and 0.9 m, on its path to frame 4."""
+    bodies = BALL, Body("room", box_mesh((1, 1, 1)))
+    detection = detect(heights([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=bodies), bodies)
     assert labels(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
-    refused = detect(heights([0, 0.1], bodies=(BALL, room)), (BALL, room), containment=False)
+    refused = detect(heights([0, 0.1], bodies=bodies), bodies, containment=False)
     assert labels(refused) == ["CLEAR", "CLEAR"]
     assert refused.containment == ("refused: containment=False",)
 

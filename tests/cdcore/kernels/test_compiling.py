@@ -123,18 +123,19 @@ def test_simultaneous_processes_compile_a_kernel_once(tmp_path):
 
 
 def test_the_collector_rests_while_kernels_compile_and_only_then():
-    heard = Compiled(lambda seconds: None)
-    kernel = Event("numba:compile", "START", {"dispatcher": doubled})
-    for on in (True, False):
-        gc.enable() if on else gc.disable()
+    """A kernel that calls another has it compiled before its own compilation ends; the outer end counts."""
+    listener = Compiled(tell=lambda seconds: None)
+    compilation = Event("numba:compile", "START", {"dispatcher": doubled})
+    for is_enabled in (True, False):
+        gc.enable() if is_enabled else gc.disable()
         try:
-            heard.on_start(kernel)
-            heard.on_start(kernel)
+            listener.on_start(compilation)
+            listener.on_start(compilation)
             assert not gc.isenabled()
-            heard.on_end(kernel)
-            assert not gc.isenabled()
-            heard.on_end(kernel)
-            assert gc.isenabled() == on and 0.0 <= heard.seconds < 60.0
+            listener.on_end(compilation)
+            assert not gc.isenabled(), "the outer kernel compiles still"
+            listener.on_end(compilation)
+            assert gc.isenabled() == is_enabled and 0.0 <= listener.seconds < 60.0
         finally:
             gc.enable()
 

@@ -32,7 +32,8 @@ def text_of(result):
 
 
 @pytest.fixture(scope="module")
-def good():
+def plain_document():
+    """The document of a run as JSON's dicts and lists; it audits a detector ``slow`` against ``hybrid``."""
     return json.loads(
         text_of(compute(make_analytic("fast-ball", seconds=1.0)[0], detectors="slow=discrete[rate_hz=20]"))
     )
@@ -74,16 +75,16 @@ def test_run_document_survives_writing_and_reading_as_json(settings):
 
 
 @pytest.mark.parametrize("path", TAMPERED)
-def test_a_tampered_value_is_named_with_its_path(good, path):
+def test_a_tampered_value_is_named_with_its_path(plain_document, path):
     value, reason = TAMPERED[path]
-    bad = copy.deepcopy(good)
+    bad = copy.deepcopy(plain_document)
     changed(bad, path, value)
     assert document_of(bad) == (None, (f"{path}: {reason}",))
     assert not VALIDATOR.is_valid(bad)
 
 
-def test_every_tampered_value_is_named(good):
-    bad = copy.deepcopy(good)
+def test_every_tampered_value_is_named(plain_document):
+    bad = copy.deepcopy(plain_document)
     for path, (value, _) in TAMPERED.items():
         changed(bad, path, value)
     document, problems = document_of(bad)
@@ -91,29 +92,30 @@ def test_every_tampered_value_is_named(good):
     assert sorted(problems) == sorted(f"{path}: {reason}" for path, (_, reason) in TAMPERED.items())
 
 
-def test_every_missing_key_is_named(good):
-    bad = copy.deepcopy(good)
+def test_every_missing_key_is_named(plain_document):
+    bad = copy.deepcopy(plain_document)
     paths = ["session.frames", "audit.slow.pair_frames.both", "tau", "detectors.slow.seconds.stages"]
     for path in paths:
         removed(bad, path)
     assert sorted(document_of(bad)[1]) == sorted(f"{path}: is missing" for path in paths)
 
 
-def test_document_with_detectors_foreign_to_its_run_is_faulted(good):
-    bad = copy.deepcopy(good)
+def test_document_with_detectors_foreign_to_its_run_is_faulted(plain_document):
+    bad = copy.deepcopy(plain_document)
     bad["audit"]["quick"] = bad["audit"].pop("slow")
     bad["oracle"] = "truth"
-    assert document_of(bad)[1] == (
+    _, problems = document_of(bad)
+    assert problems == (
         "audit.quick: no detector of the run has this name",
         "oracle: no detector of the run is called 'truth'",
         "answers: they are about other detectors than those audited",
     )
 
 
-def test_run_document_ignores_unknown_keys(good):
-    more = copy.deepcopy(good) | {"surprise": 1}
+def test_run_document_ignores_unknown_keys(plain_document):
+    more = copy.deepcopy(plain_document) | {"surprise": 1}
     more["audit"]["slow"]["surprise"] = 1
-    assert json.loads(json_of(document_of(more)[0])) == good
+    assert json.loads(json_of(document_of(more)[0])) == plain_document
 
 
 @pytest.mark.parametrize("plain", [None, [], 3, "text", {}])

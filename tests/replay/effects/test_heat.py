@@ -14,7 +14,8 @@ FLAME = {
 }  # fmt: skip
 
 
-def run(xs, height=0.2, **more):
+def heat_of_flame(xs, height=0.2, **more):
+    """The effect on a dish at these places along x, 0.1 s each; the flame heats 2 cm around, 25 cm up from 0.1."""
     points = np.zeros((len(xs), 3))
     points[:, 0], points[:, 1] = xs, height
     poses = {"lamp": still(len(xs)), "dish": (points, still(len(xs))[1])}
@@ -28,16 +29,16 @@ XS = [1.0] * 5 + [0.01] * 100 + [1.0] * 100
 
 def test_dish_warms_over_the_flame_and_cools_beside():
     """Newton's law with 0.4 W/K and 60 J/K: towards 420 degC over the flame (0.5 to 10.5 s), 20 degC beside."""
-    run_ = run(XS)
-    (event,) = run_.events
+    effect = heat_of_flame(XS)
+    (event,) = effect.events
     peak = 20.0 + 400.0 * -np.expm1(-10.0 * 0.4 / 60.0)
     assert event.name == "heated" and (event.time, event.end) == pytest.approx((0.5, 10.5))
     assert event.values["to_c"] == pytest.approx(peak, rel=1e-9) and event.text.endswith(" in 10.0 s")
-    celsius = run_.series["dish/temperature"]
+    celsius = effect.series["dish/temperature"]
     assert celsius.values.max() == pytest.approx(peak, rel=1e-9) and celsius.values[0] == 20.0
     assert celsius.times[:3].tolist() == pytest.approx([0.0, 0.4, 0.5])
     after = 20.0 + (peak - 20.0) * np.exp(-(celsius.times[-1] - 10.5) * 0.4 / 60.0)
-    assert celsius.values[-1] == pytest.approx(after, rel=1e-9) and run_.frames_run == 200
+    assert celsius.values[-1] == pytest.approx(after, rel=1e-9) and effect.frames_run == 200
 
 
 @pytest.mark.parametrize(
@@ -48,10 +49,15 @@ def test_dish_warms_over_the_flame_and_cools_beside():
         {"xs": [1.0, 0.0, 1.0]},
         {"xs": [0.0] * 20, "height": 0.36},
     ],
+    ids=["1 mm beside its 2 cm", "level with its base", "over it for one frame", "above its 25 cm"],
 )
-def test_beside_or_below_the_flame_nothing_is_heated(where):
-    run_ = run(**where)
-    assert run_.events == () and run_.frames_run == 0 and set(run_.series["dish/temperature"].values) == {20.0}
+def test_dish_beside_below_or_above_the_flame_stays_cold(where):
+    effect = heat_of_flame(**where)
+    assert (
+        effect.events == ()
+        and effect.frames_run == 0
+        and set(effect.series["dish/temperature"].values) == {FLAME["ambient_c"]}
+    )
 
 
 def over_flame(contents, *tables, xs=XS, **more):
@@ -145,7 +151,7 @@ def test_water_into_acid_is_the_wrong_order():
 
 
 def test_a_boiling_liquid_gets_no_hotter():
-    assert run(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
+    assert heat_of_flame(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
     hot = mixed((glass("a", 60.0), acid("b", 60.0)), [0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.events_named("boil")[0].text
 

@@ -9,8 +9,8 @@ from replay.engine import compute
 from sessions.model.scene import SceneBody
 
 NO_HEAT_LOSS = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
-MIXED = ("mixing", {"in": ["b"]})
-POUR = [0.0, *([60.0] * 3), *([0.0] * 60)]
+MIXING_IN_B = ("mixing", {"in": ["b"]})
+TILTS = [0.0, *([60.0] * 3), *([0.0] * 60)]
 """Degrees by which a glass is tilted: it pours for 30 ms of 640 ms."""
 
 
@@ -23,11 +23,12 @@ def precipitates(solid):
     return "precipitation", {"solid": solid, "colour": "white"}
 
 
-def reacts(equation, **more):
+def reaction(equation, **more):
+    """The table of an effect that lets an equation run; without ``rate_per_s`` it runs at once."""
     return "reaction", {"equation": equation, **more}
 
 
-SULFATE = reacts("BaCl2 + Na2SO4 -> BaSO4 + 2 NaCl")
+SULFATE = reaction("BaCl2 + Na2SO4 -> BaSO4 + 2 NaCl")
 
 
 def test_precipitate_present_at_the_start_has_its_mass():
@@ -43,7 +44,7 @@ def test_dissolved_mass_is_counted_from_the_first_precipitate():
     """Ammonia dissolves silver chloride that fell out before the first frame: 0.1 mmol of 143.32 g/mol."""
     flask = glass("flask", 2.0, solutes={"AgNO3": 0.05, "NaCl": 0.05})
     ammonia = glass("burette", 50.0, solute="NH3", molar=8.0, cavity=COLUMN)
-    equations = (reacts("AgNO3 + NaCl -> AgCl + NaNO3"), reacts("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-"))
+    equations = (reaction("AgNO3 + NaCl -> AgCl + NaNO3"), reaction("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-"))
     effects = run_in([0.0, 0.0, *([90.0] * 60), 0.0], MIX, *equations, precipitates("AgCl"), base=ammonia, acid=flask)
     first, dissolved = effects["precipitation"].events
     assert [first.name, dissolved.name] == ["precipitate", "dissolved"]
@@ -63,14 +64,14 @@ def test_dissolved_mass_is_counted_from_the_first_precipitate():
 def test_reactions_with_acid_start_when_acid_is_poured_in(solute, molar, equation, rate):
     """Each once ran in its own neutral or basic solution."""
     bodies = (glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute=solute, molar=molar))
-    effects = poured(POUR, bodies, MIXED, reacts(equation, **rate))
+    effects = poured(TILTS, bodies, MIXING_IN_B, reaction(equation, **rate))
     history = effects["reaction"].series["b/extent"]
     first = history.times < effects["pour"].events[0].time
     assert not history.values[first].any()
     assert history.values[-1] > 0.5 * molar * 10e-3
 
 
-GASES = {
+ACIDS_THAT_FREE_GASES = {
     "CO2": ("NaHCO3", "HCl", "NaHCO3 + HCl -> NaCl + H2O + CO2"),
     "SO2": ("Na2SO3", "H2SO4", "Na2SO3 + H2SO4 -> Na2SO4 + H2O + SO2"),
     "H2S": ("Na2S", "HCl", "Na2S + 2 HCl -> 2 NaCl + H2S"),
@@ -79,29 +80,30 @@ GASES = {
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("molar", [0.02, 0.8])
-@pytest.mark.parametrize("gas", GASES)
+@pytest.mark.parametrize("gas", ACIDS_THAT_FREE_GASES)
 def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):
-    """SO2 once left at once where its equation has a rate, and stayed dissolved where it has none."""
-    solute, acid, equation = GASES[gas]
-    bodies = (glass("a", 60.0, solute=acid, molar=2.0), glass("b", 20.0, solute=solute, molar=molar))
-    at_once, slow = (
-        poured(POUR, bodies, MIXED, reacts(equation, **rate))["reaction"] for rate in ({}, {"rate_per_s": 20.0})
+    """Acid is poured on 20 mL of a salt: either some gas leaves and the rest stays dissolved, or all of it stays.
+
+    SO2 once left at once where its equation has a rate, and stayed dissolved where it has none.
+    """
+    salt, acid, equation = ACIDS_THAT_FREE_GASES[gas]
+    bodies = (glass("a", 60.0, solute=acid, molar=2.0), glass("b", 20.0, solute=salt, molar=molar))
+    at_once = poured(TILTS, bodies, MIXING_IN_B, reaction(equation))["reaction"].output
+    slow = poured(TILTS, bodies, MIXING_IN_B, reaction(equation, rate_per_s=20.0))["reaction"].output
+    moles_at_once, moles_slow = (
+        sum(event.values["moles"] for event in output.events_named("gas")) for output in (at_once, slow)
     )
-    amounts = [sum(event.values["moles"] for event in effect.output.events_named("gas")) for effect in (at_once, slow)]
-    assert amounts[1] == pytest.approx(amounts[0], rel=0.02, abs=1e-6)
-    for effect in (at_once, slow):
-        stays = [event.text for event in effect.output.events_named("gas") if "stay dissolved" in event.text]
-        none = [
-            event.text
-            for event in effect.output.events_named("no-reaction")
-            if f"all {gas} stays dissolved" in event.text
-        ]
-        assert len(stays) + len(none) == 1
+    assert moles_slow == pytest.approx(moles_at_once, rel=0.02, abs=1e-6)
+    for output in (at_once, slow):
+        some_stays = [event for event in output.events_named("gas") if "stay dissolved" in event.text]
+        refusals = output.events_named("no-reaction")
+        all_stays = [event for event in refusals if f"all {gas} stays dissolved" in event.text]
+        assert len(some_stays) + len(all_stays) == 1
 
 
 def test_reaction_lacking_its_acid_is_reported_as_not_proceeding():
     bodies = (glass("a", 60.0), glass("b", 10.0, solute="Na2S2O3", molar=0.1))
-    effects = poured(POUR, bodies, MIXED, reacts("S2O3^2- + 2 H+ -> SO2 + S + H2O"), precipitates("S"))
+    effects = poured(TILTS, bodies, MIXING_IN_B, reaction("S2O3^2- + 2 H+ -> SO2 + S + H2O"), precipitates("S"))
     (event,) = effects["reaction"].output.events_named("no-reaction")
     assert "it needs acid, and none came into b" in event.text
     assert not effects["precipitation"].series["b/S"].values.any()
@@ -111,7 +113,7 @@ def test_ammonium_hardly_dissolves_zinc_without_strong_acid():
     """At pH 7 about 0.6 % of the 5 mmol of ammonium are used, so below 1 %; two protons a zinc ion."""
     flask = glass("flask", 10.0, solute="NH4Cl", molar=0.5, properties={"solid": {"formula": "Zn", "mass_g": 1.0}})
     acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
-    zinc = reacts("Zn + 2 HCl -> ZnCl2 + H2", rate_per_s=50.0)
+    zinc = reaction("Zn + 2 HCl -> ZnCl2 + H2", rate_per_s=50.0)
     effects = run_in([0.0] * 40, MIX, zinc, base=acid, acid=flask)
     assert effects["reaction"].series["flask/extent"].values.max() < 0.01 * 0.5 * 5e-3
 
@@ -122,8 +124,8 @@ def test_catalysed_reaction_runs_only_where_the_catalyst_is():
         glass("a", 60.0, solute="H2O2", molar=1.0),
         glass("b", 0.0, properties={"solid": {"formula": "MnO2", "mass_g": 0.5}}),
     )
-    split = reacts("2 H2O2 + MnO2 -> 2 H2O + O2 + MnO2", rate_per_s=0.5)
-    effects = poured(POUR, bodies, ("mixing", {"in": ["a", "b"]}), split)
+    split = reaction("2 H2O2 + MnO2 -> 2 H2O + O2 + MnO2", rate_per_s=0.5)
+    effects = poured(TILTS, bodies, ("mixing", {"in": ["a", "b"]}), split)
     extents = {name: row.values for name, row in effects["reaction"].series.items() if name.endswith("extent")}
     assert set(extents) == {"b/extent"} and extents["b/extent"][-1] > 0.0
 
@@ -138,12 +140,12 @@ def test_vessel_starts_at_its_declared_temperature(mass_g):
 
 @pytest.mark.parametrize(
     ("solid", "more"),
-    [("NH4NO3", ()), ("CaO", (reacts("CaO + H2O -> Ca(OH)2"), precipitates("Ca(OH)2")))],
+    [("NH4NO3", ()), ("CaO", (reaction("CaO + H2O -> Ca(OH)2"), precipitates("Ca(OH)2")))],
 )
 def test_temperature_of_wetted_solids_stays_between_reported_extremes(solid, more):
     """Water of 20 degC is poured on a dry solid; the events state the warmest and the coldest."""
     bodies = (glass("a", 60.0), glass("b", 0.0, properties={"solid": {"formula": solid, "mass_g": 4.0}}))
-    effects = poured(POUR, bodies, MIXED, NO_HEAT_LOSS, *more)["heat"]
+    effects = poured(TILTS, bodies, MIXING_IN_B, NO_HEAT_LOSS, *more)["heat"]
     values = effects.series["b/temperature"].values
     stated = [event.values["to_c"] for event in effects.events if event.name in ("warmest", "coldest")]
     assert [values.min(), values.max()] == pytest.approx(sorted([20.0, *stated]), abs=1e-9)
@@ -153,7 +155,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     """A scene that names the basic sulfate is not advised the hydroxide."""
     flask = glass("flask", 2.0, solute="CuSO4", molar=0.1)
     ammonia = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=COLUMN)
-    fresh = reacts("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")
+    fresh = reaction("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")
     drip = [0.0, 0.0, *([90.0] * 60), 0.0]
     effects = run_in(drip, MIX, fresh, precipitates("Cu4(OH)6SO4"), base=ammonia, acid=flask)
     assert not effects["reaction"].output.events_named("supersaturated")
@@ -165,7 +167,7 @@ def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
         glass("b", 0.0, properties={"solid": {"formula": "KNO3", "mass_g": 6.0}}),
     )
     cooling = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 800.0})
-    events = poured(POUR, bodies, MIXED, precipitates("KNO3"), cooling)["precipitation"].events
+    events = poured(TILTS, bodies, MIXING_IN_B, precipitates("KNO3"), cooling)["precipitation"].events
     assert [event.name for event in events] == ["dissolved", "precipitate"]
     dissolved, grown = events
     assert dissolved.time < grown.time and "fall out again" in grown.text
@@ -181,7 +183,7 @@ def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
     flask = glass("flask", 25.0, solute="HCl", molar=0.01)
     frames = 400
     effects = run_in(
-        [0.0, *([90.0] * frames), 0.0], MIX, reacts("HCl + NaOH -> NaCl + H2O"), acid=flask,
+        [0.0, *([90.0] * frames), 0.0], MIX, reaction("HCl + NaOH -> NaCl + H2O"), acid=flask,
         settings={"full_area_m2": 6e-7 * millilitres / 5.0},
     )  # fmt: skip
     ran = effects["burette"].events[0].values["volume_ml"]
@@ -219,7 +221,7 @@ def test_liquid_poured_over_a_flame_needs_a_boiling_point():
 
 
 def test_acetic_acid_at_rest_has_its_ph():
-    (event,) = standing(glass("flask", 50.0, solute="CH3COOH", molar=0.1), reacts("CH3COOH -> CH3COO- + H+"))[
+    (event,) = standing(glass("flask", 50.0, solute="CH3COOH", molar=0.1), reaction("CH3COOH -> CH3COO- + H+"))[
         "reaction"
     ].events
     # Ka = 1.75e-5: x^2 / (0.1 - x).
@@ -231,14 +233,14 @@ SLAKING = "CaO + H2O -> Ca(OH)2(s)"
 
 
 def test_lime_in_water_reacts_before_the_first_frame():
-    effects = standing(LIME, NO_HEAT_LOSS, reacts(SLAKING), precipitates("Ca(OH)2"))
+    effects = standing(LIME, NO_HEAT_LOSS, reaction(SLAKING), precipitates("Ca(OH)2"))
     assert not effects["reaction"].output.events_named("no-reaction")
     (before,) = effects["heat"].output.events_named("dissolved-before")
     assert "1 g CaO react with the water in flask before" in before.text
 
 
 def test_slaking_lime_warms_water_by_its_heat_of_reaction():
-    effects = standing(LIME, NO_HEAT_LOSS, reacts(SLAKING, rate_per_s=2.0), precipitates("Ca(OH)2"), count=60)
+    effects = standing(LIME, NO_HEAT_LOSS, reaction(SLAKING, rate_per_s=2.0), precipitates("Ca(OH)2"), count=60)
     (warmest,) = effects["heat"].output.events_named("warmest")
     slaking_j_per_mol = 65.2e3  # NBS tables, without the little that dissolves
     moles, water_j_per_k = 1.0 / 56.08, 50.0 * 4.18
@@ -270,7 +272,7 @@ def test_reactions_of_the_starting_mixture_are_reported_as_before(solutes, equat
     flask = glass("flask", 50.0, solutes=solutes)
     other = glass("other", 1.0, solutes=acid)
     bodies, poses = (flask, other), {"flask": still(3), "other": still(3)}
-    tables = (("mixing", {"in": ["flask", "other"]}), reacts(equation))
+    tables = (("mixing", {"in": ["flask", "other"]}), reaction(equation))
     events = compute(world(poses, bodies, *tables)).effects["reaction"].output.events_named("before")
     expected = [f"{text} before the recording begins" for text in told]
     assert [event.text.partition(", by ")[0] for event in events] == expected
@@ -279,7 +281,7 @@ def test_reactions_of_the_starting_mixture_are_reported_as_before(solutes, equat
 def test_an_emptied_vessel_has_no_temperature():
     """A glass that was poured out was said to cool from 80 to 20 degC: to that of the room."""
     hot = glass("a", 60.0, properties={"temperature_c": 80.0})
-    effects = poured([0.0, *np.linspace(0.0, 120.0, 40), 120.0], (hot, glass("b", 10.0)), MIXED, NO_HEAT_LOSS)
+    effects = poured([0.0, *np.linspace(0.0, 120.0, 40), 120.0], (hot, glass("b", 10.0)), MIXING_IN_B, NO_HEAT_LOSS)
     series = effects["heat"].series["a/temperature"]
     assert effects["pour"].series["a/volume"].values[-1] == 0.0 and series.values.min() == pytest.approx(80.0)
     assert not [event for event in effects["heat"].events if event.bodies == ("a",)]

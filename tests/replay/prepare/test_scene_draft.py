@@ -14,7 +14,7 @@ STEP = 20_000_000
 COUNT = 200
 
 
-def path(*points):
+def noisy_path(*points):
     """(COUNT, 3) along straight pieces, with a tenth of a millimetre of noise, and no turn."""
     along = np.linspace(0, len(points) - 1, COUNT)
     positions = np.stack([np.interp(along, np.arange(len(points)), axis) for axis in np.array(points, float).T], axis=1)
@@ -22,14 +22,15 @@ def path(*points):
     return positions, np.tile([0.0, 0.0, 0.0, 1.0], (COUNT, 1))
 
 
-def bench(scene=None, **more):
+def bench_session(scene=None, **more):
+    """A bench with a cup on it, and a hand that moves a rod; ``more``: further bodies and their poses."""
     small = cube(0.1)
     tracks = {
-        "cup": path((0, 0.0505, 0), (0, 0.0505, 0)),
-        "hand-right": path((0.5, 0.4, 0), (0.3, 0.4, 0), (0.9, 0.4, 0)),
-        "rod": path((0.5, 0.29, 0), (0.3, 0.29, 0), (0.9, 0.29, 0)),
-        "far": path((3, 2, 0), (3, 1, 0)),
-        "lamp": path((0, 0.3, 0.4), (0.0, 0.12, 0.0), (0, 0.3, 0.4)),
+        "cup": noisy_path((0, 0.0505, 0), (0, 0.0505, 0)),
+        "hand-right": noisy_path((0.5, 0.4, 0), (0.3, 0.4, 0), (0.9, 0.4, 0)),
+        "rod": noisy_path((0.5, 0.29, 0), (0.3, 0.29, 0), (0.9, 0.29, 0)),
+        "far": noisy_path((3, 2, 0), (3, 1, 0)),
+        "lamp": noisy_path((0, 0.3, 0.4), (0.0, 0.12, 0.0), (0, 0.3, 0.4)),
         **more,
     }
     top = MeshData(np.array([2.0, 0.04, 1.0]) * cube(1.0).vertices - [0, 0.02, 0], cube(1.0).faces)
@@ -39,7 +40,7 @@ def bench(scene=None, **more):
 
 
 def test_drafted_scene_contains_near_pairs_and_groups():
-    session, near = bench(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
+    session, near = bench_session(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
     draft = draft_scene(session)
     assert {*map(frozenset, draft.near_pairs)} == near and draft.held == (("hand-right", "rod"),)
     text = draft_text(session, draft, {"cup": ("m/cup.glb", "Cup", 0.01)}, "A first scene.")
@@ -52,10 +53,11 @@ def test_drafted_scene_contains_near_pairs_and_groups():
 
 
 def test_body_that_rotates_in_a_hand_is_not_grouped():
-    positions, upright = path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
-    half = np.linspace(0, np.pi / 8, COUNT)
-    turning = upright * np.cos(half)[:, None] + [0, 1, 0, 0] * np.sin(half)[:, None]
-    draft = draft_scene(bench(knob=(positions, turning)))
+    """A knob moves with the hand, 11 cm above it, and turns by 45 degrees about Y; a rod moves below and does not."""
+    positions, upright = noisy_path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
+    half_angle = np.linspace(0, np.radians(45 / 2), COUNT)
+    rotating = upright * np.cos(half_angle)[:, None] + [0, 1, 0, 0] * np.sin(half_angle)[:, None]
+    draft = draft_scene(bench_session(knob=(positions, rotating)))
     assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near_pairs
 
 
@@ -64,7 +66,7 @@ def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
     effects = (SceneEffect("contact", {"between": ["cup", "top"]}),)
 
     def kept(**more):
-        session = bench(Scene("lab", bodies, **more))
+        session = bench_session(Scene("lab", bodies, **more))
         return parse_scene(draft_text(session, draft_scene(session), {}, "A first scene."))
 
     scene = kept(ignore=(("cup", "far"),), effects=effects, space_radius=9.0, colliders="c.glb")
@@ -91,7 +93,7 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
 
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
     monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
-    draft = draft_scene(bench())
+    draft = draft_scene(bench_session())
     assert "first" in draft.examined_text and f"# Looked at: {draft.examined_text}" in draft_text(
-        bench(), draft, {}, "x"
+        bench_session(), draft, {}, "x"
     )

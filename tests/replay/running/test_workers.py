@@ -1,3 +1,4 @@
+import os
 import signal
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import psutil
 import pytest
 from support.processes import spawned_by
 
+from replay.document.machine import versions
 from replay.errors import WorkerError
 from replay.running import workers
 from replay.running.workers import Workers, do_all
@@ -94,10 +96,17 @@ def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
 
 @pytest.mark.slow
 def test_worker_with_another_version_is_refused_before_any_work(tmp_path, monkeypatch):
-    monkeypatch.setattr("replay.document.machine._version", lambda name: "1.0")  # in this process alone
+    """The task would create a file; ``versions`` runs here and in the workers, and differs here alone."""
+    this_process = os.getpid()
+
+    def versions_but_1_0_here():
+        return versions() | ({"vrlab-replay": "1.0"} if os.getpid() == this_process else {})
+
+    monkeypatch.setattr(workers, "versions", versions_but_1_0_here)
+    file_of_task = tmp_path / "created"
     with pytest.raises(WorkerError, match=f"has vrlab-replay {version('vrlab-replay')}, this machine 1.0"):
-        do_all(open, {"a": (str(tmp_path / "never"), "w")}, 2)
-    assert not [*tmp_path.iterdir()]
+        do_all(open, {"a task": (str(file_of_task), "w")}, 2)
+    assert not file_of_task.exists()
 
 
 @pytest.mark.slow

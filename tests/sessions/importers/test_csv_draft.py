@@ -131,15 +131,20 @@ def test_facts_missing_in_a_header_are_questioned(tmp_path, header, row, text):
 
 
 def test_draft_lists_omitted_columns_and_negative_times(tmp_path, snapshot):
+    """The cup has a whole pose; gaze lacks a rotation, and times run from -40 to 60 us. The header is line 161."""
+    notes = ["a note"] * 160
     columns = (
         "t_us cup.x cup.y cup.z cup.qx cup.qy cup.qz cup.qw cup.vel.x cup.vel.y cup.vel.z valid "
         "gaze.x gaze.y gaze.z hand.qx hand.qy hand.qz hand.qw"
     )
-    rows = (f"{20 * k - 40};{k};2;-3;0;0;0;1;5;6;7;1;{k};9;9;0;0;0;1" for k in range(6))
-    (tmp_path / "log.csv").write_text("\n".join([*["a note"] * 160, columns.replace(" ", ";"), *rows]))
+    rows = (f"{time};{x};2;-3;0;0;0;1;5;6;7;1;{x};9;9;0;0;0;1" for x, time in enumerate(range(-40, 80, 20)))
+    (tmp_path / "log.csv").write_text("\n".join([*notes, columns.replace(" ", ";"), *rows]))
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", tmp_path / "log.csv")
-    assert refusal.value.draft == snapshot
+    draft = refusal.value.draft
+    assert "skip_lines = 160" in draft and "offset = 40.0 " in draft
+    assert "gaze has a place and no rotation, so it is left out" in draft
+    assert draft == snapshot
 
 
 def drafted(folder, clock, stamps):

@@ -1,6 +1,7 @@
 import sys
 import threading
 import time
+from errno import ENOSPC
 
 import numpy as np
 import pytest
@@ -32,8 +33,8 @@ def record_frames(recorder, frames):
         recorder.poses(stamp, poses, marks.pop("lost"), **marks, sample_ns=samples, log_ns=log)
 
 
-def saved(partial):
-    """Contents of a partial file that holds a frame, within 20 seconds."""
+def session_once_written(partial):
+    """Waits, for 20 seconds at most, until a partial file holds a frame; what can be recovered from it then."""
     out, deadline = partial.with_name("saved.mcap"), time.monotonic() + 20
     while True:
         try:
@@ -114,7 +115,7 @@ def test_several_threads_lose_nothing(tmp_path):
 def test_open_recording_is_in_the_partial_file(tmp_path):
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(7, {"wand": POSE})
-    session = saved(tmp_path / "s.mcap.partial")
+    session = session_once_written(tmp_path / "s.mcap.partial")
     assert session.names == ("wand",) and session.frames.stamp_ns.tolist() == [7]
     with pytest.raises(TornFileError, match="replay recover"):
         read_session(tmp_path / "s.mcap.partial")
@@ -175,18 +176,19 @@ def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
 
 
 def test_full_disk_is_reported_by_next_call_and_keeps_data(tmp_path, monkeypatch):
+    """A thread writes what the program records, so the error comes with a later call, here within 10 seconds."""
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(1, {"cup": POSE})
-    saved(tmp_path / "s.mcap.partial")
+    session_once_written(tmp_path / "s.mcap.partial")
 
-    def full(self, frames):
-        raise OSError(28, "No space left on device")
+    def raise_disk_full(self, frames):
+        raise OSError(ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(recorder_module.SessionWriter, "frames", full)
+    monkeypatch.setattr(recorder_module.SessionWriter, "frames", raise_disk_full)
     with pytest.raises(SessionFileError, match=r"s.mcap.partial cannot be written \(No space left.*replay recover"):
         for _ in range(1000):
             recorder.poses(2, {"cup": POSE})
             time.sleep(0.01)
     with pytest.raises(SessionFileError, match="No space left"):
         recorder.close()
-    assert len(saved(tmp_path / "s.mcap.partial").frames) == 1
+    assert len(session_once_written(tmp_path / "s.mcap.partial").frames) == 1

@@ -45,7 +45,13 @@ def scene(tmp_path):
     return tmp_path / "scene.toml"
 
 
+def no_plan_problems(*_):
+    """The problems that planning the effects of a checked scene finds: none."""
+    return ()
+
+
 def recording():
+    """Two frames of the cup and the rod, without meshes."""
     poses = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
     return Session.from_arrays([0, 1], {"cup": poses, "rod": poses}, {})
 
@@ -129,10 +135,11 @@ def test_unusable_scene_source_is_refused_with_a_single_fault(scene, text, refus
     scene.write_text(text)
     with pytest.raises(SceneError, match=refusal):
         with_scene(recording(), scene)
-    faults = checked_scene(text, "scene.toml", lambda *_: (), scene.parent)[2]
+    faults = checked_scene(text, "scene.toml", no_plan_problems, scene.parent)[2]
     assert len(faults) == 1
 
 
 def test_check_resolves_the_named_scene(scene):
-    checked, _, faults = checked_scene(SCENE, "scene.toml", lambda *_: (), scene.parent)
+    """SCENE declares no body and takes all three from model.xml, which lies beside it."""
+    checked, _, faults = checked_scene(SCENE, "scene.toml", no_plan_problems, scene.parent)
     assert not faults and {body.id for body in checked.bodies} == {"shelf", "cup", "rod"}

@@ -367,6 +367,8 @@ LIMITED = """
 </worldbody></mujoco>
 """
 COUNT = 12
+ELBOW_COLUMN = 7
+"""Of ``qpos``: the cup's position (0 to 2) and quaternion (3 to 6) stand before the angle of the elbow."""
 
 
 def motion_of_limited(folder, *changes):
@@ -387,8 +389,8 @@ def motion_of_limited(folder, *changes):
         (3, 0.0, ["cup"]),
         (3, 2.0, ["cup"]),
         (0, np.nan, ["cup"]),
-        (7, np.nan, ["arm", "hand"]),
-        (7, np.inf, ["arm", "hand"]),
+        (ELBOW_COLUMN, np.nan, ["arm", "hand"]),
+        (ELBOW_COLUMN, np.inf, ["arm", "hand"]),
     ],
 )
 def test_bodies_below_a_joint_without_position_are_flagged_lost(tmp_path, column, value, lost):
@@ -401,9 +403,11 @@ def test_bodies_below_a_joint_without_position_are_flagged_lost(tmp_path, column
 
 
 def test_angles_in_degrees_are_refused(tmp_path):
+    """The elbow may turn from -0.5 to 2 rad; its motion to 1.5 rad is written as 86 degrees."""
+    every_row = slice(None)
     degrees = np.degrees(np.linspace(0.0, 1.5, COUNT))
     with pytest.raises(SessionError, match=r"'elbow' leaves its range of -0\.5 to 2 rad .* write angles in radians"):
-        motion_of_limited(tmp_path, (slice(None), 7, degrees))
+        motion_of_limited(tmp_path, (every_row, ELBOW_COLUMN, degrees))
 
 
 def test_angle_far_beyond_its_range_is_named(tmp_path):

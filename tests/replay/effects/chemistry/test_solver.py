@@ -11,7 +11,7 @@ from replay.effects.chemistry.solver import Solver
 WATER = 55.5
 
 
-def made(rows, solids=()):
+def solver_and_totals(rows, solids=()):
     """A solver, and totals (n, parts) of solutions of formulas, mol/kg."""
     data = database_of()
     phases = [Phase(f"{solid}(s)", dissolved_components(solid), data.phases[name]) for solid, name in solids]
@@ -26,7 +26,7 @@ def made(rows, solids=()):
     return Solver(mixture), totals
 
 
-def solve(solver, totals, celsius=25.0):
+def equilibrium(solver, totals, celsius=25.0):
     count = len(totals)
     return solver.equilibrium(totals, np.full(count, WATER), np.full(count, celsius))
 
@@ -36,56 +36,58 @@ def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
     rng = np.random.default_rng(1)
     formulas = ("CaCl2", "MgCl2", "Na2CO3", "NaOH", "CH3COOH", "HCl")
     rows = [{formula: 10.0 ** rng.uniform(-4, -1) for formula in formulas} for _ in range(40)]
-    solver, totals = made(rows, solids)
-    whole = solve(solver, totals)
+    solver, totals = solver_and_totals(rows, solids)
+    whole = equilibrium(solver, totals)
     queries = solver.queries
-    again = solve(solver, totals[::-1])
+    again = equilibrium(solver, totals[::-1])
     assert solver.queries == queries >= 40
     assert again.species[::-1].tobytes() == whole.species.tobytes()
-    forgetful, _ = made(rows, solids)
+    forgetful, _ = solver_and_totals(rows, solids)
     forgetful.remember = False
     for number in rng.permutation(40):
-        single = solve(forgetful, totals[number : number + 1])
+        single = equilibrium(forgetful, totals[number : number + 1])
         assert single.ph[0] == pytest.approx(whole.ph[number], rel=1e-10)
         assert single.species[0] == pytest.approx(whole.species[number], rel=1e-10, abs=1e-16)
         assert single.phases[0] == pytest.approx(whole.phases[number], rel=1e-10, abs=1e-14)
 
 
 def test_species_sum_to_totals_and_charges_to_zero():
-    rows = [{"FeCl3": 0.05, "NaOH": 0.1, "NH3": 0.2, "H2SO4": 0.01, "CuSO4": 0.02, "AgNO3": 1e-9}]
-    solver, totals = made(rows)
-    answer = solve(solver, totals)
-    assert answer.species @ solver.mixture.powers == pytest.approx(totals, rel=1e-8, abs=1e-10)
+    """A total is the amount of a component in all species, mol/kg of water; that of H+ balances the charges."""
+    solution = {"FeCl3": 0.05, "NaOH": 0.1, "NH3": 0.2, "H2SO4": 0.01, "CuSO4": 0.02, "AgNO3": 1e-9}
+    solver, totals = solver_and_totals([solution])
+    amounts = equilibrium(solver, totals).species
+    components_per_species = solver.mixture.powers
+    assert amounts @ components_per_species == pytest.approx(totals, rel=1e-8, abs=1e-10)
 
 
 @pytest.mark.parametrize(
     ("row", "reduced"), [({"FeCl3": 0.01, "KI": 0.02}, "Fe^2+"), ({"NH4NO3": 0.1, "NaNO2": 0.1}, "S^2-")]
 )
 def test_oxidation_states_do_not_react_with_each_other(row, reduced):
-    solver, totals = made([row, {reduced: 0.01}])
-    answer = solve(solver, totals)
+    solver, totals = solver_and_totals([row, {reduced: 0.01}])
+    answer = equilibrium(solver, totals)
     dissolved = answer.species[0] @ solver.mixture.powers
     assert dissolved[solver.mixture.components.index(reduced)] == 0.0
     assert dissolved == pytest.approx(totals[0], rel=1e-8, abs=1e-12)
 
 
 def test_a_charged_composition_keeps_its_charge():
-    solver, totals = made([{"H+": 0.01, "Na+": 1e-9}])
-    assert solve(solver, totals).ph[0] == pytest.approx(2.0, abs=0.06)
+    solver, totals = solver_and_totals([{"H+": 0.01, "Na+": 1e-9}])
+    assert equilibrium(solver, totals).ph[0] == pytest.approx(2.0, abs=0.06)
 
 
 def test_an_unanswered_row_leaves_the_others_answered():
-    solver, totals = made([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
-    answer = solve(solver, totals)
+    solver, totals = solver_and_totals([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
+    answer = equilibrium(solver, totals)
     assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered_queries == 1
     assert answer.ph[0] == pytest.approx(2.04, abs=0.02)
 
 
 def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
     """The pKw of pure water is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
-    solver, totals = made([{"NaCl": 1e-9}])
-    assert 2.0 * solve(solver, totals, 25.0).ph[0] == pytest.approx(13.995, abs=0.01)
-    assert 2.0 * solve(solver, totals, 60.0).ph[0] == pytest.approx(13.02, abs=0.06)
+    solver, totals = solver_and_totals([{"NaCl": 1e-9}])
+    assert 2.0 * equilibrium(solver, totals, 25.0).ph[0] == pytest.approx(13.995, abs=0.01)
+    assert 2.0 * equilibrium(solver, totals, 60.0).ph[0] == pytest.approx(13.02, abs=0.06)
 
 
 def test_no_sulfide_is_a_polysulfide():

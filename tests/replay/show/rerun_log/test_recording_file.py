@@ -15,7 +15,7 @@ from replay.show.rerun_log import recording_file as module
 from replay.show.rerun_log.recording_file import recording_file, require_complete
 from sessions import write_session
 
-LIMITED = """
+RUN_WITH_FILE_SIZE_LIMIT = """
 import resource, sys
 from replay.cli.main import main
 from replay.show.rerun_log import recording
@@ -66,9 +66,11 @@ def test_an_encoder_that_does_not_end_is_an_error(tmp_path, monkeypatch):
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of file sizes")
 @pytest.mark.parametrize("kilobytes", [8, 100])
 def test_picture_too_large_for_the_disk_exits_1(kilobytes, tmp_path):
-    write_session(cubes({"a": [0] * 2000, "b": np.tile([3, 0.9], 1000)}), tmp_path / "s.mcap")
-    sentence = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
-    command = [sys.executable, "-c", LIMITED, str(kilobytes * 1024), *map(str, sentence)]
+    """The picture of 1,000 contacts takes megabytes: its head fits into 8 kB, and some of its data into 100."""
+    contact_in_every_second_frame = {"a": [0] * 2000, "b": np.tile([3, 0.9], 1000)}
+    write_session(cubes(contact_in_every_second_frame), tmp_path / "s.mcap")
+    words = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
+    command = [sys.executable, "-c", RUN_WITH_FILE_SIZE_LIMIT, str(kilobytes * 1024), *map(str, words)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment(), timeout=300)
     assert done.returncode == 1 and "cannot be written" in done.stderr and "File too large" in done.stderr
     assert not (tmp_path / "run").exists() and [path.name for path in tmp_path.iterdir()] == ["s.mcap"]

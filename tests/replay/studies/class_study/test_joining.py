@@ -47,11 +47,15 @@ def test_class_recall_is_weighted_by_contact_frames():
     assert recall_of(table) == pytest.approx((30 * 1.0 + 10 * 0.5) / 40)
 
 
-@pytest.mark.parametrize("recall, frames", [([1, np.nan], [9, 9]), ([1, 1], [9, np.nan]), ([np.nan, np.nan], [0, 0])])
-def test_recall_of_a_class_needs_a_recall_of_every_session(recall, frames):
-    table = metrics(np.arange(2.0))
-    table["recall"], table["contact_frames"] = recall, frames
-    assert recall_of(table) is None
+@pytest.mark.parametrize(
+    ("recall_by_session", "contact_frames"),
+    [([1, np.nan], [9, 9]), ([1, 1], [9, np.nan]), ([np.nan, np.nan], [0, 0])],
+    ids=["no recall of the second", "contacts of the second not counted", "no contacts at all"],
+)
+def test_recall_of_a_class_needs_a_recall_of_every_session(recall_by_session, contact_frames):
+    two_sessions = metrics(np.arange(2.0))
+    two_sessions["recall"], two_sessions["contact_frames"] = recall_by_session, contact_frames
+    assert recall_of(two_sessions) is None
 
 
 ROWS = [{"Code": "S01", "e1": "2.5"}, {"Code": "S02", "e1": ""}]

@@ -25,6 +25,9 @@ def test_tilt_at_which_a_beaker_starts_to_pour(name, fill, onset):
 
 
 EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
+GRASP_LEVEL, RELEASE_LEVEL = 0.6, 0.4
+"""A hand takes hold when its trigger, from 0 to 1, rises above the first, and lets go when it falls below the other."""
+THREE_FRAMES_S = 0.03
 
 
 @pytest.fixture(params=EXPERIMENTS)
@@ -64,19 +67,21 @@ def test_recorded_poses_and_truth_of_made_up_sessions_stay_unchanged(name, noise
 
 @pytest.mark.sampled(3)
 def test_grasped_body_moves_from_press_until_release(recorded):
+    """Truth states from when to when a hand holds a body; the recorded trigger and poses agree with it."""
     assert recorded.facts("hold")
     for hold in recorded.facts("hold"):
         (hand,) = (body for body in hold.bodies if body.startswith("hand-"))
         (thing,) = set(hold.bodies) - {hand}
         trigger = recorded.session.hands[f"student/{hand.removeprefix('hand-')}"].trigger
-        kept = recorded.near(hold.start, hold.end - 1e-9)
-        assert trigger[kept][1:-1].min() > 0.4
-        edges = np.flatnonzero((trigger[1:] > 0.6) & (trigger[:-1] <= 0.6)) + 1
-        assert np.abs(recorded.times[edges] - hold.start).min() < 0.03
+        positions, _ = recorded.pose(thing)
+        during = recorded.near(hold.start, hold.end - 1e-9)
         before = recorded.near(hold.start - 0.5, hold.start - 1e-9)
-        assert (np.diff(recorded.pose(thing)[0][before], axis=0) == 0.0).all()
-        rides = recorded.within(hand, recorded.pose(thing)[0])[kept]
-        np.testing.assert_allclose(rides, np.broadcast_to(rides[0], rides.shape), atol=1e-9)
+        assert trigger[during][1:-1].min() > RELEASE_LEVEL
+        presses = np.flatnonzero((trigger[1:] > GRASP_LEVEL) & (trigger[:-1] <= GRASP_LEVEL)) + 1
+        assert np.abs(recorded.times[presses] - hold.start).min() < THREE_FRAMES_S
+        assert (np.diff(positions[before], axis=0) == 0.0).all(), "at rest in the half second before"
+        in_the_hand = recorded.within(hand, positions)[during]
+        np.testing.assert_allclose(in_the_hand, np.broadcast_to(in_the_hand[0], in_the_hand.shape), atol=1e-9)
 
 
 @pytest.mark.sampled(len(EXPERIMENTS))
