@@ -8,12 +8,14 @@ TEST = "from cdcore.small import twice\n\n\ndef test_it():\n    assert twice(1, 
 
 
 @pytest.fixture(scope="module")
-def script():
+def random_faults():
+    """The script as a module."""
     return processes.script("random_faults")
 
 
 @pytest.fixture
-def root(tmp_path):
+def small_tree(tmp_path):
+    """A folder with two sources and tests of one of them."""
     files = {"cdcore/small.py": SOURCE, "tests/cdcore/test_small.py": TEST, "sessions/other.py": "A = 1 + 1\n"}
     files |= {f"tests/test_{n}.py": TEST for n in range(20)}
     for name, text in files.items():
@@ -23,12 +25,12 @@ def root(tmp_path):
     return tmp_path
 
 
-def test_every_operator_outside_quotes_can_become_a_fault(script, root):
+def test_every_operator_outside_quotes_can_become_a_fault(random_faults, small_tree):
     """A fault exchanges one operator of a source file; its bytes and line say where."""
     source = "def twice(a, b):\n    return a + b if a <= b and b else len('a < b') - 2\n"
-    source_file = root / "cdcore/small.py"
+    source_file = small_tree / "cdcore/small.py"
     source_file.write_text(source)
-    faults = script.faults_of(root, source_file)
+    faults = random_faults.faults_of(small_tree, source_file)
     replacements = {fault.right: fault.wrong for fault in faults}
     assert len(faults) == 4
     assert replacements == {"+": "-", "<=": ">", "and": "or", "-": "+"}
@@ -36,33 +38,42 @@ def test_every_operator_outside_quotes_can_become_a_fault(script, root):
 
 
 @pytest.mark.parametrize(("status", "by"), [(1, "own"), (0, "nothing"), (5, "nothing")])
-def test_fault_exists_only_while_tests_run(script, root, monkeypatch, status, by):
-    fault = next(item for item in script.faults_of(root, root / "cdcore/small.py") if item.right == "+")
+def test_fault_exists_only_while_tests_run(random_faults, small_tree, monkeypatch, status, by):
+    fault = next(
+        item for item in random_faults.faults_of(small_tree, small_tree / "cdcore/small.py") if item.right == "+"
+    )
     recorded = []
 
     def run(command, **_):
-        recorded.append((root / "cdcore/small.py").read_text())
-        return script.subprocess.CompletedProcess(command, status)
+        recorded.append((small_tree / "cdcore/small.py").read_text())
+        return random_faults.subprocess.CompletedProcess(command, status)
 
-    monkeypatch.setattr(script.subprocess, "run", run)
-    stamp = (root / "cdcore/small.py").stat().st_mtime_ns
-    assert script.noticed_by(root, fault, {"NUMBA_CACHE_DIR": str(root / "kernels")}, ("own", "folder")) == by
+    monkeypatch.setattr(random_faults.subprocess, "run", run)
+    stamp = (small_tree / "cdcore/small.py").stat().st_mtime_ns
+    assert (
+        random_faults.noticed_by(small_tree, fault, {"NUMBA_CACHE_DIR": str(small_tree / "kernels")}, ("own", "folder"))
+        == by
+    )
     assert set(recorded) == {SOURCE.replace("a + b", "a - b")} and len(recorded) == (1 if status == 1 else 2)
-    assert (root / "cdcore/small.py").read_text() == SOURCE
-    assert (root / "cdcore/small.py").stat().st_mtime_ns == stamp
+    assert (small_tree / "cdcore/small.py").read_text() == SOURCE
+    assert (small_tree / "cdcore/small.py").stat().st_mtime_ns == stamp
 
 
-def test_fault_listed_as_harmless_is_not_tested(script, root):
+def test_fault_listed_as_harmless_is_not_tested(random_faults, small_tree):
     """A line of the list names file, source line, operator and reason."""
-    fault = next(item for item in script.faults_of(root, root / "cdcore/small.py") if item.right == "and")
-    (root / script.HARMLESS).parent.mkdir(parents=True)
-    (root / script.HARMLESS).write_text(f"cdcore/small.py | {SOURCE.splitlines()[1].strip()} | and | b is never 0\n")
-    assert script.noticed_by(root, fault, {}) == "harmless"
+    fault = next(
+        item for item in random_faults.faults_of(small_tree, small_tree / "cdcore/small.py") if item.right == "and"
+    )
+    (small_tree / random_faults.HARMLESS).parent.mkdir(parents=True)
+    (small_tree / random_faults.HARMLESS).write_text(
+        f"cdcore/small.py | {SOURCE.splitlines()[1].strip()} | and | b is never 0\n"
+    )
+    assert random_faults.noticed_by(small_tree, fault, {}) == "harmless"
 
 
-def test_summary_has_wilsons_interval(script):
+def test_summary_has_wilsons_interval(random_faults):
     noticed_by = ["own"] * 30 + ["folder"] * 17 + ["suite"] + ["nothing"] * 2 + ["harmless"] * 3
     # 48 of 50, from the closed form with z = 1.96.
     expected = "48 of 50 noticed (96.0%, 95 % interval 86.5% to 98.9%); 3 harmless left out"
-    assert script.summary(noticed_by) == expected
-    assert script.summary(["harmless"]) == "no fault was tried; 1 harmless left out"
+    assert random_faults.summary(noticed_by) == expected
+    assert random_faults.summary(["harmless"]) == "no fault was tried; 1 harmless left out"

@@ -14,7 +14,8 @@ with_table = command.with_table
 
 
 @pytest.fixture(scope="module")
-def demo():
+def assembly_of_four_seconds():
+    """Bodies, pairs and motion of 10 to 14 s of the made-up bench."""
     session = make_scene_session("bench-bumps")[0]
     first = int(session.frames.stamp_ns[0])
     return assemble(session.between(first + 10 * 10**9, first + 14 * 10**9))
@@ -29,10 +30,10 @@ def demo():
         ("physx[contact_offset_m=0.01]", 0.01, 1.0, 1.0),
     ],
 )
-def test_engine_and_re_creation_differ_only_where_contact_begins(twin, skin, early, late, demo):
+def test_engine_and_re_creation_differ_only_where_contact_begins(twin, skin, early, late, assembly_of_four_seconds):
     pytest.importorskip(ENGINE_MODULE[twin.partition("[")[0]])
-    counts = command.compare_twins(demo, twin, f"collider[shape=hull,skin_m={skin}]")
-    posed = int(demo.motion.valid[:, demo.pairs].all(axis=2).sum())
+    counts = command.compare_twins(assembly_of_four_seconds, twin, f"collider[shape=hull,skin_m={skin}]")
+    posed = int(assembly_of_four_seconds.motion.valid[:, assembly_of_four_seconds.pairs].all(axis=2).sum())
     assert counts.equal + counts.engine_only + counts.ours_only == posed and counts.both > 100
     assert counts.equal / posed > 0.999 and counts.not_supported == 0
     if counts.gaps_mm is not None:
@@ -41,11 +42,13 @@ def test_engine_and_re_creation_differ_only_where_contact_begins(twin, skin, ear
 
 
 @pytest.mark.slow
-def test_pair_frames_an_engine_cannot_test_are_not_supported(demo):
+def test_pair_frames_an_engine_cannot_test_are_not_supported(assembly_of_four_seconds):
     pytest.importorskip("pybullet")
-    counts = command.compare_twins(demo, "bullet[shape=mesh,margin_m=0.001]", "collider[shape=mesh,skin_m=0.001]")
+    counts = command.compare_twins(
+        assembly_of_four_seconds, "bullet[shape=mesh,margin_m=0.001]", "collider[shape=mesh,skin_m=0.001]"
+    )
     assert counts.not_supported > 1000 and counts.ours_only == 0
-    posed = int(demo.motion.valid[:, demo.pairs].all(axis=2).sum())
+    posed = int(assembly_of_four_seconds.motion.valid[:, assembly_of_four_seconds.pairs].all(axis=2).sum())
     assert counts.equal + counts.engine_only + counts.not_supported == posed
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.cli import console
 from replay.guide.pages import page
@@ -48,29 +48,33 @@ def audited(folder, **given):
 
 
 @pytest.fixture
-def recordings(tmp_path):
+def folder_of_recordings(tmp_path):
+    """A folder with recordings/bench.mcap, in which cubes touch in frame 4 and in frames 8 to 10."""
     (tmp_path / "recordings").mkdir()
-    positions = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-    write_session(cubes(positions), tmp_path / "recordings" / "bench.mcap")
+    write_session(cubes(TWO_BUMPS), tmp_path / "recordings" / "bench.mcap")
     return tmp_path
 
 
 @needs_bash
 @pytest.mark.slow
 @pytest.mark.parametrize(("detectors", "ends_with"), [("slow=discrete[rate_hz=20]", 4), ("hybrid", 0)])
-def test_regression_fails_the_build_and_sound_detector_passes(recordings, detectors, ends_with):
-    code, printed, output = audited(recordings, sessions="recordings", detectors=detectors, max_missed="0", out="runs")
+def test_regression_fails_the_build_and_sound_detector_passes(folder_of_recordings, detectors, ends_with):
+    code, printed, output = audited(
+        folder_of_recordings, sessions="recordings", detectors=detectors, max_missed="0", out="runs"
+    )
     assert (code, output) == (ends_with, f"exit-code={ends_with}\n")
-    assert (recordings / "runs" / "bench" / "report.html").is_file()
+    assert (folder_of_recordings / "runs" / "bench" / "report.html").is_file()
     text = (f"**gate failed:** {GATE}", "more than --max-missed 0", "| bench | 12 | 2 | 0-2 |")
     assert {word in printed for word in text} == {ends_with == 4}
 
 
 @needs_bash
-def test_action_inputs_are_data_and_errors_stand_on_the_page(recordings):
-    code, printed, output = audited(recordings, sessions="$(touch ran)\n; touch ran", options="--no-picture\n--seed\n1")
+def test_action_inputs_are_data_and_errors_stand_on_the_page(folder_of_recordings):
+    code, printed, output = audited(
+        folder_of_recordings, sessions="$(touch ran)\n; touch ran", options="--no-picture\n--seed\n1"
+    )
     assert (code, output) == (2, "exit-code=2\n") and "does not exist" in printed
-    assert not (recordings / "ran").exists()
+    assert not (folder_of_recordings / "ran").exists()
 
 
 FOREIGN = 'import pathlib\npathlib.Path("ran").write_text(__name__)\nraise SystemExit("this is not the tool")\n'
@@ -87,26 +91,31 @@ def plant_foreign_modules(folder):
 
 @needs_bash
 @pytest.mark.slow
-def test_modules_of_the_checkout_are_not_imported(recordings, monkeypatch):
-    plant_foreign_modules(recordings)
-    monkeypatch.setenv("PYTHONPATH", str(recordings))
+def test_modules_of_the_checkout_are_not_imported(folder_of_recordings, monkeypatch):
+    plant_foreign_modules(folder_of_recordings)
+    monkeypatch.setenv("PYTHONPATH", str(folder_of_recordings))
     code, printed, _ = audited(
-        recordings, sessions="recordings", detectors="sphere", options="--no-picture\n--oracle\nnone"
+        folder_of_recordings, sessions="recordings", detectors="sphere", options="--no-picture\n--oracle\nnone"
     )
     assert code == 0, printed
-    assert not (recordings / "ran").exists() and (recordings / "replay-runs" / "bench" / "summary.json").is_file()
+    assert (
+        not (folder_of_recordings / "ran").exists()
+        and (folder_of_recordings / "replay-runs" / "bench" / "summary.json").is_file()
+    )
 
 
 @needs_bash
 @pytest.mark.slow
-def test_detector_of_the_checkout_loads_from_pythonpath(recordings, monkeypatch):
-    plant_foreign_modules(recordings)
-    (recordings / "src").mkdir()
-    (recordings / "src" / "my_engine.py").write_text("from cdcore.detectors.sphere import SphereDetector as Mine\n")
+def test_detector_of_the_checkout_loads_from_pythonpath(folder_of_recordings, monkeypatch):
+    plant_foreign_modules(folder_of_recordings)
+    (folder_of_recordings / "src").mkdir()
+    (folder_of_recordings / "src" / "my_engine.py").write_text(
+        "from cdcore.detectors.sphere import SphereDetector as Mine\n"
+    )
     monkeypatch.setenv("PYTHONPATH", "src")
-    code, printed, _ = audited(recordings, sessions="recordings", detectors="mine=my_engine:Mine")
+    code, printed, _ = audited(folder_of_recordings, sessions="recordings", detectors="mine=my_engine:Mine")
     assert code == 0, printed
-    assert not (recordings / "ran").exists()
+    assert not (folder_of_recordings / "ran").exists()
 
 
 def test_no_step_writes_an_input_into_its_script():

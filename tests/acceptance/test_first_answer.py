@@ -69,7 +69,8 @@ print(*sorted({f"{name}:{value.__qualname__}" for name, module in sys.modules.it
 """
 
 
-def started(folder, *arguments):
+def times_of_fresh_start(folder, *arguments):
+    """Seconds to the first answer and to the end, kernels compiled, and what else a new interpreter prints."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(folder)}
     answer = subprocess.run(
         [sys.executable, "-c", FIRST, *arguments], env=environment, capture_output=True, text=True, check=True
@@ -104,17 +105,17 @@ def is_kernel(function):
 
 @pytest.mark.bench
 def test_first_answer_and_all_kernels_compile_in_time(tmp_path):
-    first = started(tmp_path / "first")[0]
+    first = times_of_fresh_start(tmp_path / "first")[0]
     for attempt in range(2):  # other work on the machine makes the same work take up to 1.4 times as long
         if first > 15:
-            first = min(first, started(tmp_path / f"again{attempt}")[0])
-    tied, everything, kernels, left = started(tmp_path / "all", "all")
+            first = min(first, times_of_fresh_start(tmp_path / f"again{attempt}")[0])
+    tied, everything, kernels, left = times_of_fresh_start(tmp_path / "all", "all")
     print(f"first answer {first:.1f} s, with a tie {tied:.1f} s, all kernels {everything:.1f} s")
     assert first <= 15
     assert everything <= 40
     assert kernels >= 5
     assert set(left) - called_by_kernels() == set(), "every kernel was compiled"
-    first, _, kernels, _ = started(tmp_path / "all")
+    first, _, kernels, _ = times_of_fresh_start(tmp_path / "all")
     assert first < 1
     assert kernels == 0
 
@@ -123,4 +124,4 @@ def test_first_answer_and_all_kernels_compile_in_time(tmp_path):
 def test_process_beside_a_first_run_compiles_the_kernels_of_exact(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-m", "cdcore.detectors.compile_beside"], env=environment, check=True)
-    assert started(tmp_path)[2] == 0, "kernels left to compile"
+    assert times_of_fresh_start(tmp_path)[2] == 0, "kernels left to compile"

@@ -13,7 +13,8 @@ from cdcore.errors import InvalidPoseError, InvalidSettingError
 REST = np.tile(np.eye(4), (2, 1, 1))
 
 
-def pose(position=(0, 0, 0), rotvec=(0, 0, 0)):
+def pose_matrix(position=(0, 0, 0), rotvec=(0, 0, 0)):
+    """A pose as 4x4 matrix."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec(rotvec).as_matrix(), position
     return matrix
@@ -25,7 +26,10 @@ def direction(before, after):
 
 def test_ball_through_a_plate_hits_at_the_closed_form():
     answer = time_of_impact(
-        ball_mesh(0.01), direction(pose((0, 0, 0.1)), pose((0, 0, -0.1))), box_mesh((0.3, 0.3, 0.002)), REST
+        ball_mesh(0.01),
+        direction(pose_matrix((0, 0, 0.1)), pose_matrix((0, 0, -0.1))),
+        box_mesh((0.3, 0.3, 0.002)),
+        REST,
     )
     assert answer.verdict is Impact.HIT
     assert answer.toi[0] <= 0.445 <= answer.toi[1] <= answer.toi[0] + 1e-6
@@ -36,8 +40,11 @@ def test_ball_through_a_plate_hits_at_the_closed_form():
 def test_rotating_rod_hits_posts_on_the_shorter_arc_only(degrees):
     rod = shift_mesh(box_mesh((1.0, 0.02, 0.02)), (0.5, 0, 0))
     post = box_mesh((0.02, 0.02, 1.0))
-    turning = direction(pose(), pose(rotvec=(0, 0, np.radians(degrees))))
-    left, right = (time_of_impact(rod, turning, post, direction(pose((0, y, 0)), pose((0, y, 0)))) for y in (0.9, -0.9))
+    turning = direction(pose_matrix(), pose_matrix(rotvec=(0, 0, np.radians(degrees))))
+    left, right = (
+        time_of_impact(rod, turning, post, direction(pose_matrix((0, y, 0)), pose_matrix((0, y, 0))))
+        for y in (0.9, -0.9)
+    )
     hit, free = (left, right) if degrees < 180 else (right, left)
     assert hit.verdict is Impact.HIT
     assert free.verdict is Impact.FREE
@@ -50,7 +57,7 @@ def test_rotating_rod_hits_posts_on_the_shorter_arc_only(degrees):
 @pytest.mark.parametrize("gap", [0.0, 2.0**-20, -(2.0**-20), 2.0**-18, -(2.0**-18)])
 def test_sliding_along_a_face_touches_or_is_proven_clear(gap):
     cube, floor = box_mesh((0.5, 0.5, 0.5)), box_mesh((4, 4, 0.5))
-    sliding = direction(pose((-3, 0, 0.5 + gap)), pose((3, 0, 0.5 + gap)))
+    sliding = direction(pose_matrix((-3, 0, 0.5 + gap)), pose_matrix((3, 0, 0.5 + gap)))
     answer = time_of_impact(cube, sliding, floor, REST)
     assert answer.verdict is (Impact.FREE if gap > 0 else Impact.HIT)
     if gap <= 0:
@@ -59,7 +66,7 @@ def test_sliding_along_a_face_touches_or_is_proven_clear(gap):
 
 def test_contact_at_start_at_end_and_without_motion():
     cube, floor = box_mesh((1, 1, 1)), box_mesh((4, 4, 1))
-    lower, upper, far = pose((0, 0, 1)), pose((0, 0, 1.25)), pose((0, 0, 3))
+    lower, upper, far = pose_matrix((0, 0, 1)), pose_matrix((0, 0, 1.25)), pose_matrix((0, 0, 3))
     assert time_of_impact(cube, direction(lower, far), floor, REST).toi == (0.0, 0.0)
     ending = time_of_impact(cube, direction(far, lower), floor, REST)
     assert ending.verdict is Impact.HIT
@@ -71,7 +78,10 @@ def test_contact_at_start_at_end_and_without_motion():
 
 def test_impact_reports_inside_beside_the_time_of_impact():
     ball, box = ball_mesh(0.1), box_mesh((1, 1, 1))
-    staying, leaving = direction(pose(), pose((0.2, 0, 0))), direction(pose(), pose((3, 0, 0)))
+    staying, leaving = (
+        direction(pose_matrix(), pose_matrix((0.2, 0, 0))),
+        direction(pose_matrix(), pose_matrix((3, 0, 0))),
+    )
     for first, second, swap in ((ball, box, False), (box, ball, True)):
         poses = (REST, staying) if swap else (staying, REST)
         kept = time_of_impact(first, poses[0], second, poses[1])
@@ -84,17 +94,17 @@ def test_impact_reports_inside_beside_the_time_of_impact():
     assert time_of_impact(ball, staying, without_faces(box, 1), REST).inside is True, "one triangle is missing"
     assert time_of_impact(ball, staying, without_faces(box, 2), REST).inside is None, "one side is missing"
     assert time_of_impact(ball, staying, merge_meshes(box, box), REST).inside is True, "faces drawn twice count once"
-    assert time_of_impact(ball, direction(pose((5, 0, 0)), pose((5, 0, 1))), box, REST).inside is False
+    assert time_of_impact(ball, direction(pose_matrix((5, 0, 0)), pose_matrix((5, 0, 1))), box, REST).inside is False
 
 
 def test_witness_faces_meet_at_the_upper_time():
     ball, box = ball_mesh(0.1), box_mesh((1, 1, 1))
-    start, stop = pose((0, 0.1, 2)), pose((0.3, 0, -2), (1, 0.5, 0))
+    start, stop = pose_matrix((0, 0.1, 2)), pose_matrix((0.3, 0, -2), (1, 0.5, 0))
     answer = time_of_impact(ball, direction(start, stop), box, REST)
     assert answer.verdict is Impact.HIT
     fraction = answer.toi[1]
     rotation = Slerp([0, 1], Rotation.from_matrix([start[:3, :3], stop[:3, :3]]))(fraction)
-    present = pose((1 - fraction) * start[:3, 3] + fraction * stop[:3, 3], rotation.as_rotvec())
+    present = pose_matrix((1 - fraction) * start[:3, 3] + fraction * stop[:3, 3], rotation.as_rotvec())
     result = intersecting_faces(ball, box, present, None).tolist()
     assert list(answer.faces) in result
 
@@ -102,7 +112,7 @@ def test_witness_faces_meet_at_the_upper_time():
 def random_direction(rng, reach, largest_angle):
     first = Rotation.from_rotvec(rng.normal(size=3))
     second = Rotation.from_rotvec(largest_angle * rng.normal(size=3)) * first
-    return np.stack([pose(rng.normal(size=3) * reach, item.as_rotvec()) for item in (first, second)])
+    return np.stack([pose_matrix(rng.normal(size=3) * reach, item.as_rotvec()) for item in (first, second)])
 
 
 @settings(max_examples=max(10, settings.default.max_examples // 2), deadline=None)
@@ -116,7 +126,7 @@ def test_dense_sampling_contradicts_no_time_of_impact(seed, largest_angle):
     until = 1.0 if answer.toi is None else answer.toi[0]
     for fraction in np.linspace(0, until, 9)[: -1 if answer.toi else None] if until else ():
         poses = [
-            pose((1 - fraction) * item[0, :3, 3] + fraction * item[1, :3, 3], rotated(fraction).as_rotvec())
+            pose_matrix((1 - fraction) * item[0, :3, 3] + fraction * item[1, :3, 3], rotated(fraction).as_rotvec())
             for item, rotated in zip(directions, rotations, strict=True)
         ]
         assert not len(intersecting_faces(a, b, *poses))

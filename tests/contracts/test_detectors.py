@@ -30,6 +30,7 @@ LIVE = [
 
 @pytest.fixture(params=ROWS)
 def name(request):
+    """Each row of the table of detectors."""
     return request.param
 
 
@@ -39,7 +40,8 @@ def scene():
 
 
 @cache
-def whole(name):
+def detection_of_whole_motion(name):
+    """The answer of a detector for the whole motion of the laboratory, with faces."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     return create_detector(name, bodies).detect(motion, faces=True)
 
@@ -51,7 +53,7 @@ def has_faces(detection):
 def test_detector_has_the_methods_of_the_protocol(name, scene):
     detector = create_detector(name, scene[0])
     assert isinstance(detector, Detector)
-    assert detector.name == whole(name).detector == name
+    assert detector.name == detection_of_whole_motion(name).detector == name
     assert isinstance(detector.settings, detector.Settings)
 
 
@@ -61,27 +63,27 @@ def test_repeated_queries_give_the_same_answer(name, scene):
     first = detector.detect(motion, faces=True)
     with pytest.raises(CollisionCoreError):
         detector.detect(Motion(motion.times, motion.translations[:, :2], motion.rotations[:, :2]))
-    assert first.digest == detector.detect(motion).digest == whole(name).digest
+    assert first.digest == detector.detect(motion).digest == detection_of_whole_motion(name).digest
     if has_faces(first):
-        assert first.faces_digest == whole(name).faces_digest
+        assert first.faces_digest == detection_of_whole_motion(name).faces_digest
 
 
 @pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
 def test_detector_in_blocks_of_frames_equals_the_whole_motion(name, block, scene):
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
-    assert joined.digest == whole(name).digest
-    assert joined.verdict.shape == whole(name).verdict.shape
+    assert joined.digest == detection_of_whole_motion(name).digest
+    assert joined.verdict.shape == detection_of_whole_motion(name).verdict.shape
     if has_faces(joined):
-        assert joined.faces_digest == whole(name).faces_digest
+        assert joined.faces_digest == detection_of_whole_motion(name).faces_digest
 
 
 def test_live_detection_equals_offline_and_times_every_frame(name, scene):
     bodies, motion = scene
     answer = detect_live(create_detector(name, bodies), motion)
-    assert answer.digest == whole(name).digest
-    assert np.array_equal(answer.verdict, whole(name).verdict)
-    assert answer.containment == whole(name).containment
+    assert answer.digest == detection_of_whole_motion(name).digest
+    assert np.array_equal(answer.verdict, detection_of_whole_motion(name).verdict)
+    assert answer.containment == detection_of_whole_motion(name).containment
     assert all(spent.shape == (FRAMES,) for spent in answer.seconds.values())
     assert (sum(answer.seconds.values()) > 0).all()
 
@@ -161,13 +163,13 @@ def test_digest_is_independent_of_the_order_of_bodies(name, scene):
         motion.times, *(part.take(order, axis=1) for part in (motion.translations, motion.rotations, motion.valid))
     )
     detection = create_detector(name, [bodies[k] for k in order]).detect(shuffled, faces=True)
-    assert detection.digest == whole(name).digest
+    assert detection.digest == detection_of_whole_motion(name).digest
     if has_faces(detection):
-        assert detection.faces_digest == whole(name).faces_digest
+        assert detection.faces_digest == detection_of_whole_motion(name).faces_digest
 
 
 def test_pair_without_both_poses_gets_verdict_no_pose(name, scene):
-    motion, detection = scene[1], whole(name)
+    motion, detection = scene[1], detection_of_whole_motion(name)
     either = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
     assert either.any()
     assert (detection.verdict[either] == Verdict.NO_POSE).all()
@@ -180,7 +182,7 @@ def test_numbers_of_an_invalid_pose_are_ignored(name, scene):
     translations, rotations = motion.translations.copy(), motion.rotations.copy()
     translations[~motion.valid], rotations[~motion.valid] = np.nan, np.inf
     poisoned = Motion(motion.times, translations, rotations, motion.valid)
-    assert create_detector(name, bodies).detect(poisoned).digest == whole(name).digest
+    assert create_detector(name, bodies).detect(poisoned).digest == detection_of_whole_motion(name).digest
 
 
 def test_an_empty_motion_gives_an_empty_answer(name, scene):
@@ -211,7 +213,7 @@ def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
 
 def test_detection_keeps_times_and_names_with_work_and_seconds(name, scene):
     bodies, motion = scene
-    detection = whole(name)
+    detection = detection_of_whole_motion(name)
     assert np.array_equal(detection.times, motion.times)
     assert detection.names == tuple(body.name for body in bodies)
     assert detection.verdict.dtype == np.uint8
@@ -224,7 +226,7 @@ def test_detection_keeps_times_and_names_with_work_and_seconds(name, scene):
 
 
 def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
-    detection = whole(name)
+    detection = detection_of_whole_motion(name)
     if not has_faces(detection):
         with pytest.raises(NotRecordedError, match="holds no face pairs"):
             _ = detection.face_counts
@@ -268,7 +270,9 @@ def test_detectors_accept_meshes_of_a_single_triangle(name):
 
 
 def test_the_scene_of_these_tests_has_every_verdict_that_counts():
-    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(np.unique(whole("hybrid").verdict).tolist())
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(
+        np.unique(detection_of_whole_motion("hybrid").verdict).tolist()
+    )
 
 
 @cache

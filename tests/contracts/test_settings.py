@@ -23,6 +23,7 @@ SOMETIMES = ("yes", "12", True, False, 0, -1, 2.5, 10**30, -(10**30), -1e308, fl
 
 @pytest.fixture(params=ROWS)
 def name(request):
+    """Each row of the table of detectors."""
     return request.param
 
 

@@ -41,7 +41,8 @@ def work(tmp_path):
     return folder
 
 
-def command(verb):
+def command_of_verb(verb):
+    """The command line of a verb that overwrites what stands there."""
     return [sys.executable, "-m", "replay", *VERBS[verb], "--force"]
 
 
@@ -56,7 +57,9 @@ def assert_whole(made):
 
 
 def assert_called_again(verb, work):
-    done = subprocess.run(command(verb), cwd=work, env=environment(), capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        command_of_verb(verb), cwd=work, env=environment(), capture_output=True, text=True, timeout=300
+    )
     assert done.returncode in (0, 3), done.stderr
     assert sorted(file.name for file in work.iterdir()) == ["made.mcap", "thesis.txt"]
     assert (work / "thesis.txt").read_text() == "three years of work"
@@ -69,7 +72,7 @@ def test_killed_command_leaves_earlier_output_and_the_next_call_works(work, verb
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     if earlier:
         assert_called_again(verb, work)
-    process = subprocess.Popen(command(verb), cwd=work, env=environment(), **quiet)
+    process = subprocess.Popen(command_of_verb(verb), cwd=work, env=environment(), **quiet)
     while process.poll() is None and not any(work.glob(".made*")):
         time.sleep(0.0005)
     time.sleep(float(np.random.default_rng([1, earlier, len(verb)]).uniform(0, 0.03)))
@@ -90,7 +93,13 @@ def test_full_disk_is_reported_and_changes_nothing(work, verb, room):
         resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
 
     done = subprocess.run(
-        command(verb), cwd=work, env=environment(), preexec_fn=limited, capture_output=True, text=True, timeout=300
+        command_of_verb(verb),
+        cwd=work,
+        env=environment(),
+        preexec_fn=limited,
+        capture_output=True,
+        text=True,
+        timeout=300,
     )
     errors = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
     assert (done.returncode, len(errors)) in [(1, 1), (0, 0), (3, 0)] and "Traceback" not in done.stderr
@@ -105,7 +114,7 @@ PLAIN = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 def test_command_works_without_home_or_utf_8_in_any_folder(work, variables):
     folder = work.rename(work.parent / "\u00dcbung $(c) 'd' [red] \u6771")
     done = subprocess.run(
-        command("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300
+        command_of_verb("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300
     )
     assert done.returncode == 0, done.stderr
     assert_whole(folder / "made.mcap")

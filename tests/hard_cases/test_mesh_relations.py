@@ -26,7 +26,8 @@ def body(name, triangles):
     return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
 
 
-def requested(bodies, motion, pairs=None):
+def exact_detection(bodies, motion, pairs=None):
+    """The answer of ``exact`` for surfaces alone, with faces."""
     return create_detector("exact", bodies, pairs=pairs, containment=False).detect(motion, faces=True)
 
 
@@ -54,7 +55,7 @@ def test_renumbering_vertices_or_reversing_faces_changes_nothing(kind, corners):
         number = np.argsort(order)
         return TriangleMesh(mesh.vertices[order], number[mesh.faces][:, corners])
 
-    before, after = requested(bodies, motion), requested(remade(bodies, change), motion)
+    before, after = exact_detection(bodies, motion), exact_detection(remade(bodies, change), motion)
     assert (before.digest, before.faces_digest) == (after.digest, after.faces_digest)
     assert (before.verdict == Verdict.CONTACT).any()
 
@@ -67,7 +68,7 @@ def test_permuting_faces_permutes_the_face_pairs(kind):
         Body(item.name, TriangleMesh(item.mesh.vertices, item.mesh.faces[order]))
         for item, order in zip(bodies, orders, strict=True)
     ]
-    before, after = requested(bodies, motion, [(0, 1)]), requested(changed, motion, [(0, 1)])
+    before, after = exact_detection(bodies, motion, [(0, 1)]), exact_detection(changed, motion, [(0, 1)])
     assert before.digest == after.digest
     numbers = [np.argsort(order) for order in orders]
     same_faces(before, after, lambda faces: np.stack([numbers[0][faces[:, 0]], numbers[1][faces[:, 1]]], axis=1))
@@ -86,7 +87,7 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
         pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
         return body(solid.name, np.concatenate([np.stack(piece, axis=1) for piece in pieces]))
 
-    before, after = requested(bodies, exact), requested([four(solid) for solid in bodies], exact)
+    before, after = exact_detection(bodies, exact), exact_detection([four(solid) for solid in bodies], exact)
     assert np.array_equal(before.verdict, after.verdict)
     assert 0 < (before.verdict == Verdict.CONTACT).mean() <= 1
 
@@ -94,8 +95,8 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
 @by_kind
 def test_pairs_queried_together_equal_pairs_queried_alone(kind):
     bodies, motion = scene(kind)
-    both = requested(bodies, motion, [(0, 1), (1, 2)])
-    pieces = [requested(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
+    both = exact_detection(bodies, motion, [(0, 1), (1, 2)])
+    pieces = [exact_detection(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
     assert np.array_equal(both.verdict, np.concatenate([piece.verdict for piece in pieces], axis=1))
     for column, piece in enumerate(pieces):
         assert np.array_equal(both.face_counts[:, column], piece.face_counts[:, 0])
@@ -106,10 +107,10 @@ def test_pairs_queried_together_equal_pairs_queried_alone(kind):
 def test_signed_axis_rotations_and_shifts_keep_every_face_pair(kind, relation):
     bodies, motion = scene(kind)
     rotation, move = np.tile(np.eye(3), (FRAMES, 3, 1, 1)), motion.translations
-    before = requested(bodies, Motion(motion.times, move, rotation))
+    before = exact_detection(bodies, Motion(motion.times, move, rotation))
     if relation == "axes":
         quarter = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
-        after = requested(bodies, Motion(motion.times, move @ quarter.T, quarter @ rotation))
+        after = exact_detection(bodies, Motion(motion.times, move @ quarter.T, quarter @ rotation))
     else:
-        after = requested(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), rotation))
+        after = exact_detection(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), rotation))
     assert before.faces_digest == after.faces_digest

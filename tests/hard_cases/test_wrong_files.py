@@ -12,7 +12,8 @@ from support.wrong_files import BOMBS, WRONG, chunk, contradictions, good_files,
 
 
 @pytest.fixture(scope="module")
-def good(tmp_path_factory):
+def good_files_by_kind(tmp_path_factory):
+    """A file of each kind that is read without a problem."""
     return good_files(tmp_path_factory.mktemp("good"))
 
 
@@ -21,28 +22,28 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("place")
 
 
-def test_good_session_file_is_accepted_by_four_commands(good, tmp_path):
-    (tmp_path / "s.mcap").write_bytes(good["own"])
+def test_good_session_file_is_accepted_by_four_commands(good_files_by_kind, tmp_path):
+    (tmp_path / "s.mcap").write_bytes(good_files_by_kind["own"])
     answers = verbs(tmp_path / "s.mcap", tmp_path / "out.mcap")
     assert all(accepted for accepted, _ in answers.values()), answers
 
 
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize("case", WRONG)
-def test_four_verbs_agree_about_a_wrong_file(good, tmp_path, case):
-    data = WRONG[case](good["own"])
-    assert data != good["own"] and contradictions(data, tmp_path) == []
+def test_four_verbs_agree_about_a_wrong_file(good_files_by_kind, tmp_path, case):
+    data = WRONG[case](good_files_by_kind["own"])
+    assert data != good_files_by_kind["own"] and contradictions(data, tmp_path) == []
 
 
 @settings(max_examples=max(4, settings.default.max_examples // 3))
 @given(data=st.data())
-def test_four_commands_do_not_contradict_each_other_on_damaged_files(good, folder, data):
-    assert contradictions(data.draw(wrong_bytes(good)), folder) == []
+def test_four_commands_do_not_contradict_each_other_on_damaged_files(good_files_by_kind, folder, data):
+    assert contradictions(data.draw(wrong_bytes(good_files_by_kind)), folder) == []
 
 
-def test_unpacked_size_is_bounded_by_the_size_of_the_file(good, tmp_path):
+def test_unpacked_size_is_bounded_by_the_size_of_the_file(good_files_by_kind, tmp_path):
     path = tmp_path / "bomb.mcap"
-    path.write_bytes(plus(chunk([message(5)] * 150_000))(good["own"]))
+    path.write_bytes(plus(chunk([message(5)] * 150_000))(good_files_by_kind["own"]))
     assert not verbs(path, tmp_path / "out.mcap")["info"][0]
 
 
@@ -69,10 +70,10 @@ print(json.dumps([time.process_time() - began, peak_bytes() - plain]))
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BOMBS)
 @pytest.mark.parametrize("verb", ["info", "doctor", "recover"])
-def test_small_file_costs_at_most_100_mb_and_2_s(good, tmp_path, name, verb):
+def test_small_file_costs_at_most_100_mb_and_2_s(good_files_by_kind, tmp_path, name, verb):
     path, plain = tmp_path / "bomb.mcap", tmp_path / "good.mcap"
-    plain.write_bytes(good["own"])
-    path.write_bytes(plus(*BOMBS[name]())(good["own"]))
+    plain.write_bytes(good_files_by_kind["own"])
+    path.write_bytes(plus(*BOMBS[name]())(good_files_by_kind["own"]))
     command, size = [sys.executable, "-c", PROGRAM, str(path), verb, str(plain)], path.stat().st_size
     done = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=120, check=True)
     seconds, spent = json.loads(done.stdout)

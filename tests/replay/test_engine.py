@@ -22,35 +22,36 @@ TOUCHING = Scene(
 """Its effect asks ``exact`` for contacts."""
 
 
-def chosen(detectors=None, oracle=None, session=None, **more):
+def line_up_of(detectors=None, oracle=None, session=None, **more):
+    """The detectors and reference that a run takes for these settings."""
     settings = RunSettings(detectors=detectors, oracle=oracle, **more)
     return line_up(settings, cubes(TWO_BUMPS) if session is None else session)
 
 
 def test_oracle_option_accepts_label_detector_or_none():
     """Without the option the reference is exact, where anything is to be compared."""
-    lineup = chosen("slow=discrete[rate_hz=5]")
+    lineup = line_up_of("slow=discrete[rate_hz=5]")
     assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED_DETECTOR] and lineup.oracle == TRUSTED_DETECTOR
-    assert chosen(()).specs == () and chosen((), "hybrid").oracle == ""
-    assert chosen("a=sphere,b=hybrid", "b").oracle == "b"
-    assert chosen("a=sphere,b=hybrid", "hybrid").oracle == "b"
-    assert [spec.label for spec in chosen("sphere", "best=hybrid").specs] == ["sphere", "best"]
-    assert chosen("sphere,hybrid", "none").oracle == ""
-    assert chosen("hybrid", "hybrid").specs == chosen("hybrid", "none").specs
+    assert line_up_of(()).specs == () and line_up_of((), "hybrid").oracle == ""
+    assert line_up_of("a=sphere,b=hybrid", "b").oracle == "b"
+    assert line_up_of("a=sphere,b=hybrid", "hybrid").oracle == "b"
+    assert [spec.label for spec in line_up_of("sphere", "best=hybrid").specs] == ["sphere", "best"]
+    assert line_up_of("sphere,hybrid", "none").oracle == ""
+    assert line_up_of("hybrid", "hybrid").specs == line_up_of("hybrid", "none").specs
 
 
 def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
-    assert [str(spec) for spec in chosen().specs] == [
+    assert [str(spec) for spec in line_up_of().specs] == [
         "hull50=collider[shape=hull,rate_hz=50]",
         "mesh50=discrete[rate_hz=50]",
         "paper=hybrid-qaco",
         "exact=exact",
     ]
-    assert [spec.label for spec in chosen(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
+    assert [spec.label for spec in line_up_of(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
     recorded = replace(
         cubes(TWO_BUMPS), colliders={"a": (cube(0.5),)}, live_contacts=(LiveContact(0, "a", "b", "enter"),)
     )
-    assert [spec.label for spec in chosen(session=recorded).specs] == [
+    assert [spec.label for spec in line_up_of(session=recorded).specs] == [
         "recorded",
         "shipped50",
         "mesh50",
@@ -81,7 +82,7 @@ def test_a_named_oracle_runs_though_effects_need_no_contacts():
 
 def test_an_oracle_with_the_label_of_another_is_refused():
     with pytest.raises(DetectorSpecError, match="both called 'hybrid'"):
-        chosen("hybrid=sphere", "hybrid=hybrid[containment=false]")
+        line_up_of("hybrid=sphere", "hybrid=hybrid[containment=false]")
 
 
 @pytest.mark.parametrize("detectors", ["", "sphere,hybrid"])

@@ -44,7 +44,8 @@ class Window:
 
 
 @pytest.fixture(scope="module")
-def good(tmp_path_factory):
+def good_run_folder(tmp_path_factory):
+    """A run folder that is read without a problem."""
     at = tmp_path_factory.mktemp("good")
     write_session(cubes(POSITIONS, facts={"consent": "share", "pseudonym": "S01"}), at / "s.mcap")
     return replay.run(at / "s.mcap", detectors=DETECTORS, out=at / "run").out
@@ -94,13 +95,13 @@ def requested(good, at, numbers, capsys):
 
 
 # 992: the column of detectors has another name, which the page of a class once added to a word.
-def test_changed_run_folder_ends_in_answer_or_sentence(good, no_window, tmp_path, capsys):
-    faults, growth = requested(good, tmp_path / "at", [0, 1, 992, 1004, 1005], capsys)
+def test_changed_run_folder_ends_in_answer_or_sentence(good_run_folder, no_window, tmp_path, capsys):
+    faults, growth = requested(good_run_folder, tmp_path / "at", [0, 1, 992, 1004, 1005], capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(4, 2004, 250))
-def test_changed_run_folders_of_all_kinds_end_in_an_answer(good, no_window, tmp_path, capsys, first):
-    faults, growth = requested(good, tmp_path / "at", range(first, first + FOLDERS), capsys)
+def test_changed_run_folders_of_all_kinds_end_in_an_answer(good_run_folder, no_window, tmp_path, capsys, first):
+    faults, growth = requested(good_run_folder, tmp_path / "at", range(first, first + FOLDERS), capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH

@@ -28,7 +28,8 @@ def temp(tmp_path, monkeypatch):
     return tmp_path
 
 
-def names(folder):
+def file_names(folder):
+    """Names of what is in a folder, sorted."""
     return sorted(entry.name for entry in folder.iterdir())
 
 
@@ -43,20 +44,20 @@ def killed_owner(temp):
 def test_a_temporary_folder_is_gone_after_its_block(temp, ending):
     try:
         with temporary_folder() as folder:
-            assert names(folder) == [] and temp in folder.parents
+            assert file_names(folder) == [] and temp in folder.parents
             (folder / "a").write_text("b")
             if ending:
                 raise ending
     except (ValueError, KeyboardInterrupt):
         assert ending
-    assert names(temp) == []
+    assert file_names(temp) == []
 
 
 def test_next_program_removes_leftovers_of_a_killed_program(temp):
     left = killed_owner(temp)
     assert (left / "files" / "pictures" / "run.rrd").exists()
     with temporary_folder() as folder:
-        assert names(temp) == [folder.parent.name] and not left.exists()
+        assert file_names(temp) == [folder.parent.name] and not left.exists()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no other user there")
@@ -77,12 +78,12 @@ def test_folders_in_use_and_foreign_folders_stay(temp):
         remove_leftovers()
         assert first.exists() and second.exists() and (temp / "replay-link").is_symlink()
     remove_leftovers()
-    assert names(temp) == ["replay-file", "replay-link", "replay-notes"]
+    assert file_names(temp) == ["replay-file", "replay-link", "replay-notes"]
 
 
 def test_folder_removed_before_its_lock_is_remade(temp, monkeypatch):
     answers = iter([False, True])
     monkeypatch.setattr(temporary_folders, "locks", lambda _: next(answers))
     with temporary_folder() as folder:
-        assert names(temp) == [folder.parent.name] and (folder.parent / IN_USE).exists()
-    assert names(temp) == []
+        assert file_names(temp) == [folder.parent.name] and (folder.parent / IN_USE).exists()
+    assert file_names(temp) == []

@@ -12,11 +12,13 @@ class RefusalError(Exception):
     pass
 
 
-def names(folder):
+def file_names(folder):
+    """Names of what is in a folder, sorted."""
     return sorted(path.name for path in folder.iterdir())
 
 
-def listed(folder):
+def listed_files(folder):
+    """Names of files that may be replaced; refuses a folder that is not marked as its own."""
     if not (folder / "mark").is_file() and any(folder.iterdir()):
         raise RefusalError(f"{folder} is foreign")
     return ("table", "mark")
@@ -53,7 +55,7 @@ def test_last_writer_to_finish_determines_the_file(tmp_path):
     with whole_file(out, RefusalError) as item, whole_file(out, RefusalError) as two:
         item.write(b"one" * 9)
         two.write(b"two")
-    assert out.read_bytes() == b"one" * 9 and names(tmp_path) == ["out"]
+    assert out.read_bytes() == b"one" * 9 and file_names(tmp_path) == ["out"]
 
 
 def test_file_that_appears_meanwhile_is_replaced_only_on_request(tmp_path):
@@ -62,7 +64,7 @@ def test_file_that_appears_meanwhile_is_replaced_only_on_request(tmp_path):
         with whole_file(out, RefusalError, overwrite=False) as stream:
             stream.write(b"mine")
             out.write_bytes(b"theirs")
-    assert out.read_bytes() == b"theirs" and names(tmp_path) == ["out"]
+    assert out.read_bytes() == b"theirs" and file_names(tmp_path) == ["out"]
 
 
 class Watched(type(Path())):
@@ -128,39 +130,39 @@ def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
     assert len(ends) == 1 and (out / "table").read_text() == (out / "mark").read_text() == ends[0]
-    assert names(tmp_path) == ["out"]
+    assert file_names(tmp_path) == ["out"]
 
 
 def test_replacing_a_folder_removes_only_files_it_lists(tmp_path):
     """The second writer replaces files of the first and keeps the user's; a folder without its mark is foreign."""
     out = tmp_path / "out"
     for word in ("first", "second"):
-        with whole_folder(out, RefusalError, listed) as folder:
+        with whole_folder(out, RefusalError, listed_files) as folder:
             write(folder, word)
         (out / f"{word}.txt").write_text("mine")
-    assert names(out) == ["first.txt", "mark", "second.txt", "table"] and (out / "mark").read_text() == "second"
+    assert file_names(out) == ["first.txt", "mark", "second.txt", "table"] and (out / "mark").read_text() == "second"
     (out / "mark").unlink()
-    with pytest.raises(RefusalError, match="is foreign"), whole_folder(out, RefusalError, listed) as folder:
+    with pytest.raises(RefusalError, match="is foreign"), whole_folder(out, RefusalError, listed_files) as folder:
         write(folder, "third")
-    assert names(tmp_path) == ["out"] and (out / "table").read_text() == "second"
+    assert file_names(tmp_path) == ["out"] and (out / "table").read_text() == "second"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there")
 @pytest.mark.parametrize("moment", ["before", "between"])
 def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
     out = tmp_path / "out"
-    with whole_folder(out, RefusalError, listed) as folder:
+    with whole_folder(out, RefusalError, listed_files) as folder:
         write(folder, "first")
     (out / "note").write_text("mine")
     program = KILLED.format(out=str(out), moment=moment)
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -9
-    assert len(names(tmp_path)) == 3
-    with whole_folder(out, RefusalError, listed) as living:
-        with whole_folder(out, RefusalError, listed) as folder:
+    assert len(file_names(tmp_path)) == 3
+    with whole_folder(out, RefusalError, listed_files) as living:
+        with whole_folder(out, RefusalError, listed_files) as folder:
             write(folder, "second")
         assert living.is_dir()
         write(living, "third")
-    assert names(tmp_path) == ["out"] and names(out) == ["mark", "note", "table"]
+    assert file_names(tmp_path) == ["out"] and file_names(out) == ["mark", "note", "table"]
     assert (out / "mark").read_text() == "third" and (out / "note").read_text() == "mine"
 
 
@@ -172,4 +174,4 @@ def test_unwritable_path_is_refused_in_a_sentence(tmp_path):
     # A full disk is no other program, also where there is a file already.
     with pytest.raises(RefusalError, match=r"cannot be written .No space"), whole_file(tmp_path / "file", RefusalError):
         raise OSError(28, "No space left")
-    assert names(tmp_path) == ["file"]
+    assert file_names(tmp_path) == ["file"]

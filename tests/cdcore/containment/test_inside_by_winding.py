@@ -24,7 +24,8 @@ def reversed_faces(mesh):
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 
-def without(mesh, *faces):
+def without_faces(mesh, *faces):
+    """The mesh without the faces of these numbers."""
     return TriangleMesh(mesh.vertices, np.delete(mesh.faces, faces, axis=0))
 
 
@@ -48,7 +49,7 @@ def grid_box(size, count):
 
 def without_a_side():
     """A block that lacks its side at x = -0.1 m, through which bodies pass without touching."""
-    return without(grid_box(SIZE, 4), *range(32))  # 4 x 4 squares of two triangles
+    return without_faces(grid_box(SIZE, 4), *range(32))  # 4 x 4 squares of two triangles
 
 
 @cache
@@ -57,8 +58,10 @@ def damaged():
     block, other = box_mesh(SIZE), shift_mesh(box_mesh(SIZE), SHIFT)
     small = shift_mesh(box_mesh(SIZE / 2), [0.0, 0.0, 0.0])
     rows = {"sound": (block, [0 * SHIFT], 0)}
-    rows |= {f"block lacks face {k}": (without(block, k), [0 * SHIFT], 1) for k in range(0, 12, 3)}
-    rows |= {f"fine block lacks face {k}": (without(grid_box(SIZE, 4), k), [0 * SHIFT], 1) for k in range(0, 192, 60)}
+    rows |= {f"block lacks face {k}": (without_faces(block, k), [0 * SHIFT], 1) for k in range(0, 12, 3)}
+    rows |= {
+        f"fine block lacks face {k}": (without_faces(grid_box(SIZE, 4), k), [0 * SHIFT], 1) for k in range(0, 192, 60)
+    }
     rows |= {
         "every face twice": (merge_meshes(block, block), [0 * SHIFT], 0),
         "every face from both sides": (merge_meshes(block, reversed_faces(block)), [0 * SHIFT], 0),
@@ -66,9 +69,9 @@ def damaged():
         "crossing": (merge_meshes(block, other), [0 * SHIFT, SHIFT], 0),
         "crossing, one reversed": (merge_meshes(block, reversed_faces(other)), [0 * SHIFT, SHIFT], 2),
         "nested": (merge_meshes(block, small), [0 * SHIFT], 0),
-        "crossing, one lacks a face": (merge_meshes(without(block, 5), other), [0 * SHIFT, SHIFT], 1),
+        "crossing, one lacks a face": (merge_meshes(without_faces(block, 5), other), [0 * SHIFT, SHIFT], 1),
         "lacks a face, another twice": (
-            merge_meshes(without(block, 2), TriangleMesh(block.vertices, block.faces[7:8])),
+            merge_meshes(without_faces(block, 2), TriangleMesh(block.vertices, block.faces[7:8])),
             [0 * SHIFT],
             1,
         ),
@@ -164,7 +167,7 @@ LOST_FACES = {"one side": range(32), "one square": (10, 11), "four squares": (10
 def test_arc_through_a_hole_and_back_is_not_clear(lost):
     """A bead on an arm dips into the block between two frames, at both of which it is outside."""
     rng = np.random.default_rng(5)
-    block = Body("block", without(grid_box(SIZE, 4), *LOST_FACES[lost]))
+    block = Body("block", without_faces(grid_box(SIZE, 4), *LOST_FACES[lost]))
     answer = {}
     for _ in range(16):
         arm, shift = rng.uniform(0.02, 0.05), rng.uniform(-0.035, 0.005)

@@ -8,7 +8,8 @@ from cdcore import TriangleMesh
 from cdcore.containment.winding_surface import ComponentKind, winding_surface
 
 
-def without(mesh, *faces):
+def without_faces(mesh, *faces):
+    """The mesh without the faces of these numbers."""
     return TriangleMesh(mesh.vertices, np.delete(mesh.faces, faces, axis=0))
 
 
@@ -20,15 +21,15 @@ def side(mesh, axis):
 def cut_sphere(height):
     """A ball without all faces that reach above a height, in radii: a bowl, or a flask without a neck."""
     ball = ball_mesh(1.0, 24, 36)
-    return without(ball, *np.flatnonzero(ball.triangles[:, :, 2].max(axis=1) > height).tolist())
+    return without_faces(ball, *np.flatnonzero(ball.triangles[:, :, 2].max(axis=1) > height).tolist())
 
 
 ALL = {
     "box": (box_mesh(), ComponentKind.CLOSED),
-    "one triangle of a box": (without(box_mesh(), 4), ComponentKind.HOLED),
-    "one side of a box": (without(box_mesh(), *side(box_mesh(), 2)), ComponentKind.OPEN),
-    "one face of a ball": (without(icosphere_mesh(), 7), ComponentKind.HOLED),
-    "two places of a ball": (without(ball_mesh(1.0, 24, 36), 200, 900), ComponentKind.HOLED),
+    "one triangle of a box": (without_faces(box_mesh(), 4), ComponentKind.HOLED),
+    "one side of a box": (without_faces(box_mesh(), *side(box_mesh(), 2)), ComponentKind.OPEN),
+    "one face of a ball": (without_faces(icosphere_mesh(), 7), ComponentKind.HOLED),
+    "two places of a ball": (without_faces(ball_mesh(1.0, 24, 36), 200, 900), ComponentKind.HOLED),
     "half a ball": (cut_sphere(0.0), ComponentKind.OPEN),
     "bowl": (cut_sphere(0.7), ComponentKind.OPEN),
     "flask without a neck": (cut_sphere(0.9), ComponentKind.OPEN),
@@ -91,7 +92,7 @@ def test_capped_components_are_closed_with_lost_or_reversed_faces(seed):
 def test_faces_of_mixed_winding_are_turned_to_one_side():
     """A box that lacks a face and has three faces reversed: one hole, and one orientation in the end."""
     box = box_mesh()
-    faces = without(box, 4).faces.copy()
+    faces = without_faces(box, 4).faces.copy()
     faces[[0, 3, 5]] = faces[[0, 3, 5], ::-1]
     surface = winding_surface(TriangleMesh(box.vertices, faces))
     assert surface.kinds.tolist() == [ComponentKind.HOLED]

@@ -43,13 +43,14 @@ def cube_above_plate(gaps):
     return [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("plate", box_mesh((1, 1, 0.02)))], motion
 
 
-def in_contact(name, bodies, motion, **settings):
+def contact_by_frame(name, bodies, motion, **settings):
+    """Whether a detector reports contact of the first pair, frame by frame."""
     return counts_as_contact(create_detector(name, bodies, **settings).detect(motion).verdict[:, 0])
 
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_cube_touches_plate_below_the_documented_distance(name):
-    answer = in_contact(name, *cube_above_plate(GAPS))
+    answer = contact_by_frame(name, *cube_above_plate(GAPS))
     assert answer.tolist() == np.less(GAPS * 1000, REACH[name]).tolist()
 
 
@@ -64,7 +65,9 @@ def test_cube_touches_plate_below_the_documented_distance(name):
 )
 def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetres):
     pytest.importorskip(ENGINE_MODULE[name])
-    answer = in_contact(name, *cube_above_plate([(millimetres - 0.1) / 1000, (millimetres + 0.1) / 1000]), **settings)
+    answer = contact_by_frame(
+        name, *cube_above_plate([(millimetres - 0.1) / 1000, (millimetres + 0.1) / 1000]), **settings
+    )
     assert answer.tolist() == [True, False]
 
 
@@ -83,7 +86,7 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach,
     about = np.concatenate([-np.logspace(-2.3, -8, 18), np.logspace(-8, -2.3, 18)])
     for seed in range(6):
         bodies, motion = hulls_at(seed, reach + about)
-        answer = in_contact(name, bodies, motion, **settings)
+        answer = contact_by_frame(name, bodies, motion, **settings)
         assert answer[about < -late].all()
         assert not answer[about > early].any()
 
@@ -109,11 +112,11 @@ def test_rod_in_a_beaker_touches_hull_not_mesh(name):
     motion = still(bodies, [[0, 0, 0], [0, 0, 0.2]])
     for height, hull, mesh in ((0.2, False, False), (0.075, True, False)):
         motion = still(bodies, [[0, 0, 0], [0, 0, height]])
-        assert in_contact("exact", bodies, motion)[0] == mesh
+        assert contact_by_frame("exact", bodies, motion)[0] == mesh
         settings = {"prediction_m": 0.001} if name == "rapier" else {}
         settings |= {"contact_offset_m": 0.001} if name == "physx" else {}
-        assert in_contact(name, bodies, motion, shape="hull", **settings)[0] == hull
-        assert in_contact(name, bodies, motion, shape="mesh", **settings)[0] == mesh
+        assert contact_by_frame(name, bodies, motion, shape="hull", **settings)[0] == hull
+        assert contact_by_frame(name, bodies, motion, shape="mesh", **settings)[0] == mesh
 
 
 @pytest.mark.parametrize("name", ["bullet", "physx"])
@@ -147,7 +150,7 @@ def test_two_meshes_are_tested_against_each_other(name):
     pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh())]
     motion = unturned([[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]])
-    assert in_contact(name, bodies, motion, shape="mesh").tolist() == [False, True]
+    assert contact_by_frame(name, bodies, motion, shape="mesh").tolist() == [False, True]
 
 
 @pytest.mark.parametrize("name", OWN)
@@ -155,7 +158,7 @@ def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
     sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
     bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
     motion = unturned([[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]])
-    assert in_contact(name, bodies, motion).tolist() == [True, False]
+    assert contact_by_frame(name, bodies, motion).tolist() == [True, False]
     with pytest.raises(InvalidMeshError, match="slab"):
         create_detector(name, [Body("slab", TriangleMesh(box_mesh().vertices * 1e100, box_mesh().faces))])
 
@@ -166,7 +169,7 @@ def test_meshes_far_from_their_origin_keep_precision(name):
     bodies, motion = cube_above_plate(GAPS)
     moved = [Body(body.name, TriangleMesh(body.mesh.vertices + far, body.mesh.faces)) for body in bodies]
     present = Motion(motion.times, motion.translations - far, motion.rotations)
-    assert np.array_equal(in_contact(name, moved, present), in_contact(name, bodies, motion))
+    assert np.array_equal(contact_by_frame(name, moved, present), contact_by_frame(name, bodies, motion))
 
 
 @pytest.mark.slow

@@ -44,7 +44,8 @@ def test_boxes_spare_containment_tests_live_and_offline():
 BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 
 
-def along(xs, turns=None):
+def motion_along_x(xs, turns=None):
+    """The first of two bodies at these places on X, rotated about Z by ``turns``; the second stays at the origin."""
     positions = np.zeros((len(xs), 2, 3))
     positions[:, 0, 0] = xs
     rotation = np.tile(np.eye(3), (len(xs), 2, 1, 1))
@@ -59,15 +60,15 @@ def work(motion, **settings):
 
 
 def test_frozen_frames_take_a_single_query():
-    assert work(along([0.9] * 100)) == (1, 99)
+    assert work(motion_along_x([0.9] * 100)) == (1, 99)
 
 
 def test_pose_that_differs_by_a_bit_is_a_change():
-    assert work(along([0.9, np.nextafter(0.9, 1)])) == (2, 0)
+    assert work(motion_along_x([0.9, np.nextafter(0.9, 1)])) == (2, 0)
 
 
 def test_blocks_of_a_stream_remember_the_pose_before():
-    motion = along([0.9] * 10 + [2.0] * 10)
+    motion = motion_along_x([0.9] * 10 + [2.0] * 10)
     detector = create_detector("static", BODIES)
     for block in (1, 3, 20):
         joined = join(detector.stream(motion.blocks(block), faces=True))
@@ -78,15 +79,15 @@ def test_blocks_of_a_stream_remember_the_pose_before():
 
 def test_epsilon_compares_with_the_last_queried_pose():
     """Each of 100 frames moves 0.4 mm: with epsilon 1 mm every third is queried, 34 in all, and 66 are reused."""
-    creeping = along(0.9 + 0.0004 * np.arange(100))
+    creeping = motion_along_x(0.9 + 0.0004 * np.arange(100))
     assert work(creeping) == (100, 0)
     queries, cached = work(creeping, epsilon=1e-3)
     assert (queries, cached) == (34, 66)
 
 
 def test_epsilon_measures_rotation_at_the_outermost_point():
-    assert work(along([0.9] * 50, turns=1e-5 * np.arange(50)), epsilon=1e-3)[0] == 1
-    assert work(along([0.9] * 50, turns=1e-2 * np.arange(50)), epsilon=1e-3)[0] == 50
+    assert work(motion_along_x([0.9] * 50, turns=1e-5 * np.arange(50)), epsilon=1e-3)[0] == 1
+    assert work(motion_along_x([0.9] * 50, turns=1e-2 * np.arange(50)), epsilon=1e-3)[0] == 50
 
 
 def test_epsilon_skips_queries_of_pairs_that_move_together():
@@ -102,8 +103,8 @@ def test_epsilon_skips_queries_of_pairs_that_move_together():
 
 def test_within_epsilon_a_verdict_is_at_most_that_far_off():
     xs = 1.05 - 0.0004 * np.arange(300)
-    exact = create_detector("static", BODIES).detect(along(xs)).verdict[:, 0]
-    free = create_detector("static", BODIES, epsilon=2e-3).detect(along(xs)).verdict[:, 0]
+    exact = create_detector("static", BODIES).detect(motion_along_x(xs)).verdict[:, 0]
+    free = create_detector("static", BODIES, epsilon=2e-3).detect(motion_along_x(xs)).verdict[:, 0]
     first = [int(np.argmax(verdict == Verdict.CONTACT)) for verdict in (exact, free)]
     assert first[0] <= first[1] <= first[0] + 5
 
@@ -121,7 +122,7 @@ def test_exact_touch_and_gap_of_an_ulp_live_and_offline():
 
 @pytest.mark.parametrize("name", ["exact", "collider"])
 def test_live_session_without_pairs_answers_about_none(name):
-    assert create_detector(name, BODIES, pairs=[]).live().look(along([0.0])).shape == (0,)
+    assert create_detector(name, BODIES, pairs=[]).live().look(motion_along_x([0.0])).shape == (0,)
 
 
 @pytest.mark.slow

@@ -70,13 +70,14 @@ def test_the_equations_as_printed_are_counted_as_broken():
 
 
 @cache
-def detected(name, **settings):
+def detection_of_lab(name, **settings):
+    """The answer of a detector for the bodies of the laboratory, with faces."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     return create_detector(name, bodies, **settings).detect(motion, faces=True)
 
 
 def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
-    mesh, hybrid = detected("hybrid-qaco", decide="mesh"), detected("hybrid")
+    mesh, hybrid = detection_of_lab("hybrid-qaco", decide="mesh"), detection_of_lab("hybrid")
     assert mesh.digest == hybrid.digest
     assert mesh.faces_digest == hybrid.faces_digest
     assert Verdict.CONTAINED in hybrid.verdict or (hybrid.verdict == Verdict.CONTACT).any()
@@ -86,7 +87,7 @@ def test_explanation_of_a_contact_reports_overlapping_spheres():
     """Bodies that touch have bounding spheres that overlap: every such contact is one that spheres let through."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
-    frame, pair = np.argwhere(detected("hybrid").verdict == Verdict.CONTACT)[0].tolist()
+    frame, pair = np.argwhere(detection_of_lab("hybrid").verdict == Verdict.CONTACT)[0].tolist()
     no_faces = np.zeros((0, 2), dtype=np.int64)  # faces would be for the search, which is not asked here
     assert detector.explain(motion, frame, pair, no_faces).spheres_meet is True
 
@@ -95,14 +96,14 @@ def test_search_hits_need_no_mesh_query_without_faces():
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     plain = detector.detect(motion)
-    assert plain.digest == detected("hybrid").digest
+    assert plain.digest == detection_of_lab("hybrid").digest
     assert plain.work["mesh_queries"] < detector.detect(motion, faces=True).work["mesh_queries"]
 
 
 def test_hybrid_takes_faces_of_the_search_where_meshes_have_none():
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
-    by_search, by_meshes = detected("hybrid-qaco"), detected("hybrid")
+    by_search, by_meshes = detection_of_lab("hybrid-qaco"), detection_of_lab("hybrid")
     blind_pairs = 3  # the first three, in which the meshes find nothing
     decide = detector._meshes.decide
 
@@ -126,7 +127,7 @@ def test_hybrid_takes_faces_of_the_search_where_meshes_have_none():
 
 
 def test_deciding_by_search_gives_no_false_contact():
-    search, exact = detected("hybrid-qaco"), detected("exact")
+    search, exact = detection_of_lab("hybrid-qaco"), detection_of_lab("exact")
     contact = search.verdict == Verdict.CONTACT
     assert (exact.verdict[contact] == Verdict.CONTACT).all()
     missed = (exact.verdict == Verdict.CONTACT) & ~contact
@@ -136,7 +137,7 @@ def test_deciding_by_search_gives_no_false_contact():
 
 
 def test_ant_search_alone_refuses_to_decide_containment():
-    assert all(word.startswith("refused: a search") for word in detected("hybrid-qaco").containment)
-    refused = detected("hybrid-qaco", decide="mesh", containment=False).containment
+    assert all(word.startswith("refused: a search") for word in detection_of_lab("hybrid-qaco").containment)
+    refused = detection_of_lab("hybrid-qaco", decide="mesh", containment=False).containment
     assert set(refused) == {"refused: containment=False"}
-    assert detected("hybrid-qaco", decide="mesh").containment == detected("hybrid").containment
+    assert detection_of_lab("hybrid-qaco", decide="mesh").containment == detection_of_lab("hybrid").containment

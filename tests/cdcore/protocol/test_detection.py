@@ -163,14 +163,15 @@ rows = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=0, max
 entries = st.dictionaries(st.tuples(st.integers(0, 7), st.integers(0, 3)), rows, max_size=12)
 
 
-def made(table):
+def face_sets_of(table):
+    """Sets of faces by (frame, pair)."""
     frame, pair = [key[0] for key in table], [key[1] for key in table]
     return sets_of(frame, pair, list(table.values()))
 
 
 @given(entries)
 def test_every_face_set_is_returned_for_its_frame_and_pair(table):
-    sets = made(table)
+    sets = face_sets_of(table)
     counts = sets.counts(8, 4)
     for frame in range(8):
         for pair in range(4):
@@ -183,15 +184,15 @@ def test_every_face_set_is_returned_for_its_frame_and_pair(table):
 def test_joined_face_sets_equal_sets_made_at_once(table, cut):
     before = {key: value for key, value in table.items() if key[0] < cut}
     after = {(frame - cut, pair): value for (frame, pair), value in table.items() if frame >= cut}
-    joined = FaceSets.join([(0, made(before)), (cut, made(after))])
+    joined = FaceSets.join([(0, face_sets_of(before)), (cut, face_sets_of(after))])
     for frame in range(8):
         for pair in range(4):
-            assert joined.at(frame, pair).tolist() == made(table).at(frame, pair).tolist()
+            assert joined.at(frame, pair).tolist() == face_sets_of(table).at(frame, pair).tolist()
 
 
 @given(entries, st.sets(st.integers(0, 7)))
 def test_face_sets_of_selected_frames_equal_the_whole(table, chosen):
-    whole, frames = made(table), np.array(sorted(chosen), dtype=np.int64)
+    whole, frames = face_sets_of(table), np.array(sorted(chosen), dtype=np.int64)
     taken = whole.take(frames)
     for number, frame in enumerate(frames):
         for pair in range(4):

@@ -27,14 +27,15 @@ class Wrong(FrameDetector):
         return [True]
 
 
-def made(kind, bodies):
+def detector_of_kind(kind, bodies):
+    """A detector of this class over all pairs."""
     pairs = create_detector("sphere", bodies).pairs
     return kind(bodies, pairs)
 
 
 def test_single_method_makes_a_detector_named_after_its_class():
     bodies, motion = lab_bodies_and_motion(frames=40)
-    detector = made(Near, bodies)
+    detector = detector_of_kind(Near, bodies)
     assert isinstance(detector, Detector) and detector.name == "Near" and detector.online
     result = detector.detect(motion)
     assert result.verdict.shape == (40, 10) and result.seconds["look"].shape == (40,)
@@ -46,7 +47,7 @@ def test_single_method_makes_a_detector_named_after_its_class():
 @pytest.mark.parametrize("block", [1, 7])
 def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
     bodies, motion = lab_bodies_and_motion(frames=40)
-    detector = made(Near, bodies)
+    detector = detector_of_kind(Near, bodies)
     whole = detector.detect(motion)
     assert join(detector.stream(motion.blocks(block))).digest == whole.digest == detector.detect(motion).digest
 
@@ -54,7 +55,7 @@ def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
 @pytest.mark.parametrize("block", [7, 40])
 def test_live_session_keeps_its_state_between_blocks(block):
     bodies, motion = lab_bodies_and_motion(frames=40)
-    detector = made(Near, bodies)
+    detector = detector_of_kind(Near, bodies)
     live = join(stream_live(detector, motion.blocks(block)))
     assert live.digest == detector.detect(motion).digest and live.work == {"looks": 40}
 
@@ -71,7 +72,7 @@ class Plain:
 def test_live_detection_falls_back_to_streaming_single_frames():
     """``Plain`` passes on ``stream`` of a detector and has no ``live``."""
     bodies, motion = lab_bodies_and_motion(frames=40)
-    inner, start = made(Near, bodies), perf_counter()
+    inner, start = detector_of_kind(Near, bodies), perf_counter()
     result = detect_live(Plain(inner), motion)
     assert sum(stage.sum() for stage in result.seconds.values()) <= perf_counter() - start
     assert result.digest == inner.detect(motion).digest
@@ -82,7 +83,7 @@ def test_answer_must_have_one_verdict_per_pair():
     """Five bodies are 10 pairs; the detector ``Wrong`` answers in another shape."""
     bodies, motion = lab_bodies_and_motion(frames=3)
     with pytest.raises(InvalidPairError, match=r"one per pair: \(10,\)"):
-        made(Wrong, bodies).detect(motion)
+        detector_of_kind(Wrong, bodies).detect(motion)
 
 
 def saying(answer):
@@ -93,7 +94,7 @@ def saying(answer):
             return answer
 
     bodies, motion = lab_bodies_and_motion(frames=3)
-    return made(Says, bodies), motion
+    return detector_of_kind(Says, bodies), motion
 
 
 @pytest.mark.parametrize(
@@ -153,4 +154,4 @@ def test_an_exception_names_class_frame_file_and_line(block):
         rf"^Breaks failed in look, frame 4: LinAlgError: Singular matrix \(.*test_frame_detector.py, line {line}\)$"
     )
     with pytest.raises(OwnDetectorError, match=sentence):
-        list(made(Breaks, bodies).stream(motion.blocks(block)))
+        list(detector_of_kind(Breaks, bodies).stream(motion.blocks(block)))

@@ -15,7 +15,8 @@ from cdcore.search.equations import (
 
 
 @kernel
-def ask(number, a, b, c, d):
+def compiled_equation(number, a, b, c, d):
+    """The equation of this number for its arguments, in order, as the compiler made it."""
     if number == 15:
         return float(equation_15(a, int(b), int(c)))
     if number == 16:
@@ -31,6 +32,7 @@ def ask(number, a, b, c, d):
 
 @pytest.fixture(params=range(4))
 def draws(request):
+    """A generator of random numbers, from four seeds."""
     return np.random.default_rng(request.param)
 
 
@@ -41,26 +43,34 @@ def amplitudes(angle):
 def test_feature_index_follows_the_angle_fraction(draws):
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
     fraction = np.arccos(amplitudes(angle)[chain]) / np.pi
-    assert abs(ask(15, angle, chain, features, 0.0) - min(fraction * features, features - 1)) <= 1.0
-    assert ask(15, np.pi + 0.5 * np.pi * chain, chain, features, 0.0) == features - 1  # no feature follows the last
+    assert abs(compiled_equation(15, angle, chain, features, 0.0) - min(fraction * features, features - 1)) <= 1.0
+    assert (
+        compiled_equation(15, np.pi + 0.5 * np.pi * chain, chain, features, 0.0) == features - 1
+    )  # no feature follows the last
 
 
 def test_the_weight_is_the_product_of_powers(draws):
     tau, eta, alpha, beta = draws.uniform(0.01, 10, 4)
-    assert np.exp(ask(16, tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
+    assert np.exp(compiled_equation(16, tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
 
 
 def test_gate_is_a_rotation_and_not_swaps_amplitudes(draws):
     angle, step = draws.uniform(-10, 10, 2)
     rotation = np.array([[np.cos(step), -np.sin(step)], [np.sin(step), np.cos(step)]])
-    np.testing.assert_allclose(amplitudes(ask(17, angle, step, 0.0, 0.0)), rotation @ amplitudes(angle), atol=1e-12)
-    np.testing.assert_allclose(amplitudes(ask(18, angle, 0.0, 0.0, 0.0)), amplitudes(angle)[::-1], atol=1e-12)
+    np.testing.assert_allclose(
+        amplitudes(compiled_equation(17, angle, step, 0.0, 0.0)), rotation @ amplitudes(angle), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        amplitudes(compiled_equation(18, angle, 0.0, 0.0, 0.0)), amplitudes(angle)[::-1], atol=1e-12
+    )
 
 
 def test_pheromone_follows_fitness_and_evaporates(draws):
     tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
-    assert ask(19, tau, change, exponent, 0.0) == pytest.approx(tau + np.sign(change) * abs(change) ** exponent)
-    assert ask(20, tau, rho, deposit, 0.0) == pytest.approx((1 - rho) * tau + rho * deposit)
+    assert compiled_equation(19, tau, change, exponent, 0.0) == pytest.approx(
+        tau + np.sign(change) * abs(change) ** exponent
+    )
+    assert compiled_equation(20, tau, rho, deposit, 0.0) == pytest.approx((1 - rho) * tau + rho * deposit)
 
 
 @pytest.mark.parametrize(
@@ -76,4 +86,4 @@ def test_pheromone_follows_fitness_and_evaporates(draws):
 )
 def test_python_call_gives_the_bits_of_the_kernel(number, equation, arguments):
     padded = (*map(float, arguments), 0.0, 0.0, 0.0)[:4]
-    assert float(equation(*arguments)).hex() == float(ask(number, *padded)).hex()
+    assert float(equation(*arguments)).hex() == float(compiled_equation(number, *padded)).hex()

@@ -63,6 +63,7 @@ def test_unknown_engine_is_answered_with_known_engines():
 
 
 def row(number, *counts, undecided=0, share=0.0, contacts=4, consequence="", **knobs):
+    """A row of the table of an engine's settings: its number, counts of wrong contacts, and settings that differ."""
     made = {"number": number, "knobs": knobs, "contacts": contacts, "undecided": undecided, "consequence": consequence}
     return price_row("", 1.0, *counts) | made | {"false": share}
 

@@ -60,55 +60,56 @@ class Stirred:
 
 
 @pytest.fixture(scope="module")
-def stirred(shared_beakers):
+def stirred_beaker(shared_beakers):
+    """A beaker in which a rod stirs, its pieces, and where they would touch falsely."""
     return Stirred(shared_beakers)
 
 
-def test_false_contacts_of_single_pieces_agree_with_the_detector(stirred):
+def test_false_contacts_of_single_pieces_agree_with_the_detector(stirred_beaker):
     """Each of 6 pieces of a beaker is asked alone, in frames where the hull of the beaker is wrong about the rod."""
-    pieces = stirred.by_volume(6)
-    at_risk = (stirred.contact([hull_collider(stirred.mesh)]) & ~stirred.exact)[:, 0]
-    expected = np.array([stirred.contact([piece])[at_risk, 0] for piece in pieces])
-    assert expected.any() and np.array_equal(stirred.false_contacts.of(pieces), expected)
+    pieces = stirred_beaker.by_volume(6)
+    at_risk = (stirred_beaker.contact([hull_collider(stirred_beaker.mesh)]) & ~stirred_beaker.exact)[:, 0]
+    expected = np.array([stirred_beaker.contact([piece])[at_risk, 0] for piece in pieces])
+    assert expected.any() and np.array_equal(stirred_beaker.false_contacts.of(pieces), expected)
 
 
-def test_joined_pieces_of_each_number_cover_the_beaker(stirred):
+def test_joined_pieces_of_each_number_cover_the_beaker(stirred_beaker):
     """A face of the beaker may reach out of the joined hulls by at most 0.5 mm."""
-    assert sorted(stirred.joined) == [*range(1, 33)]
-    for count, pieces in stirred.joined.items():
-        assert len(pieces) == count and outside_by(stirred.mesh, pieces) < 5e-4
+    assert sorted(stirred_beaker.joined) == [*range(1, 33)]
+    for count, pieces in stirred_beaker.joined.items():
+        assert len(pieces) == count and outside_by(stirred_beaker.mesh, pieces) < 5e-4
 
 
 @pytest.mark.parametrize("count", [4, 6])
-def test_pieces_joined_by_motion_report_less_false_contact(stirred, count):
-    pieces = stirred.joined[count]
-    assert stirred.false(pieces) < stirred.false(stirred.by_volume(count))
-    assert not (stirred.exact & ~stirred.contact(pieces)).any()
+def test_pieces_joined_by_motion_report_less_false_contact(stirred_beaker, count):
+    pieces = stirred_beaker.joined[count]
+    assert stirred_beaker.false(pieces) < stirred_beaker.false(stirred_beaker.by_volume(count))
+    assert not (stirred_beaker.exact & ~stirred_beaker.contact(pieces)).any()
 
 
-def test_false_contact_never_falls_with_fewer_pieces(stirred):
-    levels = [pieces for _, pieces in sorted(stirred.joined.items())]
-    false = [stirred.false_contacts.of(pieces).any(axis=0).sum() for pieces in levels]
+def test_false_contact_never_falls_with_fewer_pieces(stirred_beaker):
+    levels = [pieces for _, pieces in sorted(stirred_beaker.joined.items())]
+    false = [stirred_beaker.false_contacts.of(pieces).any(axis=0).sum() for pieces in levels]
     assert false == sorted(false, reverse=True) and false[0] > false[-1]
 
 
-def test_refined_pieces_cover_the_body_and_report_less(stirred):
-    coarse = stirred.by_volume(4)
-    fine = refined_by_motion(coarse, stirred.mesh, stirred.false_contacts, lambda: None)
-    assert len(coarse) < len(fine) <= MOST_PIECES and outside_by(stirred.mesh, fine) < 1e-9
-    assert stirred.false(fine) < stirred.false(coarse)
+def test_refined_pieces_cover_the_body_and_report_less(stirred_beaker):
+    coarse = stirred_beaker.by_volume(4)
+    fine = refined_by_motion(coarse, stirred_beaker.mesh, stirred_beaker.false_contacts, lambda: None)
+    assert len(coarse) < len(fine) <= MOST_PIECES and outside_by(stirred_beaker.mesh, fine) < 1e-9
+    assert stirred_beaker.false(fine) < stirred_beaker.false(coarse)
 
 
-def test_joining_stops_when_its_time_check_raises(stirred):
+def test_joining_stops_when_its_time_check_raises(stirred_beaker):
     class UpError(Exception):
         pass
 
     def check():
         raise UpError
 
-    for call in (joined_by_motion, lambda pieces, *rest: refined_by_motion(pieces, stirred.mesh, *rest)):
+    for call in (joined_by_motion, lambda pieces, *rest: refined_by_motion(pieces, stirred_beaker.mesh, *rest)):
         with pytest.raises(UpError):
-            call(stirred.by_volume(6), stirred.false_contacts, check)
+            call(stirred_beaker.by_volume(6), stirred_beaker.false_contacts, check)
 
 
 def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
@@ -129,8 +130,8 @@ def test_pieces_are_tested_at_a_limited_number_of_frames(two_beakers, monkeypatc
 
 
 @pytest.mark.slow
-def test_untested_joins_change_no_level(stirred, monkeypatch):
-    lazy = stirred.joined
+def test_untested_joins_change_no_level(stirred_beaker, monkeypatch):
+    lazy = stirred_beaker.joined
     original = motion_joins._Joins._best_join
 
     def test_every_join(joins):
@@ -139,7 +140,7 @@ def test_untested_joins_change_no_level(stirred, monkeypatch):
         return original(joins)
 
     monkeypatch.setattr(motion_joins._Joins, "_best_join", test_every_join)
-    eager = joined_by_motion(stirred.by_volume(FINEST), stirred.false_contacts, lambda: None)
+    eager = joined_by_motion(stirred_beaker.by_volume(FINEST), stirred_beaker.false_contacts, lambda: None)
     assert sorted(lazy) == sorted(eager)
     for count, pieces in lazy.items():
         corners = [piece.vertices for piece in pieces]

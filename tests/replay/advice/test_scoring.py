@@ -15,6 +15,7 @@ POSITIONS = (3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3)
 
 @pytest.fixture(scope="module")
 def assembly(bumped):
+    """Bodies, pairs and motion of a bench that is bumped."""
     return assemble(bumped)
 
 

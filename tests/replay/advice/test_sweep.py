@@ -26,7 +26,8 @@ LIST = {
 
 
 @pytest.fixture(scope="module")
-def done(bumped):
+def sweep(bumped):
+    """The tradeoff of a bench that is bumped, every setting of LIST tried."""
     return tradeoff(bumped, detectors=LIST)
 
 
@@ -81,16 +82,16 @@ def test_demo_sweep_tries_twelve_settings_in_twenty_seconds():
     assert hulls["false"] == run.phases["hulls"].proportions()["false_contact"].value
 
 
-def test_settings_are_timed_in_three_passes_and_sorted_by_loss(done):
-    assert all(row["passes"] >= PASSES_PER_SETTING and row["mean_low"] is not None for row in done.rows)
-    assert max(row["passes"] for row in done.rows) == FRONT_PASSES
+def test_settings_are_timed_in_three_passes_and_sorted_by_loss(sweep):
+    assert all(row["passes"] >= PASSES_PER_SETTING and row["mean_low"] is not None for row in sweep.rows)
+    assert max(row["passes"] for row in sweep.rows) == FRONT_PASSES
     # Between frames nobody asks live, so no frame has a time of its own.
-    assert [row["label"] for row in done.rows if row["p99_ms"] is None] == ["between"]
-    losses = [row["loss"] for row in done.rows]
+    assert [row["label"] for row in sweep.rows if row["p99_ms"] is None] == ["between"]
+    losses = [row["loss"] for row in sweep.rows]
     assert losses == sorted(losses) and len(losses) == len(LIST)
-    assert [row["label"] for row in done.rows if row["oracle"]] == ["exact"]
-    assert done.front and all(row["front"] == (row["label"] in done.front) for row in done.rows)
-    json.dumps(done.as_json(), allow_nan=False)
+    assert [row["label"] for row in sweep.rows if row["oracle"]] == ["exact"]
+    assert sweep.front and all(row["front"] == (row["label"] in sweep.front) for row in sweep.rows)
+    json.dumps(sweep.as_json(), allow_nan=False)
 
 
 def test_compound_is_skipped_where_cutting_exceeds_time_limit(bumped, monkeypatch):

@@ -53,23 +53,24 @@ def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
     assert LiveFrames(Long(), 10**9).count == 20 * BATCH_FRAMES and LiveFrames(Long(), -5).count == BATCH_FRAMES
 
 
-def made(own, reference):
+def timed_detector(own, reference):
+    """Seconds of a detector, stage by stage, and of the reference beside it."""
     rows = [[np.array(item, dtype=float) for item in each] for each in (own, reference)]
     return Timed("it", None, None, *rows)
 
 
 def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
     machine = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
-    value, _, upper = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN_LEVEL)
+    value, _, upper = timed_detector([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN_LEVEL)
     assert value == pytest.approx(2.0) and upper < 2.2
-    assert known(made([[2.0]], [[1.0]]).ratio(MEAN_LEVEL)) == [pytest.approx(2.0), None, None]
+    assert known(timed_detector([[2.0]], [[1.0]]).ratio(MEAN_LEVEL)) == [pytest.approx(2.0), None, None]
 
 
 @pytest.mark.parametrize(("level", "value"), [(MEAN_LEVEL, 1.5), (P99, 1.99)])
 def test_interruption_in_a_single_pass_changes_no_price(level, value):
     own = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
     hit = np.random.default_rng(3).random((7, 400)) < 0.03
-    middle, _, upper = made(own + 50 * hit, np.ones((7, 400))).ratio(level)
+    middle, _, upper = timed_detector(own + 50 * hit, np.ones((7, 400))).ratio(level)
     assert middle == pytest.approx(value, abs=0.01) and upper < 1.1 * value
 
 
@@ -124,7 +125,7 @@ def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
     samples = frames.samples(rate_hz)
     assert samples.sum() == sampled and samples[0]
     clock = Clock(frames, Timed("reference", None, None), Timed("twin", None, None))
-    item = made([np.where(samples, 0.28, 1e-6)] * 3, [np.full(60, 0.01)] * 3)
+    item = timed_detector([np.where(samples, 0.28, 1e-6)] * 3, [np.full(60, 0.01)] * 3)
     item.rate_hz = rate_hz
     clock.twin.reference = item.reference
     clock.twin.own = item.reference
@@ -133,5 +134,5 @@ def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
 
 
 def test_rate_without_timed_sample_has_no_p99():
-    own = made([[1.0, 2.0]] * 2, [[1.0, 1.0]] * 2)
+    own = timed_detector([[1.0, 2.0]] * 2, [[1.0, 1.0]] * 2)
     assert known(own.ratio(P99, samples=np.zeros(2, np.bool_))) == [None, None, None]

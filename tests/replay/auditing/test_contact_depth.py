@@ -18,29 +18,30 @@ PATH = {"a": [0] * 9, "b": [3, 0.9, 0.8, 0.7, 0.9, 3, 3, 0.95, 3]}
 
 
 @pytest.fixture(scope="module")
-def audited():
+def audited_run():
+    """A run of two cubes: ``slow`` samples at 20 Hz, ``exact`` is the reference."""
     return run(cubes(PATH), detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
 
 
-def test_contacts_have_depth_and_volume_of_their_worst_frame(audited):
-    rows = audited.tables["episodes"].where(detector="exact").plain()
+def test_contacts_have_depth_and_volume_of_their_worst_frame(audited_run):
+    rows = audited_run.tables["episodes"].where(detector="exact").plain()
     assert [row["depth"] for row in rows] == pytest.approx([0.3, 0.05])
     assert [row["common_volume"] for row in rows] == pytest.approx([0.3, 0.05])
     assert [row["deepest"] for row in rows] == [3, 7]
     assert {row["depth_unknown"] for row in rows} == {""}
 
 
-def test_depth_of_a_miss_is_its_deepest_frame(audited):
+def test_depth_of_a_miss_is_its_deepest_frame(audited_run):
     """Unit cubes at distance d overlap by 1 - d."""
-    for miss in audited.misses["slow"]:
+    for miss in audited_run.misses["slow"]:
         overlaps = [1 - PATH["b"][frame] for frame in range(miss.first, miss.last + 1)]
         assert miss.depth == pytest.approx(max(overlaps))
-    deepest = max(miss.depth for miss in audited.misses["slow"])
-    assert audited.document.audit["slow"].missed_depth.deepest == deepest
+    deepest = max(miss.depth for miss in audited_run.misses["slow"])
+    assert audited_run.document.audit["slow"].missed_depth.deepest == deepest
 
 
-def test_gate_refuses_misses_that_are_deeper(audited):
-    audit = audited.document.audit
+def test_gate_refuses_misses_that_are_deeper(audited_run):
+    audit = audited_run.document.audit
     deepest = audit["slow"].missed_depth.deepest
     assert Gates(max_missed_depth=deepest * 1.001).broken_limits(audit, []) == []
     (sentence,) = Gates(max_missed_depth=deepest * 0.999).broken_limits(audit, [])

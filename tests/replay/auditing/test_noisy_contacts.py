@@ -29,7 +29,8 @@ def gaps(millimetres, names="ab"):
     return cubes({name: positions[name] for name in names})
 
 
-def requested(session, **more):
+def noisy_run(session, **more):
+    """A run of ``slow``, which samples at 25 Hz, with noise of SIZE added to the poses."""
     more = {"detectors": "slow=discrete[rate_hz=25]", "noise": [SIZE]} | more
     return compute(session, **more)
 
@@ -40,13 +41,13 @@ def test_copies_with_contact_follow_the_normal_distribution():
     wide = [-0.4, 0.0, 0.7, 0.8]
     session = gaps([*FAR, *(item for gap in wide for item in (gap, *FAR))])
     for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
-        noise = requested(session, noise=sizes, noise_copies=4000).noise
+        noise = noisy_run(session, noise=sizes, noise_copies=4000).noise
         fraction = [item.fraction for item in (*noise.contacts, *noise.near)]
         assert fraction == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
-    result = requested(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
+    result = noisy_run(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
     assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.labels)
     (hidden,) = noise.near
@@ -55,7 +56,7 @@ def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
     settings = result.document.noise
     assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
     positions = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
-    (contact,) = requested(cubes(positions), noise=[f"c={SIZE}"]).noise.contacts
+    (contact,) = noisy_run(cubes(positions), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.fraction, contact.word) == (1.0, module.HOLDS)
 
 
@@ -68,7 +69,7 @@ def test_contact_in_95_percent_of_noisy_copies_holds():
 
 def test_contacts_of_a_glass_at_rest_are_undecidable():
     rest = 0.1 + 0.2 * np.sin(np.arange(150))
-    result = requested(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]), noise_copies=32)
+    result = noisy_run(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]), noise_copies=32)
     (interval,) = result.noise.resting
     assert (interval.first, interval.last) == pytest.approx((62, 211), abs=12) and result.noise.near == ()
     before, *text = result.noise.labels
@@ -78,13 +79,13 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
 
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
     session = gaps(WAVERING)
-    whole = requested(session, noise_copies=16).noise
+    whole = noisy_run(session, noise_copies=16).noise
     monkeypatch.setattr(module, "BLOCK_FRAMES", 7)
     for threads in (1, 5):
         monkeypatch.setattr(module.os, "cpu_count", lambda threads=threads: threads)
-        assert requested(session, noise_copies=16).noise == whole
-    assert requested(gaps(WAVERING, names="ba"), noise_copies=16).noise == whole
-    assert requested(session, noise_copies=16, seed=1).noise != whole
+        assert noisy_run(session, noise_copies=16).noise == whole
+    assert noisy_run(gaps(WAVERING, names="ba"), noise_copies=16).noise == whole
+    assert noisy_run(session, noise_copies=16, seed=1).noise != whole
 
 
 def test_gates_count_only_contacts_that_hold_despite_noise(tmp_path):

@@ -12,18 +12,19 @@ POSITIONS = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
 @pytest.fixture
-def file(tmp_path, monkeypatch):
+def session_file(tmp_path, monkeypatch):
+    """A session of two cubes, on a machine without any engine."""
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
     write_session(cubes(POSITIONS), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 
 
-def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, monkeypatch, capsys):
+def test_json_holds_rows_and_advice_and_a_folder_is_written(session_file, tmp_path, monkeypatch, capsys):
     """Pieces that are kept from earlier commands are not announced."""
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
     (tmp_path / "cut-1.npz").touch()
     out = tmp_path / "runs"
-    arguments = ["tradeoff", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
+    arguments = ["tradeoff", session_file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
     assert main(arguments) == 0
     reported, err = capsys.readouterr()
     reported = json.loads(reported)
@@ -36,7 +37,7 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, monk
     assert "cutting meshes" not in err
 
 
-def test_missing_pieces_are_announced_before_cutting(file, tmp_path, monkeypatch, capsys):
+def test_missing_pieces_are_announced_before_cutting(session_file, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
-    assert main(["tradeoff", file, "--engine", "unity"]) == 0
+    assert main(["tradeoff", session_file, "--engine", "unity"]) == 0
     assert "cutting meshes" in capsys.readouterr().err

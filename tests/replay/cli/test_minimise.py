@@ -85,17 +85,18 @@ def detected_in(path):
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory):
+def revealing_file(tmp_path_factory):
+    """A recording that names a person in its file name, its facts and its events."""
     path = tmp_path_factory.mktemp("told") / "zoe-quimby.mcap"
     write_session(told(), path)
     return path
 
 
 @pytest.mark.parametrize("form", ["text", "json"])
-def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, form):
-    assert detected_in(recording) == {*SECRETS}
+def test_no_serial_name_or_path_is_in_any_output(revealing_file, tmp_path, capsys, form):
+    assert detected_in(revealing_file) == {*SECRETS}
     out = tmp_path / "small.mcap"
-    assert main(["minimise", str(recording), "-o", str(out), "--format", form]) == 0
+    assert main(["minimise", str(revealing_file), "-o", str(out), "--format", form]) == 0
     output = capsys.readouterr()
     assert detected_in(out) == set()
     assert not [word for word in SECRETS if word in (output.out + output.err).lower()]
@@ -107,10 +108,10 @@ def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, fo
         assert "1 interval" in output.out and " ".join(output.out.split()).endswith(LIMIT_SENTENCE)
 
 
-def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(recording, tmp_path):
+def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(revealing_file, tmp_path):
     out = tmp_path / "small.mcap"
-    assert main(["minimise", str(recording), "-o", str(out)]) == 0
-    before, after = read_session(recording), read_session(out)
+    assert main(["minimise", str(revealing_file), "-o", str(out)]) == 0
+    before, after = read_session(revealing_file), read_session(out)
     assert after.frames.position.tobytes() == before.frames.position.tobytes()
     assert after.frames.quaternion_xyzw.tobytes() == before.frames.quaternion_xyzw.tobytes()
     assert np.array_equal(np.diff(after.frames.stamp_ns), np.diff(before.frames.stamp_ns))
@@ -127,18 +128,18 @@ def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(reco
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
 
 
-def test_minimise_keeps_roles_of_effects_and_renames_bodies(recording, tmp_path):
+def test_minimise_keeps_roles_of_effects_and_renames_bodies(revealing_file, tmp_path):
     declared = SCENE.replace(f'["{SERIAL}", "beaker"]', '["tag:hand", "beaker"]')
     source, out = tmp_path / "roles.mcap", tmp_path / "small.mcap"
-    write_session(replace(read_session(recording), scene=parse_scene(declared)), source)
+    write_session(replace(read_session(revealing_file), scene=parse_scene(declared)), source)
     assert main(["minimise", str(source), "-o", str(out)]) == 0
     (effect,) = read_session(out).scene.effects
     role, body = effect.settings["between"]
     assert role == "tag:hand" and body in {body.id for body in read_session(out).scene.bodies}
 
 
-def test_minimised_device_stamps_stay_beside_their_frames(recording, tmp_path):
-    before = read_session(recording)
+def test_minimised_device_stamps_stay_beside_their_frames(revealing_file, tmp_path):
+    before = read_session(revealing_file)
     sample = before.frames.stamp_ns[:, None] - np.array([5_000_000, 3 * 3600 * 10**9, 0])
     before = replace(before, source=replace(before.frames, sample_ns=sample))
     source, out = tmp_path / "stamped.mcap", tmp_path / "small.mcap"

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from support.report_states import RUN_OF_STATE, run_with_steady_times
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
 from cdcore.detectors.detector_table import settings_of
 from replay.cli.run_markdown import run_markdown
@@ -17,13 +17,11 @@ from replay.document.tables import GOOD, IN_RED, IN_YELLOW, markdown_text
 from replay.engine import compute
 from replay.show.sections import SectionName, section_of
 
-POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-
 
 def test_measured_fix_equals_a_run_of_the_fixed_detector():
-    result = compute(cubes(POSITIONS), detectors="slow=discrete[rate_hz=20]")
+    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
-    fixed = compute(cubes(POSITIONS), detectors="often=discrete")
+    fixed = compute(cubes(TWO_BUMPS), detectors="often=discrete")
     audit = fixed.document.audit["often"]
     every = result.phases["slow"].every_frame
     assert answer.fix.measured and "missed up to 2 -> 0," in answer.fix.change
@@ -42,7 +40,7 @@ def test_unmeasured_fix_names_a_valid_detector_setting():
 
 
 def test_a_single_search_is_worst_and_not_are():
-    answer, _ = compute(cubes(POSITIONS), detectors="search=qaco[budget=1,seed=3],often=discrete").answers
+    answer, _ = compute(cubes(TWO_BUMPS), detectors="search=qaco[budget=1,seed=3],often=discrete").answers
     assert answer.sentence.startswith("Ant colony (search) is worst: ")
 
 

@@ -56,7 +56,8 @@ between = ["a", "b"]
 
 
 @pytest.fixture
-def files(tmp_path):
+def session_and_scene(tmp_path):
+    """A folder with s.mcap, which has a scene of its own, and other.toml."""
     session = cubes(POSITIONS, scene=parse_scene(OWN))
     write_session(session, tmp_path / "s.mcap")
     (tmp_path / "other.toml").write_text(OTHER)
@@ -92,10 +93,10 @@ in = ["flask"]
     assert fault.endswith("no instrument 'erlenmeyer_flas'; did you mean 'erlenmeyer_flask'?")
 
 
-def test_given_scene_replaces_all_of_the_recorded_scene(files):
+def test_given_scene_replaces_all_of_the_recorded_scene(session_and_scene):
     own, other = (
-        replay.run(files / "s.mcap", detectors="exact", oracle="none", **more)
-        for more in ({}, {"scene": files / "other.toml"})
+        replay.run(session_and_scene / "s.mcap", detectors="exact", oracle="none", **more)
+        for more in ({}, {"scene": session_and_scene / "other.toml"})
     )
     assert own.document.session.scene == "own" and other.document.session.scene == "other"
     assert [pair.name for pair in own.document.pairs] == ["a-c"]
@@ -106,17 +107,32 @@ def test_given_scene_replaces_all_of_the_recorded_scene(files):
     # Of meshes a scene replaces those that it declares: half the edge, so that 0.9 m is no contact.
     assert own.session.meshes["b"].bounds[1, 0] == 0.5 and other.session.meshes["b"].bounds[1, 0] == 0.25
     assert not other.episodes["exact"]
-    write_session(other.session, files / "kept.mcap")  # now that scene is the recording's own
-    assert read_session(files / "kept.mcap").scene.name == "other" and "scene_file" in other.session.facts
-    assert "scene_file" not in read_session(files / "kept.mcap").facts
-    kept = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
+    write_session(other.session, session_and_scene / "kept.mcap")  # now that scene is the recording's own
+    assert read_session(session_and_scene / "kept.mcap").scene.name == "other" and "scene_file" in other.session.facts
+    assert "scene_file" not in read_session(session_and_scene / "kept.mcap").facts
+    kept = replay.run(
+        read_session(session_and_scene / "s.mcap"),
+        detectors="exact",
+        oracle="none",
+        scene=session_and_scene / "other.toml",
+    )
     assert kept.detections["exact"].digest == other.detections["exact"].digest
 
 
-def test_small_scene_names_a_group_for_pairs(files, capsys):
-    small = files / "small.toml"
+def test_small_scene_names_a_group_for_pairs(session_and_scene, capsys):
+    small = session_and_scene / "small.toml"
     small.write_text('[[group]]\nname = "hand"\nmembers = ["b", "c"]')
-    command = ["run", str(files / "s.mcap"), "--scene", str(small), "--pairs", "ha*:a", "--format", "json", "-q"]
+    command = [
+        "run",
+        str(session_and_scene / "s.mcap"),
+        "--scene",
+        str(small),
+        "--pairs",
+        "ha*:a",
+        "--format",
+        "json",
+        "-q",
+    ]
     assert main([*command, "--detectors", "hybrid,exact"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert [pair["name"] for pair in document["pairs"]] == ["a-b", "a-c", "a-hand"]
@@ -126,36 +142,44 @@ def test_small_scene_names_a_group_for_pairs(files, capsys):
     assert "write two names with a colon between" in capsys.readouterr().err
 
 
-def test_folder_meshes_reach_their_bodies_in_import_and_draft(files, capsys):
-    folder, out = files / "meshes", files / "csv.mcap"
+def test_folder_meshes_reach_their_bodies_in_import_and_draft(session_and_scene, capsys):
+    folder, out = session_and_scene / "meshes", session_and_scene / "csv.mcap"
     folder.mkdir()
     for name, edge in (("a", 10.0), ("B (Clone)", 0.1)):
         corners = edge * (cube().vertices + np.array([0.1, 0, 0]))
         lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in cube().faces + 1]
         (folder / f"{name}.obj").write_text("\n".join(lines))
     rows = [f"{t},{name},{t},0,0,0,0,0,1" for t in (0, 0.1) for name in ("a", "b", "c")]
-    (files / "x.csv").write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw", *rows]))
-    (files / "map.toml").write_text(
+    (session_and_scene / "x.csv").write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw", *rows]))
+    (session_and_scene / "map.toml").write_text(
         '[time]\ncolumn = "time"\nunit = "s"\n[body]\nname = "body"\nposition = ["px", "py", "pz"]\n'
         'quaternion_xyzw = ["qx", "qy", "qz", "qw"]\n'
     )
-    given = ["--mapping", str(files / "map.toml"), "--convention", "openxr", "--meshes", str(folder)]
-    assert main(["import", "csv", str(files / "x.csv"), "-o", str(out), *given]) == 0
+    given = ["--mapping", str(session_and_scene / "map.toml"), "--convention", "openxr", "--meshes", str(folder)]
+    assert main(["import", "csv", str(session_and_scene / "x.csv"), "-o", str(out), *given]) == 0
     text = "a: a.obj; a.obj is 10 units long, taken for cm: 100 mm; b: B (Clone).obj; no mesh is named like: c"
     assert text in " ".join(capsys.readouterr().err.split())
     session = read_session(out)
     assert session.facts["conversions"].endswith(text) and {*session.meshes} == {"a", "b"}
     placed = [[-0.04, -0.05, -0.05], [0.06, 0.05, 0.05]]
     assert np.allclose(session.meshes["a"].bounds, placed, rtol=0, atol=1e-12)
-    assert main(["scene", "new", str(out), "--meshes", str(folder), "-o", str(files / "deep" / "new.toml")]) == 0
-    scene = parse_scene((files / "deep" / "new.toml").read_text())
+    assert (
+        main(["scene", "new", str(out), "--meshes", str(folder), "-o", str(session_and_scene / "deep" / "new.toml")])
+        == 0
+    )
+    scene = parse_scene((session_and_scene / "deep" / "new.toml").read_text())
     assert (scene.body("a").mesh, scene.body("a").scale) == ("../meshes/a.obj", 0.01)
-    assert main(["scene", "check", str(files / "deep" / "new.toml")]) == 0
-    kept = read_session(out, scene=files / "deep" / "new.toml").meshes["a"].bounds
+    assert main(["scene", "check", str(session_and_scene / "deep" / "new.toml")]) == 0
+    kept = read_session(out, scene=session_and_scene / "deep" / "new.toml").meshes["a"].bounds
     assert np.allclose(kept, placed, rtol=0, atol=1e-12)
     how = ["--mesh-units", "mm", "--mesh-axes", "x-flipped"]
-    assert main(["import", "csv", str(files / "x.csv"), "-o", str(files / "mm.mcap"), *given, *how]) == 0
-    assert read_session(files / "mm.mcap").meshes["a"].bounds[:, 0] == pytest.approx([-0.006, 0.004])
+    assert (
+        main(
+            ["import", "csv", str(session_and_scene / "x.csv"), "-o", str(session_and_scene / "mm.mcap"), *given, *how]
+        )
+        == 0
+    )
+    assert read_session(session_and_scene / "mm.mcap").meshes["a"].bounds[:, 0] == pytest.approx([-0.006, 0.004])
 
 
 @pytest.mark.slow

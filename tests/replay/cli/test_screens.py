@@ -14,7 +14,8 @@ TABLED = (
 SEE_IT = ("See it   replay view runs/demo --miss 1", "Read it  runs/demo/report.html   (-v prints every table here)")
 
 
-def printed(part, width):
+def terminal_text(part, width):
+    """What a terminal of this width shows of a part of a screen."""
     stream = io.StringIO()
     Console(file=stream, width=width).print(part)
     return "\n".join(line.rstrip() for line in stream.getvalue().splitlines())
@@ -22,19 +23,19 @@ def printed(part, width):
 
 @pytest.mark.parametrize("state", RUN_OF_STATE)
 def test_the_screen_of_80_columns_reads_as_it_did(state, snapshot):
-    assert printed(run_screen(run_with_steady_times(state), SEE_IT), 80) == snapshot
+    assert terminal_text(run_screen(run_with_steady_times(state), SEE_IT), 80) == snapshot
 
 
 @pytest.mark.parametrize("state", TABLED)
 def test_every_table_of_a_run_reads_as_it_did(state, snapshot):
-    assert printed(run_tables(run_with_steady_times(state)), 120) == snapshot
+    assert terminal_text(run_tables(run_with_steady_times(state)), 120) == snapshot
 
 
 def test_ranking_of_five_detectors_fits_80_columns(snapshot):
-    displayed = printed(run_screen(run_with_steady_times("unasked, with reports of an engine"), SEE_IT), 80)
+    displayed = terminal_text(run_screen(run_with_steady_times("unasked, with reports of an engine"), SEE_IT), 80)
     assert displayed == snapshot and displayed.count("mesh50") == 1
 
 
 def test_times_of_quick_detectors_fit_80_columns():
-    displayed = printed(run_screen(run_with_steady_times("unasked", 9.5e-6), SEE_IT), 100)
+    displayed = terminal_text(run_screen(run_with_steady_times("unasked", 9.5e-6), SEE_IT), 100)
     assert "0.0095" in displayed and max(map(len, displayed.splitlines())) <= 80

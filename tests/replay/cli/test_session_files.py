@@ -8,25 +8,34 @@ from replay.errors import PlaceError
 
 
 @pytest.fixture
-def folder(tmp_path):
+def folder_with_two_sessions(tmp_path):
+    """A folder with a.mcap, b.mcap and notes.csv, all empty."""
     for name in ("a.mcap", "b.mcap", "notes.csv"):
         (tmp_path / name).write_bytes(b"")
     return tmp_path
 
 
-def test_list_resolves_files_from_its_folder_and_skips_comments(folder, monkeypatch):
-    listed = folder / "list.txt"
-    listed.write_text(f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder / 'a.mcap'}\n", "utf-8")
+def test_list_resolves_files_from_its_folder_and_skips_comments(folder_with_two_sessions, monkeypatch):
+    listed = folder_with_two_sessions / "list.txt"
+    listed.write_text(
+        f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder_with_two_sessions / 'a.mcap'}\n", "utf-8"
+    )
     monkeypatch.chdir("/")
-    assert session_files([listed]) == [folder / name for name in ("b.mcap", "a.mcap", "a.mcap")]
-    assert session_files([folder, folder / "b.mcap"]) == [folder / name for name in ("a.mcap", "b.mcap", "b.mcap")]
-    assert are_several([listed]) and are_several([folder]) and not are_several([folder / "a.mcap"])
+    assert session_files([listed]) == [folder_with_two_sessions / name for name in ("b.mcap", "a.mcap", "a.mcap")]
+    assert session_files([folder_with_two_sessions, folder_with_two_sessions / "b.mcap"]) == [
+        folder_with_two_sessions / name for name in ("a.mcap", "b.mcap", "b.mcap")
+    ]
+    assert (
+        are_several([listed])
+        and are_several([folder_with_two_sessions])
+        and not are_several([folder_with_two_sessions / "a.mcap"])
+    )
 
 
-def test_unreachable_store_in_a_list_is_one_clear_error(folder, monkeypatch):
+def test_unreachable_store_in_a_list_is_one_clear_error(folder_with_two_sessions, monkeypatch):
     pytest.importorskip("upath")
-    (folder / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
-    (file,) = session_files([folder / "list.txt"])
+    (folder_with_two_sessions / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
+    (file,) = session_files([folder_with_two_sessions / "list.txt"])
     assert str(file) == "memory://class/one.mcap"
     monkeypatch.setattr(file.fs, "isdir", lambda path: 1 / 0, raising=True)
     for unreachable in (file, file.parent / "list.txt"):
@@ -43,7 +52,7 @@ def test_unreachable_store_in_a_list_is_one_clear_error(folder, monkeypatch):
         (b"\xff\xfe", "is no text in UTF-8"),
     ],
 )
-def test_list_without_a_session_is_named_with_its_mistake(folder, text, message):
-    (folder / "list.txt").write_bytes(text)
+def test_list_without_a_session_is_named_with_its_mistake(folder_with_two_sessions, text, message):
+    (folder_with_two_sessions / "list.txt").write_bytes(text)
     with pytest.raises(click.UsageError, match=message):
-        session_files([folder / "list.txt"])
+        session_files([folder_with_two_sessions / "list.txt"])

@@ -3,7 +3,7 @@ from decimal import Decimal
 import pyarrow.parquet as pq
 import pytest
 from support.report_states import ABOUT, price_row
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.advice import sweep as trading
 from replay.advice.pareto import advice_of
@@ -19,7 +19,6 @@ from replay.show.tradeoff_table import tradeoff_list, tradeoff_numbers
 from sessions import write_session
 
 # Two contacts, in frame 4 and in frames 8 to 10 of 12 at 100 Hz: those of 20 Hz, every fifth, may miss either.
-POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
 @pytest.fixture
@@ -27,7 +26,7 @@ def session_file(tmp_path, monkeypatch):
     rate = Setting("meshes at 20 Hz", "collider", {"shape": "mesh", "rate_hz": 20.0})
     settings = (Setting("FCL", "hybrid"), Setting("balls", "sphere"), rate)
     monkeypatch.setattr(trading, "settings_list", lambda **_: settings)
-    write_session(cubes(POSITIONS), tmp_path / "s.mcap")
+    write_session(cubes(TWO_BUMPS), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 
 

@@ -14,7 +14,7 @@ from support.mutants import chunks, flipped
 from support.planted_faults import FAULTS, clean
 from support.report_states import with_steady_times
 from support.session_files import protobuf_messages, write_foreign
-from support.small_worlds import cube, cubes, framed
+from support.small_worlds import TWO_BUMPS, cube, cubes, framed
 
 import replay
 from replay.cli.main import main
@@ -27,7 +27,6 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import SceneBody
 from sessions.scene_files.scene_toml import parse_scene
 
-POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 EFFECTS = """
 [scene]
 name = "lab"
@@ -159,19 +158,19 @@ def folder(tmp_path_factory):
     scalars = {"heart rate": heart, "one": ScalarTrack([5], [1]), "none": ScalarTrack([5, 6], [np.nan] * 2, "K")}
     facts = {"vr_type": "immersive", "synthetic": "cubes"}
     open_cube = MeshData(cube().vertices, [face for face in cube().faces if cube().vertices[face, 0].min() < 0.5])
-    kept = cubes(POSITIONS, scene=parse_scene(EFFECTS))
+    kept = cubes(TWO_BUMPS, scene=parse_scene(EFFECTS))
     kept.meshes["a"] = open_cube
     status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 0], [3, 1], [1, 1], [1, 1]]
     for name, session in {
         "told": replace(reported, gaze={"anna": sampled}, scalars=scalars, facts=facts),
         "s": kept,
         "lost": framed([10 * k for k in range(12)], status),
-        "bare": replace(cubes(POSITIONS), meshes={}),
-        "p": cubes(POSITIONS),
+        "bare": replace(cubes(TWO_BUMPS), meshes={}),
+        "p": cubes(TWO_BUMPS),
         "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
         "twice": framed([0, 10, 10, 20], [[1, 1]] * 4),
-        "wand": replace(cubes(POSITIONS | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())),
-        "three": cubes(POSITIONS | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
+        "wand": replace(cubes(TWO_BUMPS | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())),
+        "three": cubes(TWO_BUMPS | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
         "none": Session.from_tracks({"a": Track([], np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()}),
     }.items():
         write_session(session, day / f"{name}.mcap")

@@ -10,13 +10,16 @@ from replay.detection.run_detector import make_detector, run_detector
 from replay.prepare.assemble import assemble
 
 
-def assembly(frames=50):
+def assembly_of_cubes(frames=50):
+    """Two cubes, the second of which passes through the first in the middle of the motion."""
     return assemble(cubes({"a": [0] * frames, "b": np.abs(np.linspace(-3, 3, frames))}))
 
 
 def test_detection_reports_its_settings_and_times():
     reported = []
-    run = run_detector(parse_detector("discrete[rate_hz=10]"), assembly(), seed=0, faces=False, advance=reported.append)
+    run = run_detector(
+        parse_detector("discrete[rate_hz=10]"), assembly_of_cubes(), seed=0, faces=False, advance=reported.append
+    )
     assert run.settings["rate_hz"] == 10 and "containment" in run.settings
     assert sum(reported) == 50 == len(run.detection.times)
     assert run.prepare > 0 and run.warm > 0 and run.detect > 0
@@ -26,12 +29,12 @@ def test_detection_reports_its_settings_and_times():
 def test_processor_fraction_covers_the_samples_alone(monkeypatch):
     monkeypatch.setattr(detecting, "process_time", lambda: 100.0)  # a process that waits all the time
     requested = {"seed": 0, "faces": False, "advance": lambda done: None}
-    assert run_detector(parse_detector("sphere"), assembly(), live=True, **requested).processor_fraction == 0.0
-    assert run_detector(parse_detector("sphere"), assembly(), **requested).processor_fraction is None
+    assert run_detector(parse_detector("sphere"), assembly_of_cubes(), live=True, **requested).processor_fraction == 0.0
+    assert run_detector(parse_detector("sphere"), assembly_of_cubes(), **requested).processor_fraction is None
 
 
 def test_mean_leaves_out_the_time_of_other_programs():
-    run = run_detector(parse_detector("sphere"), assembly(), seed=0, faces=False, advance=lambda _: None)
+    run = run_detector(parse_detector("sphere"), assembly_of_cubes(), seed=0, faces=False, advance=lambda _: None)
     frames = len(run.detection.times)
     busy = replace(run, detect=0.4, processor_seconds=0.1)
     assert busy.seconds_per_frame == pytest.approx(0.1 / frames)
@@ -44,10 +47,10 @@ def test_mean_leaves_out_the_time_of_other_programs():
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
 def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, spec):
     """50 frames are 7 blocks of 7 and a rest of 1."""
-    whole = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=lambda done: None)
+    whole = run_detector(parse_detector(spec), assembly_of_cubes(), seed=0, faces=True, advance=lambda done: None)
     monkeypatch.setattr(detecting, "MOST_FRAMES_PER_CALL", 7)
     reported = []
-    cut = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=reported.append)
+    cut = run_detector(parse_detector(spec), assembly_of_cubes(), seed=0, faces=True, advance=reported.append)
     assert reported == [7] * 7 + [1]
     assert cut.detection.digest == whole.detection.digest
     if whole.detection.face_sets is not None:
@@ -63,11 +66,11 @@ def test_warm_up_frames_are_few_and_span_the_motion():
 
 @pytest.mark.parametrize(("spec", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])
 def test_run_seed_reaches_random_detectors_without_their_own(spec, seed):
-    assert make_detector(parse_detector(spec), assembly(), 7).settings.seed == seed
+    assert make_detector(parse_detector(spec), assembly_of_cubes(), 7).settings.seed == seed
 
 
 def test_search_is_traced_again_except_for_hours_of_motion(monkeypatch):
-    detector, motion = make_detector(parse_detector("qaco"), assembly(), 0), assembly().motion
+    detector, motion = make_detector(parse_detector("qaco"), assembly_of_cubes(), 0), assembly_of_cubes().motion
     assert detecting.watched_again(detector, motion) is not None
     monkeypatch.setattr(detecting, "MOST_FRAMES_IN_MEMORY", 49)
     assert detecting.watched_again(detector, motion) is None

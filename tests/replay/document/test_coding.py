@@ -5,14 +5,13 @@ import json
 
 import pytest
 from jsonschema import Draft202012Validator
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.document.coding import document_of, json_of, json_schema
 from replay.engine import compute
 from sessions.synthetic.analytic import make_analytic
 
 VALIDATOR = Draft202012Validator(json_schema())
-POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 TAMPERED = {
     "audit.slow.time_missed.value": (1.5, "expected float <= 1.0"),
@@ -67,7 +66,7 @@ def removed(plain, path):
     ],
 )
 def test_run_document_survives_writing_and_reading_as_json(settings):
-    text = text_of(compute(cubes(POSITIONS), **settings))
+    text = text_of(compute(cubes(TWO_BUMPS), **settings))
     document, problems = document_of(json.loads(text))
     assert problems == ()
     assert json_of(document) == text

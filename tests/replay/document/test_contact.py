@@ -21,7 +21,8 @@ TABLES = {"episodes": ContactRecord, "events": EventRecord}
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory):
+def run_and_folder(tmp_path_factory):
+    """A run of two cubes with a note, whose ``slow`` samples at 5 Hz, and its folder."""
     session = cubes(TWO_BUMPS)
     poured = Event(int(session.stamps()[3]), "note", "poured", "a")
     session = replace(session, events=(poured,))
@@ -29,8 +30,8 @@ def written(tmp_path_factory):
     return run(session, detectors="slow=discrete[rate_hz=5]", out=folder, picture=False), folder
 
 
-def test_the_document_counts_the_rows_of_its_tables(written):
-    result, folder = written
+def test_the_document_counts_the_rows_of_its_tables(run_and_folder):
+    result, folder = run_and_folder
     contacts = sum(len(contacts) for contacts in result.contacts.values())
     misses = sum(len(misses) for misses in result.misses.values())
     false = sum(len(false) for false in result.false.values())
@@ -40,8 +41,8 @@ def test_the_document_counts_the_rows_of_its_tables(written):
     assert misses > 0
 
 
-def test_run_in_memory_and_its_folder_have_the_same_records(written):
-    result, folder = written
+def test_run_in_memory_and_its_folder_have_the_same_records(run_and_folder):
+    result, folder = run_and_folder
     read = read_run_folder(folder)
     assert {label: tuple(contacts) for label, contacts in read.contacts.items()} == {
         label: tuple(contacts) for label, contacts in result.contacts.items()
@@ -53,8 +54,8 @@ def test_run_in_memory_and_its_folder_have_the_same_records(written):
 
 
 @pytest.mark.parametrize("name", ["episodes", "misses", "events"])
-def test_a_table_of_other_length_than_counted_is_refused(written, name):
-    _, folder = written
+def test_a_table_of_other_length_than_counted_is_refused(run_and_folder, name):
+    _, folder = run_and_folder
     read = read_run_folder(folder)
     read.document.tables[name] = StoredTable(file=f"{name}.parquet", rows=99)
     with pytest.raises(RunFolderError, match=f"{name}.parquet holds . rows, and summary.json counts 99"):
@@ -77,8 +78,8 @@ def test_fields_of_a_record_are_declared_columns_of_their_type(name):
         assert column.required == declared.required, declared.name
 
 
-def test_faults_read_from_a_run_folder_equal_the_run(written):
-    result, folder = written
+def test_faults_read_from_a_run_folder_equal_the_run(run_and_folder):
+    result, folder = run_and_folder
     read = read_run_folder(folder).faults
     assert any(result.faults.values())
     for label, faults in result.faults.items():

@@ -40,28 +40,29 @@ CUP = (
 
 
 @pytest.fixture(scope="module")
-def result():
+def paper_run():
+    """A run of the paper's pipeline over cubes in groups."""
     session = cubes(POSITIONS, scene=parse_scene(SCENE))
     return replay.run(session, detectors="paper,exact", oracle="exact")
 
 
-def test_members_are_not_paired_and_touch_as_a_group(result):
-    assembly = result.assembly
+def test_members_are_not_paired_and_touch_as_a_group(paper_run):
+    assembly = paper_run.assembly
     names = {"-".join(assembly.bodies_of(pair)) for pair in range(len(assembly.pairs))}
     assert names == {"thumb-glass", "index-glass", "palm-glass"}
-    contacts = [(contact.first, contact.last) for contact in result.episodes["exact"]]
+    contacts = [(contact.first, contact.last) for contact in paper_run.episodes["exact"]]
     assert contacts == [(2, 4), (6, 6)]
-    assert result.document.audit["paper"].contacts == 2
-    assert [*result.episodes["paper"]] == [*result.episodes["exact"]]
+    assert paper_run.document.audit["paper"].contacts == 2
+    assert [*paper_run.episodes["paper"]] == [*paper_run.episodes["exact"]]
 
 
-def test_tables_name_the_group_and_open_to_members(result):
-    table = pair_table(result, "paper")
+def test_tables_name_the_group_and_open_to_members(paper_run):
+    table = pair_table(paper_run, "paper")
     assert table.column("pair") == ["hand-glass", "  thumb-glass", "  index-glass"]
     assert table.column("contacts") == [2, None, None]
     assert table.column("frames found") == [5, 2, 3]
-    assert {(row["body_a"], row["body_b"]) for row in result.tables["episodes"].plain()} == {("hand", "glass")}
-    members = [row["members"] for row in result.tables["episodes"].plain() if row["detector"] == "exact"]
+    assert {(row["body_a"], row["body_b"]) for row in paper_run.tables["episodes"].plain()} == {("hand", "glass")}
+    members = [row["members"] for row in paper_run.tables["episodes"].plain() if row["detector"] == "exact"]
     assert members == ["thumb", "index"]
 
 

@@ -16,36 +16,38 @@ from replay.document.tables import IN_RED, Marked, text_of
 from replay.show.run_tables import ranking_table
 
 
-def audited(missed, late, false, reported=1000, *, undecided=0, **more):
+def audit_of_18_contacts(missed, late, false, reported=1000, *, undecided=0, **more):
+    """The audit of a detector that missed so many of 18 contacts, with so many late and false frames."""
     return audit_of(
         contacts=18, contacts_missed=missed, late_or_cut_short=late, contacts_undecided=undecided,
         time_missed=proportion(10 * missed + late, 100), false_contact=proportion(false, reported), **more,
     )  # fmt: skip
 
 
-def run(**audit):
+def document_of_audits(**audit):
+    """The document of a run with these audits by label, and ``exact``."""
     detectors = {label: detector_of(f"{label}[x=1]", seconds=times_of(p99=0.0011)) for label in audit}
     return document_with(oracle="exact", detectors={**detectors, "exact": detector_of("exact")}, audit=audit)
 
 
 BENCH = {
-    "paper": audited(0, 1, 0),
-    "hull50": audited(0, 1, 967, while_grasped=zeros(GraspedCounts, false_contact=5324)),
-    "mesh50": audited(1, 6, 40),
+    "paper": audit_of_18_contacts(0, 1, 0),
+    "hull50": audit_of_18_contacts(0, 1, 967, while_grasped=zeros(GraspedCounts, false_contact=5324)),
+    "mesh50": audit_of_18_contacts(1, 6, 40),
 }
 
 
 def test_the_largest_loss_comes_first_and_the_oracle_last():
-    ranks = ranking(run(**BENCH))
+    ranks = ranking(document_of_audits(**BENCH))
     assert [item.label for item in ranks] == ["hull50", "mesh50", "paper", "exact"]
     assert [round(item.loss, 3) for item in ranks] == [0.977, 0.256, 0.01, 0.0]
     assert {item.contacts for item in ranks} == {18} and ranks[0].grasped == (5324, 0)
-    assert ranking(run()) == ()
+    assert ranking(document_of_audits()) == ()
 
 
 @pytest.mark.parametrize(("missed", "late_or_cut_short"), [(1, 0), (0, 1), (1, 1), (0, 0)])
 def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
-    first, _ = ranking(run(mesh50=audited(missed, late_or_cut_short, 0)))
+    first, _ = ranking(document_of_audits(mesh50=audit_of_18_contacts(missed, late_or_cut_short, 0)))
     assert first.lost == (missed + late_or_cut_short > 0)
 
 
@@ -55,22 +57,25 @@ def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
         (BENCH["hull50"], "96.7 % of its contact time is false; 1 of 18 contacts late or cut short"),
         (BENCH["mesh50"], "1 of 18 contacts missed, 6 late or cut short; 4 % of its contact time is false"),
         (BENCH["paper"], "1 of 18 contacts late or cut short"),
-        (audited(0, 0, 0), "no contact of 18 missed, none false"),
-        (audited(0, 0, 0, undecided=2), "2 of 18 contacts undecided"),
+        (audit_of_18_contacts(0, 0, 0), "no contact of 18 missed, none false"),
+        (audit_of_18_contacts(0, 0, 0, undecided=2), "2 of 18 contacts undecided"),
         (
-            audited(0, 0, 1, 4, unconfirmed=2, pair_frames=zeros(PairFrames, false_contact=2)),
+            audit_of_18_contacts(0, 0, 1, 4, unconfirmed=2, pair_frames=zeros(PairFrames, false_contact=2)),
             "25 % of its contact time is unconfirmed: only bounding volumes overlap",
         ),
         (
-            audited(0, 0, 1, 4, unconfirmed=1, pair_frames=zeros(PairFrames, false_contact=2)),
+            audit_of_18_contacts(0, 0, 1, 4, unconfirmed=1, pair_frames=zeros(PairFrames, false_contact=2)),
             "25 % of its contact time is false",
         ),
-        (audited(0, 0, 1, 4, undecided=2), "2 of 18 contacts undecided; 25 % of its contact time is false"),
+        (
+            audit_of_18_contacts(0, 0, 1, 4, undecided=2),
+            "2 of 18 contacts undecided; 25 % of its contact time is false",
+        ),
     ],
 )
 def test_fault_sentence_begins_with_the_larger_fault(figures, text):
     """BENCH and ``audited`` have planted counts of 18 contacts; ``largest`` keeps the first clause alone."""
-    rank = ranking(run(it=figures))[0]
+    rank = ranking(document_of_audits(it=figures))[0]
     assert fault_text(rank) == text and fault_text(rank, largest=True) == text.partition("; ")[0]
 
 
@@ -82,17 +87,19 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
         false_contact=proportion(1, 10),
     )
     counts = OffsetRanges(contacts_missed=CountRange(smallest=0, largest=2, mean=1.0), late_or_cut_short=COUNTS)
-    (rank, _) = ranking(run(slow=audited(9, 0, 0, means_over_offsets=mean, counts_over_offsets=counts)))
+    (rank, _) = ranking(
+        document_of_audits(slow=audit_of_18_contacts(9, 0, 0, means_over_offsets=mean, counts_over_offsets=counts))
+    )
     assert (rank.phases, rank.missed_counts, rank.late_counts) == (OFFSET_COUNT, (0, 2), (0, 0))
     assert rank.missed.value == pytest.approx(1 / 18)
     assert fault_text(rank) == "10 % of its contact time is false; up to 2 of 18 contacts missed"
 
 
 def test_undecided_or_undetected_contacts_are_ranked():
-    lazy, blind = audited(0, 0, 0, undecided=18), audited(0, 0, 0, 0)
-    assert [rank.label for rank in ranking(run(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
-    nothing = structs.replace(audited(0, 0, 0, 0), contacts=0)
-    (rank, _) = ranking(run(it=nothing))
+    lazy, blind = audit_of_18_contacts(0, 0, 0, undecided=18), audit_of_18_contacts(0, 0, 0, 0)
+    assert [rank.label for rank in ranking(document_of_audits(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
+    nothing = structs.replace(audit_of_18_contacts(0, 0, 0, 0), contacts=0)
+    (rank, _) = ranking(document_of_audits(it=nothing))
     assert rank.loss == 0.0 and fault_text(rank) == "no contact to miss, and none false"
 
 
@@ -101,7 +108,7 @@ def tabled(document):
 
 
 def test_ranking_prints_zeros_and_dashes_for_the_reference():
-    table = tabled(run(**BENCH))
+    table = tabled(document_of_audits(**BENCH))
     cells = table.cells()
     assert [row[0] for row in cells] == ["hull50", "mesh50", "paper", "exact"]
     assert [column.name for column in table.columns] == [
@@ -111,11 +118,13 @@ def test_ranking_prints_zeros_and_dashes_for_the_reference():
     first = [text_of(cell) for cell in cells[0]]
     assert first[2:] == ["0", "1", "96.7 %", "0.4", "1.1", "0.98", "3.6 %", "hull50[x=1]"]
     assert cells[1][2] == Marked("1", IN_RED) and cells[3][2:5] == ("reference", "-", "-")
-    assert "undecided" in {column.name for column in tabled(run(it=audited(0, 0, 0, undecided=1))).columns}
+    assert "undecided" in {
+        column.name for column in tabled(document_of_audits(it=audit_of_18_contacts(0, 0, 0, undecided=1))).columns
+    }
 
 
 def test_the_time_of_a_recorded_engine_is_not_measured():
-    document = run(recorded=audited(1, 0, 0))
+    document = document_of_audits(recorded=audit_of_18_contacts(1, 0, 0))
     engine = structs.replace(document.detectors["recorded"], name="recorded")
     document = structs.replace(document, detectors=document.detectors | {"recorded": engine})
     assert tabled(document).only("mean ms", "p99 ms").cells()[0] == ("-", "-")
@@ -131,7 +140,7 @@ def test_a_label_has_the_rate_but_not_the_engine_rate(name, text):
 
 @pytest.mark.parametrize(("at_once", "noted"), [((), 0), (("exact",), 1), (("hull50", "mesh50", "paper", "exact"), 0)])
 def test_times_measured_offline_are_marked_among_live_times(at_once, noted):
-    document = run(**BENCH)
+    document = document_of_audits(**BENCH)
     detectors = {
         label: structs.replace(detector, live=label not in at_once) for label, detector in document.detectors.items()
     }
@@ -143,7 +152,7 @@ def test_times_measured_offline_are_marked_among_live_times(at_once, noted):
 
 @pytest.mark.parametrize(("mean", "noted"), [(0.9, False), (1.1, True)])
 def test_a_mean_above_p99_is_explained(mean, noted):
-    document = run(**BENCH)
+    document = document_of_audits(**BENCH)
     exact = document.detectors["exact"]
     samples = SampleTimes(median=0.9, p95=0.9, p99=1.0, max=200.0, samples=100, over_budget=1.0, stages={})
     seconds = structs.replace(exact.seconds, per_frame_mean=mean, sample_times=samples)

@@ -16,21 +16,22 @@ from sessions import Status
 
 
 @pytest.fixture(scope="module")
-def document():
+def document_of_short_run():
+    """The document of a run of six frames with one contact, in frame 2."""
     session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]})
     return compute(session, detectors="slow=discrete[rate_hz=30]", oracle="hybrid", seed=5, start=0.0).document
 
 
-def test_summary_json_is_read_back_as_the_same_document(document):
-    plain = json.loads(json_of(document))
-    assert document_of(plain) == (document, ())
+def test_summary_json_is_read_back_as_the_same_document(document_of_short_run):
+    plain = json.loads(json_of(document_of_short_run))
+    assert document_of(plain) == (document_of_short_run, ())
     assert plain["schema"] == SCHEMA and plain["seed"] == 5 and plain["window"] == {"start": 0.0, "end": None}
 
 
-def test_summary_holds_settings_digest_and_times_of_every_detector(document):
-    for detector in document.detectors.values():
+def test_summary_holds_settings_digest_and_times_of_every_detector(document_of_short_run):
+    for detector in document_of_short_run.detectors.values():
         assert len(detector.digest) == 64 and detector.settings and detector.seconds.stages
-    slow, hybrid = document.detectors["slow"], document.detectors["hybrid"]
+    slow, hybrid = document_of_short_run.detectors["slow"], document_of_short_run.detectors["hybrid"]
     assert slow.settings["rate_hz"] == 30 and slow.online and hybrid.online
     assert slow.live and hybrid.live, "times of one table are taken alike"
     assert slow.seconds.sample_times.max >= slow.seconds.sample_times.median >= 0

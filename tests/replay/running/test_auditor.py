@@ -1,47 +1,47 @@
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
 import replay
 from replay.errors import AuditError, OutputError
 from replay.running.auditor import AuditResult
 from sessions import write_session
 
-BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 SLOW = "slow=discrete[rate_hz=20]"
 
 
 @pytest.fixture
-def files(tmp_path):
+def two_session_files(tmp_path):
+    """Two files of one session."""
     for name in ("p", "q"):
-        write_session(cubes(BUMP), tmp_path / f"{name}.mcap")
+        write_session(cubes(TWO_BUMPS), tmp_path / f"{name}.mcap")
     return [tmp_path / "p.mcap", tmp_path / "q.mcap"]
 
 
 def test_audit_of_two_sessions_sums_their_counts():
-    result = replay.audit([cubes(BUMP), cubes(BUMP)], detectors=[SLOW, "hybrid"])
+    result = replay.audit([cubes(TWO_BUMPS), cubes(TWO_BUMPS)], detectors=[SLOW, "hybrid"])
     assert isinstance(result, AuditResult) and len(result.results) == 2 and set(result.audit) == {"slow", "hybrid"}
-    assert result.audit["slow"].misses == 2 * replay.audit(cubes(BUMP), detectors=SLOW).audit["slow"].misses
+    assert result.audit["slow"].misses == 2 * replay.audit(cubes(TWO_BUMPS), detectors=SLOW).audit["slow"].misses
     assert result.audit["slow"].matching.reference_contacts == 4 and result.audit["slow"].time_missed.of == 8
 
 
-def test_detectors_have_a_common_run_folder_and_sessions_separate(files, tmp_path):
-    replay.audit(files[0], detectors=[SLOW, "hybrid"], out=tmp_path / "one", picture=False)
+def test_detectors_have_a_common_run_folder_and_sessions_separate(two_session_files, tmp_path):
+    replay.audit(two_session_files[0], detectors=[SLOW, "hybrid"], out=tmp_path / "one", picture=False)
     assert (tmp_path / "one" / "summary.json").is_file()
-    matches = replay.audit(files, detectors=SLOW, out=tmp_path / "two", picture=False)
+    matches = replay.audit(two_session_files, detectors=SLOW, out=tmp_path / "two", picture=False)
     assert [result.out for result in matches.results] == [tmp_path / "two" / "p", tmp_path / "two" / "q"]
 
 
-def test_existing_or_shared_folder_is_refused_before_any_work(files, tmp_path):
+def test_existing_or_shared_folder_is_refused_before_any_work(two_session_files, tmp_path):
     with pytest.raises(AuditError, match="two sessions are called 'p'"):
         replay.audit(["a/p.mcap", "b/p.mcap"], out=tmp_path / "x")
     (tmp_path / "out" / "q").mkdir(parents=True)
     with pytest.raises(OutputError, match="q exists"):
-        replay.audit(files, out=tmp_path / "out")
+        replay.audit(two_session_files, out=tmp_path / "out")
     assert not (tmp_path / "out" / "p").exists()
 
 
 def test_limits_hold_for_all_sessions_together():
-    sessions = [cubes(BUMP), cubes({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]})]
+    sessions = [cubes(TWO_BUMPS), cubes({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]})]
     assert replay.audit(sessions, detectors=SLOW, max_missed=0.9, max_false=1.0).broken == ()
     broken = replay.audit(sessions, detectors=SLOW, max_missed=0.4).broken
     assert any("slow missed contacts" in sentence for sentence in broken)

@@ -13,7 +13,8 @@ SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
 
 
 @pytest.fixture
-def files(tmp_path):
+def three_session_files(tmp_path):
+    """Three sessions in which a cube comes closer to another, up to 0.8, 0.9 or 1 m."""
     folder = tmp_path / "sessions"
     folder.mkdir()
     for k in range(3):
@@ -22,54 +23,54 @@ def files(tmp_path):
 
 
 @pytest.mark.slow
-def test_two_processes_give_the_digest_of_a_single_process(files, tmp_path):
-    item = run_batch(files, tmp_path / "one", settings=SETTINGS)
-    two = run_batch(files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
+def test_two_processes_give_the_digest_of_a_single_process(three_session_files, tmp_path):
+    item = run_batch(three_session_files, tmp_path / "one", settings=SETTINGS)
+    two = run_batch(three_session_files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
     assert item.digest == two.digest != "" and item.done == two.done == ("s0", "s1", "s2")
     assert not item.failed and not item.kept
 
 
-def test_finished_session_is_kept_and_incomplete_is_rerun(files, tmp_path):
+def test_finished_session_is_kept_and_incomplete_is_rerun(three_session_files, tmp_path):
     out = tmp_path / "runs"
-    first = run_batch(files, out, settings=SETTINGS)
+    first = run_batch(three_session_files, out, settings=SETTINGS)
     when = (out / "s0" / "summary.json").stat().st_mtime_ns
     rmtree(out / "s2")
     (out / ".s2.deadbeef.partial").touch()
     (out / ".s2.deadbeef.folder").mkdir()
     on_done = []
-    again = run_batch(files, out, settings=SETTINGS, on_done=lambda *one: on_done.append(one))
+    again = run_batch(three_session_files, out, settings=SETTINGS, on_done=lambda *one: on_done.append(one))
     assert again.digest == first.digest and again.kept == ("s0", "s1")
     assert on_done == [("s0", "kept"), ("s1", "kept"), ("s2", "done")]
     assert (out / "s0" / "summary.json").stat().st_mtime_ns == when and not list(out.glob(".s2.*"))
 
 
-def test_pictures_can_be_added_later_without_rerunning(files, tmp_path):
+def test_pictures_can_be_added_later_without_rerunning(three_session_files, tmp_path):
     out = tmp_path / "runs"
-    first = run_batch(files[:2], out, settings=SETTINGS)
-    drawn = run_batch(files[:2], out, settings={**SETTINGS, "picture": True})
+    first = run_batch(three_session_files[:2], out, settings=SETTINGS)
+    drawn = run_batch(three_session_files[:2], out, settings={**SETTINGS, "picture": True})
     assert drawn.kept == () and drawn.digest == first.digest and (out / "s0" / "run.rrd").is_file()
     for settings in (SETTINGS, {**SETTINGS, "picture": True}):
-        assert run_batch(files[:2], out, settings=settings).kept == ("s0", "s1")
+        assert run_batch(three_session_files[:2], out, settings=settings).kept == ("s0", "s1")
     assert read(out)["metrics"]["run"].to_pylist() == ["s0", "s1"]
 
 
-def test_changed_session_reruns_after_a_killed_batch(files, tmp_path, monkeypatch):
-    first = run_batch(files, tmp_path / "runs", settings=SETTINGS)
-    write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
+def test_changed_session_reruns_after_a_killed_batch(three_session_files, tmp_path, monkeypatch):
+    first = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
+    write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), three_session_files[1])
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
         killed.setattr("replay.running.batch.do_all", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
-        run_batch(files, tmp_path / "runs", settings=SETTINGS)
-    again = run_batch(files, tmp_path / "runs", settings=SETTINGS)
+        run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
+    again = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
     assert again.kept == ("s0", "s2") and again.digest != first.digest
 
 
-def test_session_with_a_lost_reply_is_accepted(files, tmp_path):
+def test_session_with_a_lost_reply_is_accepted(three_session_files, tmp_path):
     result = []
     for after in ("", "kept"):
-        assert run_session(files[0], tmp_path / "s0", SETTINGS, "asked") == after
+        assert run_session(three_session_files[0], tmp_path / "s0", SETTINGS, "asked") == after
         result.append(when := (tmp_path / "s0" / "summary.json").stat().st_mtime_ns)
     assert result == [when, when]
-    assert run_session(files[0], tmp_path / "s0", SETTINGS, "asked otherwise") == ""
+    assert run_session(three_session_files[0], tmp_path / "s0", SETTINGS, "asked otherwise") == ""
     assert (tmp_path / "s0" / "summary.json").stat().st_mtime_ns != when
 
 
@@ -83,19 +84,19 @@ def test_batch_folder_is_refused_after_its_scene_file_changed(tmp_path):
         run_batch([], runs, settings=settings)
 
 
-def test_failure_is_reported_and_ends_no_other_session(files, tmp_path):
-    files[1].write_bytes(b"no session")
-    batch = run_batch(files, tmp_path / "runs", settings=SETTINGS)
+def test_failure_is_reported_and_ends_no_other_session(three_session_files, tmp_path):
+    three_session_files[1].write_bytes(b"no session")
+    batch = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
     assert set(batch.failed) == {"s1"} and batch.done == ("s0", "s2") and batch.digest == ""
     assert "s1.mcap" in batch.failed["s1"]
 
 
-def test_unrelated_folder_and_equal_file_names_are_refused(files, tmp_path):
+def test_unrelated_folder_and_equal_file_names_are_refused(three_session_files, tmp_path):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):
-        run_batch(files, tmp_path / "thesis", settings=SETTINGS)
+        run_batch(three_session_files, tmp_path / "thesis", settings=SETTINGS)
     other = tmp_path / "s0.mcap"
-    other.write_bytes(files[0].read_bytes())
+    other.write_bytes(three_session_files[0].read_bytes())
     with pytest.raises(OutputError, match="different names"):
-        run_batch([*files, other], tmp_path / "runs", settings=SETTINGS)
+        run_batch([*three_session_files, other], tmp_path / "runs", settings=SETTINGS)

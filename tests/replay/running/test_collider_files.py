@@ -56,15 +56,16 @@ def session():
 
 
 @pytest.fixture(scope="module")
-def shipped(session, tmp_path_factory):
+def unity_fix(session, tmp_path_factory):
+    """Colliders for Unity, found and written for the session."""
     return fix_colliders(session, tmp_path_factory.mktemp("made") / "unity", engine="unity", limits=Limits(0.3))
 
 
-def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
-    names = {row["body"]: row["file"] for row in shipped.bodies}
+def test_written_pieces_are_convex_and_hold_their_mesh(session, unity_fix):
+    names = {row["body"]: row["file"] for row in unity_fix.bodies}
     assert names == {"beaker": "beaker.glb", "rod": "rod.glb", "cube*": "cube-2.glb"}
-    for row in shipped.bodies:
-        scene = trimesh.load(shipped.folder / row["file"], force="scene", process=False)
+    for row in unity_fix.bodies:
+        scene = trimesh.load(unity_fix.folder / row["file"], force="scene", process=False)
         pieces = [scene.geometry[name] for name in scene.geometry]
         assert len(pieces) == row["after"]["pieces"] and all(
             name.startswith(f"UCX_{row['body']}_") for name in scene.geometry
@@ -76,21 +77,21 @@ def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
             for item in pieces
         ]
         assert np.min(gap, axis=0).max() <= 1e-3 * row["after"]["outside_mm"] + 1e-6
-        assert load_mesh(shipped.folder / row["file"]) is not None
+        assert load_mesh(unity_fix.folder / row["file"]) is not None
 
 
-def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
-    reported = json.loads((shipped.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))
+def test_printed_figures_match_a_run_of_the_written_colliders(unity_fix):
+    reported = json.loads((unity_fix.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))
     assert reported["after"]["false"] <= 0.3 < reported["before"]["false"] and reported["reached"]
-    again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
+    again = replay.run(read_session(unity_fix.folder / "session.mcap"), detectors=f"it={unity_fix.setting}")
     audit = again.document.audit["it"]
     assert reported["after"]["false"] == audit.means_over_offsets.false_contact.value
     over = audit.counts_over_offsets.contacts_missed
     assert [reported["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over.smallest, over.largest]
 
 
-def test_fewer_pieces_fall_short_and_more_are_not_written(session, shipped, tmp_path):
-    pieces = {row["body"]: row["after"]["pieces"] for row in shipped.bodies}
+def test_fewer_pieces_fall_short_and_more_are_not_written(session, unity_fix, tmp_path):
+    pieces = {row["body"]: row["after"]["pieces"] for row in unity_fix.bodies}
     assert 1 < pieces["beaker"] <= 8 and pieces["rod"] == pieces["cube*"] == 1
     free = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(1.0))
     assert all(row["after"]["pieces"] == 1 for row in free.bodies) and free.before["false"] == free.after["false"]
@@ -140,9 +141,9 @@ def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_pat
     assert "--engine unity" in capsys.readouterr().out
 
 
-def test_front_is_better_with_every_more_pieces(shipped):
-    assert [row["pieces"] for row in shipped.front] == sorted({row["pieces"] for row in shipped.front})
-    assert all(more["false"] < less["false"] for less, more in pairwise(shipped.front))
+def test_front_is_better_with_every_more_pieces(unity_fix):
+    assert [row["pieces"] for row in unity_fix.front] == sorted({row["pieces"] for row in unity_fix.front})
+    assert all(more["false"] < less["false"] for less, more in pairwise(unity_fix.front))
 
 
 @pytest.mark.slow
@@ -331,14 +332,14 @@ def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path)
     assert text.count("<body name=") == len(names)
 
 
-def test_remark_names_bodies_whose_joined_pieces_fill_hollows(shipped):
-    cut = {**shipped.bodies[0], "how": "sectors by height and angle, joined by motion"}
+def test_remark_names_bodies_whose_joined_pieces_fill_hollows(unity_fix):
+    cut = {**unity_fix.bodies[0], "how": "sectors by height and angle, joined by motion"}
     cut["after"] = {**cut["after"], "reach_mm": 28.04}
-    hull = shipped.bodies[1]
-    (sentence,) = [line for line in replace(shipped, bodies=[cut, hull]).remarks if "hollows" in line]
+    hull = unity_fix.bodies[1]
+    (sentence,) = [line for line in replace(unity_fix, bodies=[cut, hull]).remarks if "hollows" in line]
     assert "(beaker: up to 28 mm beyond the mesh)" in sentence and "rod" not in sentence
     within = {**cut, "after": {**cut["after"], "reach_mm": 0.0}}
-    assert not [line for line in replace(shipped, bodies=[within, hull]).remarks if "hollows" in line]
+    assert not [line for line in replace(unity_fix, bodies=[within, hull]).remarks if "hollows" in line]
 
 
 @pytest.fixture

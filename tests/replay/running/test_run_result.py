@@ -11,20 +11,20 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
 import replay
 from cdcore import Body, TriangleMesh, create_detector
 from sessions import write_session
 
-BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 SLOW = "slow=discrete[rate_hz=20]"
 MANY = {f"rate{rate}": ("discrete", {"rate_hz": rate}) for rate in range(10, 20)}
 
 
 @pytest.fixture(scope="module")
-def result():
-    return replay.run(cubes(BUMP), detectors=SLOW)
+def result_of_bump():
+    """The result of a run in which two cubes touch once."""
+    return replay.run(cubes(TWO_BUMPS), detectors=SLOW)
 
 
 class Tags(HTMLParser):
@@ -47,7 +47,7 @@ class Tags(HTMLParser):
 
 
 def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
-    session = cubes(BUMP)
+    session = cubes(TWO_BUMPS)
     crowd = replay.run(
         cubes({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(6)}), detectors=MANY
     )
@@ -66,18 +66,20 @@ def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
     assert [line.split()[0] for line in printed.split("\n")[1:8]] == ["detector", *ranked[:6]]
 
 
-def test_run_displays_ranking_and_answer_in_text_and_html(result, tmp_path):
-    page = Tags(result._repr_html_())
+def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump, tmp_path):
+    page = Tags(result_of_bump._repr_html_())
     assert page.open == []
-    for printed in (repr(result), " ".join(page.words)):
+    for printed in (repr(result_of_bump), " ".join(page.words)):
         assert "slow" in printed and "exact" in printed and "missed" in printed
-        assert result.answers[0].sentence in " ".join(printed.split())
-    written = result.write(tmp_path / "run", picture=False)
+        assert result_of_bump.answers[0].sentence in " ".join(printed.split())
+    written = result_of_bump.write(tmp_path / "run", picture=False)
     links = Tags(written._repr_html_()).links
     assert [link.rpartition("/")[2] for link in links] == ["report.html"]
-    *_, answer, position = repr(replace(result, out=Path("f" * 150))).split("\n")
-    assert position == f"Written to {'f' * 86}..." and not answer.endswith("...") and "more in" not in repr(result)
-    assert str(tmp_path / "run") in repr(written) and "Nothing was written" in repr(result)
+    *_, answer, position = repr(replace(result_of_bump, out=Path("f" * 150))).split("\n")
+    assert (
+        position == f"Written to {'f' * 86}..." and not answer.endswith("...") and "more in" not in repr(result_of_bump)
+    )
+    assert str(tmp_path / "run") in repr(written) and "Nothing was written" in repr(result_of_bump)
 
 
 def test_markup_in_body_names_is_escaped_in_notebook_html():
@@ -88,8 +90,8 @@ def test_markup_in_body_names_is_escaped_in_notebook_html():
         assert page.open == [] and "<b>a" in " ".join(page.words)
 
 
-def test_plot_draws_every_detector_over_cost_and_time(result):
-    plot = result.plot()
+def test_plot_draws_every_detector_over_cost_and_time(result_of_bump):
+    plot = result_of_bump.plot()
     assert repr(plot) == "Plot of 2 detectors: accuracy against cost, and contacts over time"
     tree = ElementTree.fromstring(plot._repr_svg_())
     texts = ["".join(node.itertext()) for node in tree.iter("{http://www.w3.org/2000/svg}text")]
@@ -104,31 +106,31 @@ def test_plot_takes_any_name_as_text(name):
     assert ElementTree.fromstring(made.plot()._repr_svg_()).tag.endswith("svg")
 
 
-def test_a_written_run_is_that_run_with_a_folder(result, tmp_path):
-    written = result.write(tmp_path / "run", picture=False)
+def test_a_written_run_is_that_run_with_a_folder(result_of_bump, tmp_path):
+    written = result_of_bump.write(tmp_path / "run", picture=False)
     assert written.out == tmp_path / "run" and (written.out / "report.html").is_file()
-    assert written.detections["slow"].digest == result.detections["slow"].digest
+    assert written.detections["slow"].digest == result_of_bump.detections["slow"].digest
     with pytest.raises(replay.ReplayError, match="force"):
-        result.write(tmp_path / "run")
-    assert result.write(tmp_path / "run", force=True, picture=False).out == tmp_path / "run"
+        result_of_bump.write(tmp_path / "run")
+    assert result_of_bump.write(tmp_path / "run", force=True, picture=False).out == tmp_path / "run"
 
 
 @pytest.mark.skipif(find_spec("rerun_notebook") is None, reason="the extra notebook is not installed")
-def test_notebook_view_works_for_written_and_unwritten_runs(result, tmp_path):
+def test_notebook_view_works_for_written_and_unwritten_runs(result_of_bump, tmp_path):
     from rerun.notebook import Viewer
 
-    assert isinstance(result.view(), Viewer)
-    assert isinstance(result.write(tmp_path / "run").view(width=300, height=200), Viewer)
+    assert isinstance(result_of_bump.view(), Viewer)
+    assert isinstance(result_of_bump.write(tmp_path / "run").view(width=300, height=200), Viewer)
 
 
-def test_missing_notebook_viewer_error_names_the_pip_command(result, monkeypatch):
+def test_missing_notebook_viewer_error_names_the_pip_command(result_of_bump, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun_notebook", None)
     with pytest.raises(replay.ReplayError, match=r'pip install "vrlab-replay\[notebook\]"'):
-        result.view()
+        result_of_bump.view()
 
 
-def test_two_runs_are_compared_and_shared_from_python(result, tmp_path):
-    a, b = (result.write(tmp_path / name, picture=False).out for name in "ab")
+def test_two_runs_are_compared_and_shared_from_python(result_of_bump, tmp_path):
+    a, b = (result_of_bump.write(tmp_path / name, picture=False).out for name in "ab")
     assert not replay.diff(a, b).changed
     assert replay.share([a, b], tmp_path / "shared", anyway=True).name == "index.html"
     assert (tmp_path / "shared" / "index.html").is_file()
@@ -182,19 +184,19 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_wrong_use_gets_a_sentence(case, result, tmp_path):
+def test_wrong_use_gets_a_sentence(case, result_of_bump, tmp_path):
     use, kind, hint = WRONG[case]
     with pytest.raises(kind) as output:
-        use(result, tmp_path)
+        use(result_of_bump, tmp_path)
     text = str(output.value)
     assert "\n" not in text and 10 < len(text) < 500
     assert hint is str or re.search(hint, text)
     assert isinstance(output.value, replay.ERRORS) or case == "a name misspelt"
 
 
-def test_a_keyword_misspelt_is_named(result):
+def test_a_keyword_misspelt_is_named(result_of_bump):
     with pytest.raises(TypeError, match="detector"):
-        replay.run(result.session, detector="exact")
+        replay.run(result_of_bump.session, detector="exact")
 
 
 def test_a_prompt_prints_nothing_but_the_result():

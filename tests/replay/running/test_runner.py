@@ -1,5 +1,5 @@
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
 import replay
 from replay.cli.main import main
@@ -37,7 +37,7 @@ def test_existing_folder_is_refused_before_any_work(tmp_path):
 
 @pytest.mark.slow
 def test_recording_of_a_run_is_matched_by_content(tmp_path):
-    write_session(cubes({"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}), tmp_path / "s1.mcap")
+    write_session(cubes(TWO_BUMPS), tmp_path / "s1.mcap")
     replay.run(tmp_path / "s1.mcap", detectors="slow=discrete[rate_hz=20]", out=tmp_path / "run", picture=False)
     (tmp_path / "s1.mcap").rename(tmp_path / "another_name.mcap")
     (tmp_path / "s1.mcap").write_bytes(b"of another lesson")

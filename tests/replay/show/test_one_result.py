@@ -34,7 +34,8 @@ COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
 TOOL = f"{Path(replay.__file__).parent}{os.sep}"
 
 
-def printed(*displayed):
+def terminal_text(*displayed):
+    """What a wide terminal shows of these pieces."""
     console = Console(width=200, file=StringIO())
     for piece in displayed:
         console.print(piece)
@@ -77,7 +78,7 @@ def test_every_output_of_a_run_has_the_same_numbers(state, tmp_path):
     assert list(audit["pair_frames"].values())[1:4] == counts[:3]
 
     ranked = [str(count) for count in (whole, late, *([open_] if open_ else []))]
-    tables, screen = printed(run_tables(result)), printed(run_screen(result))
+    tables, screen = terminal_text(run_tables(result)), terminal_text(run_screen(result))
     for text in (tables, screen):
         assert re.split(r"\s{2,}", next(line for line in text.splitlines() if line.startswith("it ")))[2:][
             : len(ranked)
@@ -132,7 +133,7 @@ def entered(action):
 
 
 WALKS = {
-    "terminal": lambda result: printed(stacked(*section_of(result, SectionName.FAULTS).tables)),
+    "terminal": lambda result: terminal_text(stacked(*section_of(result, SectionName.FAULTS).tables)),
     "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
     "page": lambda result: cards(view_of(result), "it"),
     "picture": lambda result: log_moment_lists(
@@ -164,7 +165,7 @@ def test_facts_are_computed_once_and_outputs_compute_nothing(tmp_path):
     (result,) = made
 
     def all_outputs():
-        printed(run_tables(result), run_screen(result))
+        terminal_text(run_tables(result), run_screen(result))
         run_markdown(result, ())
         run_json(result)
         repr(result)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from msgspec import structs
-from support.small_worlds import cubes, grazing
+from support.small_worlds import TWO_BUMPS, cubes, grazing
 
 from replay.document.summary import sample_times
 from replay.document.tables import Column, Marked
@@ -26,9 +26,9 @@ def test_unmeasured_values_of_table_columns_are_none():
 
 
 @pytest.fixture(scope="module")
-def run():
-    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-    return compute(cubes(places), detectors="slow=discrete[rate_hz=20]")
+def result_of_two_contacts():
+    """A run in which cubes touch twice; ``slow`` samples at 20 Hz."""
+    return compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]")
 
 
 def column(made, name):
@@ -51,17 +51,17 @@ def test_uncertain_first_touch_states_its_uncertainty(away, known):
     assert known == (row["touch"] - row["touch_free"] <= 1e-6)
 
 
-def test_quantiles_and_budget_fraction_are_over_samples(run):
+def test_quantiles_and_budget_fraction_are_over_samples(result_of_two_contacts):
     seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
-    slow = replace(run.detections["slow"], seconds=seconds)
+    slow = replace(result_of_two_contacts.detections["slow"], seconds=seconds)
     figures = sample_times(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8
     assert figures.samples == 3 and figures.over_budget == pytest.approx(2 / 3)
     assert [figures.median, figures.max] == pytest.approx([0.012, 0.022])
     assert figures.stages["volumes"].max == 0.02
     every = sample_times(slow, None)
     assert every.samples == 12 and every.median == pytest.approx(0.002)
-    was = run.document.detectors["slow"]
+    was = result_of_two_contacts.document.detectors["slow"]
     reported = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))
-    document = structs.replace(run.document, detectors={"slow": reported})
-    (row,) = cost_table(replace(run, document=document)).only("median ms", LATE_COLUMN).cells()
+    document = structs.replace(result_of_two_contacts.document, detectors={"slow": reported})
+    (row,) = cost_table(replace(result_of_two_contacts, document=document)).only("median ms", LATE_COLUMN).cells()
     assert row == ("12", "67 %")

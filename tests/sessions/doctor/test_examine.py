@@ -15,7 +15,8 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, SceneBody
 
 
-def codes(path):
+def finding_codes(path):
+    """Codes of what the doctor finds in a file."""
     return [item.code for item in examine(path)]
 
 
@@ -27,11 +28,11 @@ def test_unreadable_files_give_findings_instead_of_errors(tmp_path):
     (tmp_path / "scene.toml").write_text("[[body]]\nid = 3\n")
     (tmp_path / "points.obj").write_text("v 0 0 0\n")
     (tmp_path / "nothing.stl").write_bytes(b"")
-    assert codes(tmp_path / "empty.mcap") == codes(tmp_path / "text.mcap") == ["not-mcap"]
-    assert codes(tmp_path / "magic.mcap") == ["torn", "no-poses"]
-    assert codes(tmp_path / "broken.glb") == ["mesh-unreadable"]
-    assert codes(tmp_path / "scene.toml") == ["bad-scene"]
-    assert codes(tmp_path / "points.obj") == codes(tmp_path / "nothing.stl") == ["mesh-empty"]
+    assert finding_codes(tmp_path / "empty.mcap") == finding_codes(tmp_path / "text.mcap") == ["not-mcap"]
+    assert finding_codes(tmp_path / "magic.mcap") == ["torn", "no-poses"]
+    assert finding_codes(tmp_path / "broken.glb") == ["mesh-unreadable"]
+    assert finding_codes(tmp_path / "scene.toml") == ["bad-scene"]
+    assert finding_codes(tmp_path / "points.obj") == finding_codes(tmp_path / "nothing.stl") == ["mesh-empty"]
 
 
 def test_torn_file_finding_counts_unreadable_bytes(tmp_path):
@@ -43,7 +44,7 @@ def test_torn_file_finding_counts_unreadable_bytes(tmp_path):
 def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
     (tmp_path / "cube.glb").write_bytes(mesh_to_glb(cube(0.1), "cube"))
     (tmp_path / "scene.toml").write_text('[[body]]\nid = "cube"\nmesh = "cube.glb"\n')
-    assert codes(tmp_path / "cube.glb") == [] == codes(tmp_path / "scene.toml")
+    assert finding_codes(tmp_path / "cube.glb") == [] == finding_codes(tmp_path / "scene.toml")
 
 
 def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):

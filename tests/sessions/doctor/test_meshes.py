@@ -10,7 +10,8 @@ from sessions.errors import MeshFileError
 from sessions.glassware.catalogue import made_instrument
 
 
-def codes(mesh):
+def count_by_code(mesh):
+    """Code -> count of what the doctor finds in a mesh."""
     return {item.code: item.count for item in mesh_findings("m", mesh)}
 
 
@@ -22,19 +23,19 @@ def test_the_glass_of_the_bench_has_nothing_above_a_note(name):
 
 def test_each_fault_of_a_mesh_is_counted():
     mesh = cube()
-    assert codes(MeshData(mesh.vertices, mesh.faces[1:])) == {"mesh-open": 3}
-    assert codes(MeshData(mesh.vertices, [*mesh.faces, mesh.faces[0, [2, 0, 1]]]))["mesh-duplicate"] == 1
-    assert codes(MeshData(mesh.vertices, [*mesh.faces, mesh.faces[0]]))["mesh-non-manifold"] == 3
-    assert codes(MeshData(mesh.vertices, [*mesh.faces, [0, 0, 1]])) == {"mesh-degenerate": 1}
-    assert codes(MeshData(mesh.vertices, [*mesh.faces[:-1], mesh.faces[-1][::-1]])) == {"mesh-winding": 3}
-    assert codes(MeshData(mesh.vertices * [1, 1, -1], mesh.faces)) == {"mesh-mirrored": 12}
-    assert codes(MeshData(mesh.vertices * 1e3, mesh.faces)) == {"mesh-units": 1}
+    assert count_by_code(MeshData(mesh.vertices, mesh.faces[1:])) == {"mesh-open": 3}
+    assert count_by_code(MeshData(mesh.vertices, [*mesh.faces, mesh.faces[0, [2, 0, 1]]]))["mesh-duplicate"] == 1
+    assert count_by_code(MeshData(mesh.vertices, [*mesh.faces, mesh.faces[0]]))["mesh-non-manifold"] == 3
+    assert count_by_code(MeshData(mesh.vertices, [*mesh.faces, [0, 0, 1]])) == {"mesh-degenerate": 1}
+    assert count_by_code(MeshData(mesh.vertices, [*mesh.faces[:-1], mesh.faces[-1][::-1]])) == {"mesh-winding": 3}
+    assert count_by_code(MeshData(mesh.vertices * [1, 1, -1], mesh.faces)) == {"mesh-mirrored": 12}
+    assert count_by_code(MeshData(mesh.vertices * 1e3, mesh.faces)) == {"mesh-units": 1}
 
 
 def test_vertices_that_an_exporter_split_are_merged():
     mesh = cube()
     split = MeshData(mesh.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
-    assert codes(split) == {}
+    assert count_by_code(split) == {}
 
 
 def test_only_faces_with_collinear_corners_are_degenerate():

@@ -19,7 +19,8 @@ def faces(request):
 
 
 @pytest.fixture(scope="module", params=INSTRUMENTS)
-def made(request, faces):
+def made_glassware(request, faces):
+    """Each instrument of the catalogue, as a mesh of so many faces."""
     return made_instrument(request.param, faces)
 
 
@@ -29,8 +30,8 @@ def closed_meshes(instrument):
         yield instrument.cavity.to_brim
 
 
-def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made):
-    meshes = [*closed_meshes(made)]
+def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made_glassware):
+    meshes = [*closed_meshes(made_glassware)]
     assert meshes
     for mesh in meshes:
         assert has_consistent_winding(mesh)
@@ -41,15 +42,15 @@ def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made):
         assert np.array_equal(mesh.vertices.astype(np.float32), mesh.vertices)
 
 
-def test_mesh_is_connected(made):
-    start, end = made.mesh.faces.ravel(), np.roll(made.mesh.faces, -1, axis=1).ravel()
-    size = len(made.mesh.vertices)
+def test_mesh_is_connected(made_glassware):
+    start, end = made_glassware.mesh.faces.ravel(), np.roll(made_glassware.mesh.faces, -1, axis=1).ravel()
+    size = len(made_glassware.mesh.vertices)
     assert connected_components(coo_matrix((np.ones(len(start)), (start, end)), (size, size)))[0] == 1
 
 
-def test_instrument_is_described_and_near_its_requested_face_count(made, faces):
-    assert 0.75 * faces < len(made.mesh.faces) < 1.25 * faces
-    assert made.name in INSTRUMENTS and made.tags and 1e-4 < made.mass < 200
+def test_instrument_is_described_and_near_its_requested_face_count(made_glassware, faces):
+    assert 0.75 * faces < len(made_glassware.mesh.faces) < 1.25 * faces
+    assert made_glassware.name in INSTRUMENTS and made_glassware.tags and 1e-4 < made_glassware.mass < 200
 
 
 def test_instruments_equal_the_reviewed_instruments(snapshot):
@@ -64,20 +65,23 @@ def test_instruments_equal_the_reviewed_instruments(snapshot):
     assert shapes == snapshot
 
 
-def test_liquid_up_to_the_mark_is_the_nominal_capacity(made):
-    if not {"vessel", "dropper"} & set(made.tags):
-        assert made.cavity is None
+def test_liquid_up_to_the_mark_is_the_nominal_capacity(made_glassware):
+    if not {"vessel", "dropper"} & set(made_glassware.tags):
+        assert made_glassware.cavity is None
         return
-    cavity, up = made.cavity, (0.0, 1.0, 0.0)
+    cavity, up = made_glassware.cavity, (0.0, 1.0, 0.0)
     above = [volume_beyond_plane(cavity.to_brim)(up, height) for height in (cavity.floor_height, cavity.mark_height)]
     assert above[0] - above[1] == pytest.approx(cavity.capacity_m3, rel=1e-4)
     assert cavity.to_brim.volume > 1.01 * cavity.capacity_m3
 
 
-def test_glassware_mesh_stands_centred_on_its_origin(made):
-    if made.name not in ELSEWHERE:
-        assert made.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
-        assert np.abs(made.mesh.bounds[:, [0, 2]].mean(axis=0)).max() < 0.2 * np.ptp(made.mesh.bounds, axis=0).max()
+def test_glassware_mesh_stands_centred_on_its_origin(made_glassware):
+    if made_glassware.name not in ELSEWHERE:
+        assert made_glassware.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
+        assert (
+            np.abs(made_glassware.mesh.bounds[:, [0, 2]].mean(axis=0)).max()
+            < 0.2 * np.ptp(made_glassware.mesh.bounds, axis=0).max()
+        )
 
 
 @pytest.mark.parametrize("name", ["beaker_50", "beaker_600", "graduated_cylinder", "evaporating_dish", "test_tube"])

@@ -9,7 +9,8 @@ from sessions.importers import import_session
 from sessions.model.assumption import Subject, assumptions_of
 
 
-def pose(stamp, angles=(0.0, 0.0, 0.0)):
+def pose_row(stamp, angles=(0.0, 0.0, 0.0)):
+    """A pose at (1, 2, 3) as A-Frame's recorder writes it; angles in radians."""
     return {
         "position": {"x": 1.0, "y": 2.0, "z": 3.0},
         "rotation": dict(zip("xyz", angles, strict=True)),
@@ -17,7 +18,8 @@ def pose(stamp, angles=(0.0, 0.0, 0.0)):
     }
 
 
-def written(tmp_path, data):
+def take_file(tmp_path, data):
+    """The file take.json with this content."""
     path = tmp_path / "take.json"
     path.write_text(data if isinstance(data, str) else json.dumps(data), encoding="utf-8")
     return path
@@ -27,11 +29,11 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     angles = (20.0, -75.0, 140.0)
     data = {
         "cup": {
-            "poses": [pose(1000.5, angles), pose(1011.6)],
+            "poses": [pose_row(1000.5, angles), pose_row(1011.6)],
             "events": [{"name": "buttondown", "detail": {"id": 1}, "timestamp": 1005}],
         }
     }
-    session = import_session("aframe", written(tmp_path, data))
+    session = import_session("aframe", take_file(tmp_path, data))
     assert session.frames.stamp_ns.tolist() == [1_000_500_000, 1_011_600_000]
     expected = Rotation.from_euler("YXZ", [angles[1], angles[0], angles[2]], degrees=True).as_quat()
     round_trips(session, tmp_path)
@@ -42,30 +44,35 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     assert not session.hands  # of a device that is no wand nobody knows which button is the trigger
 
 
-def press(stamp, button, name="buttondown"):
+def button_row(stamp, button, name="buttondown"):
+    """A button that is pressed, as A-Frame's recorder writes it."""
     return {"name": name, "detail": {"id": button}, "timestamp": stamp}
 
 
 def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
     happened = [
-        press(5, 1),
-        press(6, 2),
-        press(6, 1, "buttonup"),
-        press(7, 2, "buttonup"),
-        press(8, 99),
-        {**press(8, 9), "detail": 3},
+        button_row(5, 1),
+        button_row(6, 2),
+        button_row(6, 1, "buttonup"),
+        button_row(7, 2, "buttonup"),
+        button_row(8, 99),
+        {**button_row(8, 9), "detail": 3},
     ]
-    wand = {"poses": [pose(1), pose(9)], "events": happened, "gamepad": {"id": "OpenVR Gamepad", "hand": "right"}}
-    session = import_session("aframe", written(tmp_path, {"leftWheel": wand, "lamp": {"poses": [pose(1)]}}))
+    wand = {
+        "poses": [pose_row(1), pose_row(9)],
+        "events": happened,
+        "gamepad": {"id": "OpenVR Gamepad", "hand": "right"},
+    }
+    session = import_session("aframe", take_file(tmp_path, {"leftWheel": wand, "lamp": {"poses": [pose_row(1)]}}))
     assert list(session.hands) == ["student/left"]
     hand = session.hands["student/left"]
     assert (hand.times_ns.tolist(), hand.trigger.tolist()) == ([5_000_000, 6_000_000], [1.0, 0.0])
 
 
 def test_a_pose_without_a_number_is_lost(tmp_path):
-    broken = pose(3)
+    broken = pose_row(3)
     del broken["position"]["y"]
-    session = import_session("aframe", written(tmp_path, {"cup": {"poses": [pose(1), broken]}}))
+    session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": [pose_row(1), broken]}}))
     assert session.tracks["cup"].valid.tolist() == [True, False]
 
 
@@ -79,16 +86,20 @@ def test_a_pose_without_a_number_is_lost(tmp_path):
     ids=["two devices", "two recordings", "two lists"],
 )
 def test_duplicate_key_in_an_aframe_recording_is_refused(tmp_path, text, name):
-    path = written(tmp_path, text % (json.dumps(pose(1)), json.dumps(pose(2))))
+    path = take_file(tmp_path, text % (json.dumps(pose_row(1)), json.dumps(pose_row(2))))
     refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
 
 
 def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
     def wand(*presses):
-        return {"poses": [pose(1)], "events": [press(*item) for item in presses], "gamepad": {"id": "OpenVR Gamepad"}}
+        return {
+            "poses": [pose_row(1)],
+            "events": [button_row(*item) for item in presses],
+            "gamepad": {"id": "OpenVR Gamepad"},
+        }
 
-    data = {"leftHand": wand((2, 1)), "left wheel": wand((3, 1), (3, 1, "buttonup")), "right": {"posez": [pose(1)]}}
-    session = import_session("aframe", written(tmp_path, data))
+    data = {"leftHand": wand((2, 1)), "left wheel": wand((3, 1), (3, 1, "buttonup")), "right": {"posez": [pose_row(1)]}}
+    session = import_session("aframe", take_file(tmp_path, data))
     assert list(session.hands) == ["student/left", "student/left (2)"]
     assert session.hands["student/left (2)"].trigger.tolist() == [0.0]
     assert "1 of 3 names dropped: without a list of poses" in books(session)
@@ -96,15 +107,17 @@ def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
 
 
 def test_rotation_of_four_numbers_is_refused(tmp_path):
-    rotated = {**pose(1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
+    rotated = {**pose_row(1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
     refused(
-        "aframe", written(tmp_path, {"cup": {"poses": [rotated]}}), "cup: poses: a rotation has a w: it is a quaternion"
+        "aframe",
+        take_file(tmp_path, {"cup": {"poses": [rotated]}}),
+        "cup: poses: a rotation has a w: it is a quaternion",
     )
 
 
 @pytest.mark.parametrize(("angle", "text"), [(3.1, "guessed, not sure"), (31.0, "the format"), (0.0, "the format")])
 def test_angles_that_would_fit_radians_are_a_doubt(tmp_path, angle, text):
-    poses = [pose(k, (0.0, angle * k / 9, 0.0)) for k in range(10)]
-    session = import_session("aframe", written(tmp_path, {"cup": {"poses": poses}}))
+    poses = [pose_row(k, (0.0, angle * k / 9, 0.0)) for k in range(10)]
+    session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": poses}}))
     (unit,) = (row for row in assumptions_of(session.facts) if row.subject is Subject.ANGLE_UNIT)
     assert unit.value == "deg" and text in unit.sentence

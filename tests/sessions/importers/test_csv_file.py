@@ -38,7 +38,8 @@ def mapped(written, tmp_path):
     )
 
 
-def pose(time, body="cup", numbers=(0, 0, 0, 0, 0, 0, 1)):
+def pose_line(time, body="cup", numbers=(0, 0, 0, 0, 0, 0, 1)):
+    """A line of a session's CSV with the pose of a body."""
     return f"pose,{time:.6f},{body},{','.join(repr(float(np.float32(item))) for item in numbers)},1,,"
 
 
@@ -129,7 +130,7 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
     """The glTF exporter flips X, the poses flip Z; both reverse the winding."""
     inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
     rotation, position = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
-    path = written(HEADER, pose(0.0, "tool", (*position, *rotation.as_quat())))
+    path = written(HEADER, pose_line(0.0, "tool", (*position, *rotation.as_quat())))
     gltf = MeshData(inside_unity * [-1, 1, 1], [[0, 2, 1]])
     (tmp_path / "tool.glb").write_bytes(mesh_to_glb(gltf, "tool"))
     scene = parse_scene(
@@ -146,13 +147,13 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
 
 
 def test_a_column_of_numbers_taken_for_names_is_refused(written):
-    path = written(HEADER, *(pose(0.0, f"{k}") for k in range(1001)))
+    path = written(HEADER, *(pose_line(0.0, f"{k}") for k in range(1001)))
     refused("csv", path, r"column 'body' names 1,001 bodies; is it the column of names\?")
 
 
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
 def test_unity_script_output_is_read_in_any_locale(written, delimiter, decimal):
-    rows = [HEADER, *(pose(0.011 * k, numbers=(0.25 * k, 1.5, 0, 0, 0, 0, 1)) for k in range(5))]
+    rows = [HEADER, *(pose_line(0.011 * k, numbers=(0.25 * k, 1.5, 0, 0, 0, 0, 1)) for k in range(5))]
     expected = import_session("csv", written(*rows)).tracks["cup"]
     other = [row.replace(",", delimiter).replace(".", decimal) for row in rows]
     result = import_session("csv", written(*other)).tracks["cup"]
@@ -162,7 +163,7 @@ def test_unity_script_output_is_read_in_any_locale(written, delimiter, decimal):
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
 def test_ragged_non_utf_8_row_is_refused_in_a_sentence(tmp_path):
-    rows = [pose(0.01 * k) for k in range(500)]  # beyond a block of the header
+    rows = [pose_line(0.01 * k) for k in range(500)]  # beyond a block of the header
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
     refused("csv", tmp_path / "take.csv", r"no CSV text in UTF-8 .*; save it as UTF-8")
 
@@ -231,7 +232,7 @@ def test_non_pose_rows_become_triggers_events_or_unknown_kinds(written):
         "csv",
         written(
             HEADER,
-            pose(0),
+            pose_line(0),
             *(happening("trigger", k, "LeftWheel", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
             happening("event", 2, "", "act", "pouring"),
             happening("event", 1, "Beaker", "", '"a, b"'),

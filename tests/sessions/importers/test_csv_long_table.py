@@ -40,7 +40,8 @@ def drafted(path):
     return caught.value
 
 
-def imported(path, draft):
+def session_by_draft(path, draft):
+    """The session that a CSV and a mapping, as text, give."""
     mapping = path.with_suffix(".columns.toml")
     mapping.write_text(draft)
     return import_session("csv", path, mapping=mapping, convention="canonical")
@@ -61,7 +62,7 @@ def test_six_objects_are_six_bodies_from_the_first_draft(tmp_path, ids, pose, mo
     path = long_table(tmp_path / "six.csv", ids=ids, pose=pose, **more)
     error = drafted(path)
     assert 'name = "object_uid"' in error.draft and not any("rows" in gap for gap in error.unknown)
-    session = imported(path, error.draft)
+    session = session_by_draft(path, error.draft)
     assert {*session.names} == {str(name) for name in ids}
     times = len(more.get("cameras", (0,))) * MOMENTS
     assert ((session.frames.status == Status.VALID).sum(axis=0) == times).all()
@@ -80,7 +81,7 @@ def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, more, cure):
     assert any(re.search(cure, gap) for gap in error.unknown)
     assert '# name = "object_uid"' in error.draft
     with pytest.raises(ImportFileError, match="bod"):
-        imported(path, error.draft)
+        session_by_draft(path, error.draft)
 
 
 @pytest.mark.parametrize(("column", "names"), [("gadget", ("rod", "cup")), ("dev", ("1", "2"))])
@@ -90,7 +91,7 @@ def test_bodies_whose_stamps_all_differ_are_separated(tmp_path, column, names):
         f"{step / 90 + body / 500:.6f},{names[body]},{step % 2},{body},{step / 900},0,0,0,0,1" for step, body in PAIRS
     ]
     path.write_text("\n".join([f"time,{column},parity,x,y,z,qx,qy,qz,qw", *lines, ""]))
-    session = imported(path, drafted(path).draft)
+    session = session_by_draft(path, drafted(path).draft)
     assert session.names == names
     assert all((session.tracks[name].positions[:, 0] == body).all() for body, name in enumerate(names))
 
@@ -99,7 +100,7 @@ def test_alternating_column_of_a_single_body_is_no_name(tmp_path):
     path = tmp_path / "log.csv"
     lines = [f"{step / 90:.6f},{step % 2},{step / 900},1,0,0,0,0,1" for step in range(MOMENTS)]
     path.write_text("\n".join(["time,parity,x,y,z,qx,qy,qz,qw", *lines, ""]))
-    assert imported(path, drafted(path).draft).names == ("log",)
+    assert session_by_draft(path, drafted(path).draft).names == ("log",)
 
 
 def test_body_columns_of_a_wide_table_keep_their_name(tmp_path):
@@ -113,5 +114,5 @@ def test_two_cameras_make_the_rate_of_their_moments(tmp_path):
     from sessions.doctor.timing import typical_step
 
     path = long_table(tmp_path / "six.csv", cameras=(0, 93_847))
-    session = imported(path, drafted(path).draft)
+    session = session_by_draft(path, drafted(path).draft)
     assert np.isclose(typical_step(session.stamps()), STEP)

@@ -41,7 +41,8 @@ def named(column):
     return [re.sub("^[xX]", axis, column) for axis in "xyz"]
 
 
-def check(session):
+def assert_track_in_metres_and_radians(session):
+    """Fails unless the session's only track is that of POSITION, SECONDS and ANGLE."""
     (track,) = session.tracks.values()
     assert track.valid.all()
     assert np.allclose(track.positions, POSITION, atol=1e-6)
@@ -65,12 +66,14 @@ def import_with(folder, mapping, **recording):
 def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
     path, out = write(tmp_path / "log.csv", axes=named(column), metres=METRES[column]), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
-    check(read_session(out))
+    assert_track_in_metres_and_radians(read_session(out))
 
 
 @pytest.mark.parametrize("column", METRES)
 def test_lengths_use_the_unit_in_csv_headings(tmp_path, column):
-    check(import_with(tmp_path, mapped(named(column)), axes=named(column), metres=METRES[column]))
+    assert_track_in_metres_and_radians(
+        import_with(tmp_path, mapped(named(column)), axes=named(column), metres=METRES[column])
+    )
 
 
 def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
@@ -86,19 +89,21 @@ def test_lengths_and_times_use_the_row_of_units(tmp_path, units):
     second = 1e-3 if units.startswith("ms") else 1.0
     path, out = write(tmp_path / "log.csv", metres=metres, second=second, units=units), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
-    check(read_session(out))
+    assert_track_in_metres_and_radians(read_session(out))
 
 
 @pytest.mark.parametrize("column", CLOCKS)
 def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
     path, out = write(tmp_path / "log.csv", time=column, second=CLOCKS[column]), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
-    check(read_session(out))
+    assert_track_in_metres_and_radians(read_session(out))
 
 
 def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
     euler = 'euler = {x = "rx [rad]", y = "ry [rad]", z = "rz [rad]"}\norder = "XYZ"'
-    check(import_with(tmp_path, mapped("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]"))
+    assert_track_in_metres_and_radians(
+        import_with(tmp_path, mapped("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]")
+    )
 
 
 @pytest.mark.parametrize(
@@ -141,7 +146,7 @@ def test_mapping_that_contradicts_the_headings_is_refused(tmp_path, mapping, rec
 def test_mapping_that_names_the_columns_decides_alone(tmp_path):
     axes = ["a", "b", "c"]
     lines = 'skip_lines = 1\nunits = "m"\ncolumns = ["time", "a", "b", "c", "qx", "qy", "qz", "qw"]'
-    check(import_with(tmp_path, mapped(axes, lines), axes=named("x (mm)")))
+    assert_track_in_metres_and_radians(import_with(tmp_path, mapped(axes, lines), axes=named("x (mm)")))
 
 
 def test_open_unit_of_lengths_is_reported_even_without_contacts(tmp_path, capsys):

@@ -29,13 +29,14 @@ quaternion_xyzw = ["qx", "qy", "qz", "qw"]
 """
 
 
-def text(between=",", head=NAMES, rows=ROWS, above=(), below=()):
+def csv_text(between=",", head=NAMES, rows=ROWS, above=(), below=()):
+    """A CSV: lines above, the header, rows with this delimiter, lines below."""
     lines = [between.join(cells) for cells in (head, *rows) if cells]
     return "\n".join([*above, *lines, *below, ""])
 
 
 def german(between):
-    return text(between).replace(".", ",")
+    return csv_text(between).replace(".", ",")
 
 
 SPACES = f'delimiter = " "\ncolumns = {list(NAMES)}'
@@ -45,36 +46,42 @@ ANOTHER = "13 of 43 rows dropped: of another table, 'Trajectories', from line 33
 NOTES = "2 of 32 rows dropped: of another table, 'Notes', from line 33"
 FORMS = {
     "sep= and semicolons": ("sep=;\n" + german(";"), 'delimiter = ";"\ndecimal = ","', ""),
-    "sep= and commas": ("sep=,\r\n" + text().replace("\n", "\r\n"), "", ""),
-    "sep= in quotes and tabs": ('"sep=\t"\n' + text("\t"), 'delimiter = "\t"'.replace("\t", "\\t"), ""),
-    "sep= counted by the mapping": ("SEP=;\n" + text(";"), 'delimiter = ";"\nskip_lines = 1', ""),
-    "several spaces": (text("    ", head=()), SPACES, ""),
-    "spaces before and behind": (text("  ", head=()).replace("\n", "   \n   "), SPACES, ""),
-    "tabs and spaces": (text(" \t ", head=()), SPACES, ""),
-    "spaces with a header": (text("   "), 'delimiter = " "', ""),
-    "a row of units": (text(rows=[UNITS, *ROWS]), "", ""),
-    "units in brackets": (text(rows=[["[s]", *["(m)"] * 3, "", "", "", "1"[:0]], *ROWS]), "", ""),
-    "units below a line of a title": (text(rows=[UNITS, *ROWS], above=["take 3"]), "skip_lines = 1", ""),
-    "units and semicolons": (text(";", rows=[UNITS, *ROWS]), 'delimiter = ";"', ""),
-    "the header again": (text(rows=[*ROWS[:9], NAMES, *ROWS[9:]]), "", "1 of 31 rows merged: that repeat the header"),
-    "another table": (text(below=TRAJECTORIES), "", ANOTHER),
+    "sep= and commas": ("sep=,\r\n" + csv_text().replace("\n", "\r\n"), "", ""),
+    "sep= in quotes and tabs": ('"sep=\t"\n' + csv_text("\t"), 'delimiter = "\t"'.replace("\t", "\\t"), ""),
+    "sep= counted by the mapping": ("SEP=;\n" + csv_text(";"), 'delimiter = ";"\nskip_lines = 1', ""),
+    "several spaces": (csv_text("    ", head=()), SPACES, ""),
+    "spaces before and behind": (csv_text("  ", head=()).replace("\n", "   \n   "), SPACES, ""),
+    "tabs and spaces": (csv_text(" \t ", head=()), SPACES, ""),
+    "spaces with a header": (csv_text("   "), 'delimiter = " "', ""),
+    "a row of units": (csv_text(rows=[UNITS, *ROWS]), "", ""),
+    "units in brackets": (csv_text(rows=[["[s]", *["(m)"] * 3, "", "", "", "1"[:0]], *ROWS]), "", ""),
+    "units below a line of a title": (csv_text(rows=[UNITS, *ROWS], above=["take 3"]), "skip_lines = 1", ""),
+    "units and semicolons": (csv_text(";", rows=[UNITS, *ROWS]), 'delimiter = ";"', ""),
+    "the header again": (
+        csv_text(rows=[*ROWS[:9], NAMES, *ROWS[9:]]),
+        "",
+        "1 of 31 rows merged: that repeat the header",
+    ),
+    "another table": (csv_text(below=TRAJECTORIES), "", ANOTHER),
     "another table behind an empty line with spaces": (
-        text(below=["  ", *TRAJECTORIES[1:]]),
+        csv_text(below=["  ", *TRAJECTORIES[1:]]),
         "",
         ANOTHER,
     ),
-    "another table of one number a line": (text(below=["", "Notes", "7"]), "", NOTES),
-    "an empty line in the middle": (text(rows=[*ROWS[:9], [""], *ROWS[9:]]), "", ""),
-    "lines of an old Macintosh": (text().replace("\n", "\r"), "", ""),
-    "a byte order mark": ("\ufeff" + text(), "", ""),
+    "another table of one number a line": (csv_text(below=["", "Notes", "7"]), "", NOTES),
+    "an empty line in the middle": (csv_text(rows=[*ROWS[:9], [""], *ROWS[9:]]), "", ""),
+    "lines of an old Macintosh": (csv_text().replace("\n", "\r"), "", ""),
+    "a byte order mark": ("\ufeff" + csv_text(), "", ""),
 }
 
 
-SEGMENTS = ["", "Segments", "100", ",,a,,,,,", text().rstrip("\n")]
+SEGMENTS = ["", "Segments", "100", ",,a,,,,,", csv_text().rstrip("\n")]
 
 
 @pytest.fixture
-def imported(tmp_path):
+def import_csv(tmp_path):
+    """Imports a CSV, given as text, by a mapping."""
+
     def read(content, mapping):
         (tmp_path / "log.csv").write_bytes(content.encode())
         (tmp_path / "map.toml").write_text(mapping)
@@ -84,9 +91,9 @@ def imported(tmp_path):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_table_form_gives_written_poses(imported, form):
+def test_every_table_form_gives_written_poses(import_csv, form):
     content, keys, lost = FORMS[form]
-    session = imported(content, MAPPING % keys)
+    session = import_csv(content, MAPPING % keys)
     track = session.tracks["cup"]
     np.testing.assert_array_equal(track.positions, POSITIONS)
     assert track.times_ns.tolist() == [round(1e9 * float(time)) for time in TIMES]
@@ -108,18 +115,18 @@ RESTS = [[str(11 * k), "0", "1", "0", "0", "0", "0", "1"] for k in range(COUNT)]
     ids=["one number", "two numbers", "a rotation", "the time"],
 )
 @pytest.mark.parametrize("keys", ["", "skip_lines = 2"])
-def test_single_row_with_decimal_commas_refuses_the_file(imported, row, line, keys):
+def test_single_row_with_decimal_commas_refuses_the_file(import_csv, row, line, keys):
     above = ["a", "b"] if keys else []
-    content = text(rows=[*RESTS, row], above=above)
+    content = csv_text(rows=[*RESTS, row], above=above)
     with pytest.raises(
         ImportFileError, match=f"line {line + len(above)} has {len(row)} cells, the header 8: commas are between"
     ):
-        imported(content, MAPPING % keys)
+        import_csv(content, MAPPING % keys)
 
 
 @pytest.mark.parametrize("row", ["0.5,1,2,3,0,0,0,1,,", "a,b,c,d,e,f,g,h,i", "0,1,2"])
-def test_rows_of_wrong_length_are_counted(imported, row):
-    session = imported(text(rows=[*ROWS, [row]]), MAPPING % "")
+def test_rows_of_wrong_length_are_counted(import_csv, row):
+    session = import_csv(csv_text(rows=[*ROWS, [row]]), MAPPING % "")
     assert books(session) == "1 of 31 rows dropped: with too few or too many cells"
 
 
@@ -136,13 +143,13 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_csv_rotations_of_every_notation_agree_with_scipy(imported, kind):
+def test_csv_rotations_of_every_notation_agree_with_scipy(import_csv, kind):
     """Euler angles, matrices, rotation vectors and quaternions are written from ROTATIONS and must be read back."""
     numbers, keys = KINDS[kind]
     columns = [f"r{k}" for k in range(numbers.shape[1])]
     rows = [[time, "0", "0", "0", *map(repr, row.tolist())] for time, row in zip(TIMES, numbers, strict=True)]
     mapping = MAPPING.replace('quaternion_xyzw = ["qx", "qy", "qz", "qw"]', f"{kind.split()[0]} = {columns}\n{keys}")
-    track = imported(text(head=("t", "x", "y", "z", *columns), rows=rows), mapping % "").tracks["cup"]
+    track = import_csv(csv_text(head=("t", "x", "y", "z", *columns), rows=rows), mapping % "").tracks["cup"]
     result = Rotation.from_quat(track.quaternions_xyzw)
     assert track.valid.all() and (result * ROTATIONS.inv()).magnitude().max() < 1e-9
 
@@ -161,11 +168,11 @@ SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
 @pytest.mark.parametrize(
     ("content", "likely"),
     [
-        (text(" ", head=(), rows=SCALAR_FIRST), "q1 begins near 1, so that scalar first is likely"),
-        (text(" ", head=()), "q4 begins near 1, so that scalar last is likely"),
-        (text(head=("t", "x", "y", "z", "q0", "q1", "q2", "q3")), "q3 begins near 1"),
-        (text(head=("t", "x", "y", "z", "rot_1", "rot_2", "rot_3", "rot_4"), rows=SCALAR_FIRST), "rot_1 begins"),
-        (text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=ROTATED), "does not tell. Take"),
+        (csv_text(" ", head=(), rows=SCALAR_FIRST), "q1 begins near 1, so that scalar first is likely"),
+        (csv_text(" ", head=()), "q4 begins near 1, so that scalar last is likely"),
+        (csv_text(head=("t", "x", "y", "z", "q0", "q1", "q2", "q3")), "q3 begins near 1"),
+        (csv_text(head=("t", "x", "y", "z", "rot_1", "rot_2", "rot_3", "rot_4"), rows=SCALAR_FIRST), "rot_1 begins"),
+        (csv_text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=ROTATED), "does not tell. Take"),
     ],
     ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", "undecided"],
 )
@@ -194,7 +201,7 @@ LONG = {
 @pytest.mark.parametrize("kind", LONG)
 def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
     head, rows = LONG[kind]
-    error = draft_of(tmp_path / "log.csv", text(head=head, rows=rows))
+    error = draft_of(tmp_path / "log.csv", csv_text(head=head, rows=rows))
     (tmp_path / "map.toml").write_text(error.draft.replace("# convention", "convention"))
     session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml")
     assert {name[-1] for name in session.names} == {"1", "2", "3"} and books(session) == ""
@@ -207,29 +214,29 @@ def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
 
 
 def test_long_table_without_body_column_is_drafted_as_comment(tmp_path):
-    error = draft_of(tmp_path / "log.csv", text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS]))
+    error = draft_of(tmp_path / "log.csv", csv_text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS]))
     assert any("60 of 90 rows are dropped" in unknown for unknown in error.unknown)
     assert "\n[bodies" not in error.draft and '\n# [bodies."log"]' in error.draft
 
 
 @pytest.mark.parametrize("position", ["first", "last"])
-def test_mapping_selects_its_table_of_a_file_with_two(imported, position):
+def test_mapping_selects_its_table_of_a_file_with_two(import_csv, position):
     """The table of trajectories is left out by the user's choice, so it is no loss in the books of the import."""
     both = [*SEGMENTS[1:], *TRAJECTORIES] if position == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
-    session = imported("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
+    session = import_csv("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
     cup = session.tracks["cup"]
     np.testing.assert_array_equal(cup.positions, POSITIONS)
     assert cup.valid.all() and (cup.quaternions_xyzw == [0, 0, 0, 1]).all() and books(session) == ""
 
 
-def test_missing_table_is_refused_with_all_names(imported):
+def test_missing_table_is_refused_with_all_names(import_csv):
     content = "\n".join([*SEGMENTS[1:], *TRAJECTORIES, ""])
     with pytest.raises(ImportFileError, match="no table 'Segment'; there are: 'Segments', 'Trajectories'"):
-        imported(content, MAPPING % 'table = "Segment"\nskip_lines = 2')
+        import_csv(content, MAPPING % 'table = "Segment"\nskip_lines = 2')
 
 
-def test_unnamed_second_table_is_a_loss_with_its_cure(imported):
-    session = imported(text(below=TRAJECTORIES), MAPPING % "")
+def test_unnamed_second_table_is_a_loss_with_its_cure(import_csv):
+    session = import_csv(csv_text(below=TRAJECTORIES), MAPPING % "")
     assert books(session) == ANOTHER
     assert 'the mapping may name one: table = "TITLE"' in session.facts["conversions"]
 
@@ -245,7 +252,7 @@ def test_unnamed_second_table_is_a_loss_with_its_cure(imported):
         ("z up, left-handed", 'order = "ZXY"', "xzy"),
     ],
 )
-def test_pitch_yaw_and_roll_use_axes_of_their_convention(imported, convention, order, axes):
+def test_pitch_yaw_and_roll_use_axes_of_their_convention(import_csv, convention, order, axes):
     """Pitch is about the axis to the right, yaw about the one up, roll about the one ahead."""
     head, rows = ("t", "x", "y", "z", "Pitch", "Yaw", "Roll"), [["0", "1", "2", "3", "10", "20", "30"]]
     mapping = f"""
@@ -257,10 +264,12 @@ unit = "s"
 position = ["x", "y", "z"]
 {order}
 """
-    by_role = imported(text(head=head, rows=rows), mapping + 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}')
+    by_role = import_csv(
+        csv_text(head=head, rows=rows), mapping + 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}'
+    )
     pairs = zip(axes, ("Pitch", "Yaw", "Roll"), strict=True)
-    by_axis = imported(
-        text(head=head, rows=rows),
+    by_axis = import_csv(
+        csv_text(head=head, rows=rows),
         mapping + f"euler = {{{', '.join(f'{axis} = {column!r}' for axis, column in pairs)}}}",
     )
     rotation = by_role.tracks["cup"].quaternions_xyzw[0]
@@ -270,7 +279,7 @@ position = ["x", "y", "z"]
 
 def test_roll_pitch_yaw_draft_leaves_axes_to_the_convention(tmp_path):
     rows = [[f"{k / 50:.2f}", *"123", "1.5", "2.5", "3.5"] for k in range(9)]
-    content = text(head=("Time", "LocX", "LocY", "LocZ", "Roll", "Pitch", "Yaw"), rows=rows)
+    content = csv_text(head=("Time", "LocX", "LocY", "LocZ", "Roll", "Pitch", "Yaw"), rows=rows)
     (tmp_path / "log.csv").write_text(content)
     with pytest.raises(UnknownColumnsError) as raised:
         import_session("csv", tmp_path / "log.csv")

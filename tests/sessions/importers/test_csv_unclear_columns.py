@@ -16,13 +16,14 @@ POSE = "x,y,z,qx,qy,qz,qw"
 START = datetime(2026, 3, 28, 23, 59, 59, 800_000)
 
 
-def row(*cells):
+def csv_row(*cells):
+    """A line of a CSV."""
     return ",".join(map(str, cells))
 
 
 def pose(step, body=0):
     """The cells of a pose of which no two are alike."""
-    return row(round(0.01 * step + body, 6), 1 + body, -0.5, 0, 0, 0, 1)
+    return csv_row(round(0.01 * step + body, 6), 1 + body, -0.5, 0, 0, 0, 1)
 
 
 def import_csv(folder, *lines):
@@ -56,7 +57,7 @@ def check_clock(track):
 
 @pytest.mark.parametrize("form", ["%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y"])
 def test_date_column_beside_times_is_not_read_as_bodies(tmp_path, form):
-    rows = [row(date(step, form), time_of_day(step), pose(step)) for step in range(COUNT)]
+    rows = [csv_row(date(step, form), time_of_day(step), pose(step)) for step in range(COUNT)]
     session = import_csv(tmp_path, f"Date,Time,{POSE}", *rows)
     assert session.names == ("log",)
     check_clock(session.tracks["log"])
@@ -68,13 +69,13 @@ def test_date_column_beside_times_is_not_read_as_bodies(tmp_path, form):
 def test_day_and_month_are_read_as_rows_follow_each_other(tmp_path, form):
     midnight = datetime(2026, 4, 3, 23, 59, 59, 800_000)
     cells = [(midnight + timedelta(seconds=float(seconds))).strftime(form) for seconds in SECONDS]
-    rows = [row(cell, pose(step)) for step, cell in enumerate(cells)]
+    rows = [csv_row(cell, pose(step)) for step, cell in enumerate(cells)]
     check_clock(import_csv(tmp_path, f"time,{POSE}", *rows).tracks["log"])
 
 
 @pytest.mark.parametrize("change", ["pipes", "ends", "empty lines"])
 def test_table_of_loggers_is_drafted_and_read(tmp_path, change):
-    rows = [row(f"{SECONDS[step]:.6f}", pose(step)) for step in range(COUNT)]
+    rows = [csv_row(f"{SECONDS[step]:.6f}", pose(step)) for step in range(COUNT)]
     lines = {
         "pipes": [line.replace(",", "|") for line in (f"time,{POSE}", *rows)],
         "ends": [f"time,{POSE}", *(f"{line}," for line in rows)],
@@ -115,7 +116,7 @@ def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
     cells = [(step, body) for step in range(COUNT) for body in range(2)]
     if in_blocks:
         cells.sort(key=lambda cell: cell[1])
-    rows = [row(time_of_day(step), ("cup", "rod")[body], pose(step, body)) for step, body in cells]
+    rows = [csv_row(time_of_day(step), ("cup", "rod")[body], pose(step, body)) for step, body in cells]
     session = import_csv(tmp_path, f"time,name,{POSE}", *rows)
     assert session.names == ("cup", "rod")
     for track in session.tracks.values():
@@ -125,8 +126,8 @@ def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
 
 
 def test_body_recorded_only_after_midnight_is_in_the_next_day(tmp_path):
-    rows = [row(time_of_day(step), "cup", pose(step)) for step in range(COUNT)]
-    rows += [row(time_of_day(step), "rod", pose(step, 1)) for step in range(COUNT - 10, COUNT)]
+    rows = [csv_row(time_of_day(step), "cup", pose(step)) for step in range(COUNT)]
+    rows += [csv_row(time_of_day(step), "rod", pose(step, 1)) for step in range(COUNT - 10, COUNT)]
     tracks = import_csv(tmp_path, f"time,name,{POSE}", *rows).tracks
     assert tracks["rod"].times_ns[-1] == tracks["cup"].times_ns[-1]
 
@@ -136,14 +137,14 @@ def test_body_recorded_only_after_midnight_is_in_the_next_day(tmp_path):
     [("OK", "LOST"), ("Y", "N"), ("tracked", "untracked"), ("1.000", "0.000"), ("TRUE", ""), ("t", "nan")],
 )
 def test_flags_of_other_spellings_mark_lost_poses(tmp_path, yes, no):
-    rows = [row(SECONDS[step], pose(step), no if 10 <= step < 20 else yes) for step in range(COUNT)]
+    rows = [csv_row(SECONDS[step], pose(step), no if 10 <= step < 20 else yes) for step in range(COUNT)]
     valid = import_csv(tmp_path, f"time,{POSE},valid", *rows).tracks["log"].valid
     assert np.flatnonzero(~valid).tolist() == [*range(10, 20)]
 
 
 @pytest.mark.parametrize("cell", ["2", "0.95", "limited", "-1"])
 def test_validity_flag_other_than_yes_or_no_is_refused(tmp_path, capsys, cell):
-    rows = [row(SECONDS[step], pose(step), cell if step == 7 else 1) for step in range(COUNT)]
+    rows = [csv_row(SECONDS[step], pose(step), cell if step == 7 else 1) for step in range(COUNT)]
     (tmp_path / "log.csv").write_text("\n".join([f"time,{POSE},valid", *rows, ""]))
     out = str(tmp_path / "s.mcap")
     assert main(["import", "csv", str(tmp_path / "log.csv"), "--convention", "openvr", "-o", out]) == 1
@@ -151,24 +152,24 @@ def test_validity_flag_other_than_yes_or_no_is_refused(tmp_path, capsys, cell):
 
 
 def test_columns_that_are_not_read_are_named(tmp_path):
-    rows = [row(SECONDS[step], pose(step), 5, 6, 7) for step in range(COUNT)]
+    rows = [csv_row(SECONDS[step], pose(step), 5, 6, 7) for step in range(COUNT)]
     session = import_csv(tmp_path, f"time,{POSE},rod_x,rod_y,rod_z", *rows)
     assert session.names == ("log",)
     assert "columns that are not read: rod_x, rod_y, rod_z" in session.facts["conversions"]
 
 
 def test_columns_that_are_all_read_are_not_named(tmp_path):
-    rows = [row(SECONDS[step], pose(step)) for step in range(COUNT)]
+    rows = [csv_row(SECONDS[step], pose(step)) for step in range(COUNT)]
     assert "not read" not in import_csv(tmp_path, f"time,{POSE}", *rows).facts["conversions"]
 
 
 def test_draft_asks_which_of_two_poses_is_meant(tmp_path):
     names = [f"{frame}{kind}" for frame in ("local", "world") for kind in ("Pos.x", "Pos.y", "Pos.z")]
     names += [f"localRot.{axis}" for axis in "xyzw"]
-    rows = [row(SECONDS[step], 0, 0, 0, pose(step)) for step in range(COUNT)]
+    rows = [csv_row(SECONDS[step], 0, 0, 0, pose(step)) for step in range(COUNT)]
     assert (
         "which of the columns 'localPos.x' and 'worldPos.x' is meant"
-        in refused_draft(tmp_path, row("time", *names), *rows).unknown
+        in refused_draft(tmp_path, csv_row("time", *names), *rows).unknown
     )
 
 
@@ -177,22 +178,24 @@ def test_draft_asks_which_of_two_poses_is_meant(tmp_path):
     [("x{},y{},z{},qx{},qy{},qz{},qw{}", ("1", "2")), ("x.{},y.{},z.{},qx.{},qy.{},qz.{},qw.{}", ("1", "2"))],
 )
 def test_numbers_behind_axes_are_bodies(tmp_path, second, bodies):
-    head = row("time", *(second.replace("{}", body) for body in bodies))
-    session = import_csv(tmp_path, head, *(row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
+    head = csv_row("time", *(second.replace("{}", body) for body in bodies))
+    session = import_csv(tmp_path, head, *(csv_row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
     assert session.names == bodies
     assert np.allclose(session.tracks["2"].positions - session.tracks["1"].positions, [1, 1, 0])
 
 
 def test_columns_named_twice_by_pandas_are_a_second_body(tmp_path):
-    twice = row(POSE, row(*(f"{column}.1" for column in POSE.split(","))))
-    session = import_csv(tmp_path, f"time,{twice}", *(row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
+    twice = csv_row(POSE, csv_row(*(f"{column}.1" for column in POSE.split(","))))
+    session = import_csv(tmp_path, f"time,{twice}", *(csv_row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
     assert session.names == ("log", "1")
 
 
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-32-le", "utf-32"])
 def test_utf16_without_a_byte_order_mark_is_named(tmp_path, encoding):
     path = tmp_path / "log.csv"
-    path.write_bytes("\n".join([f"time,{POSE}", *(row(SECONDS[k], pose(k)) for k in range(COUNT))]).encode(encoding))
+    path.write_bytes(
+        "\n".join([f"time,{POSE}", *(csv_row(SECONDS[k], pose(k)) for k in range(COUNT))]).encode(encoding)
+    )
     with pytest.raises(ImportFileError, match=r"in UTF-(16|32); save it as UTF-8"):
         import_session("csv", path)
 
@@ -205,27 +208,27 @@ FLAGS = {
 
 
 def posed(*bodies):
-    return row(*(f"{body}_{column}" for body in bodies for column in POSE.split(",")))
+    return csv_row(*(f"{body}_{column}" for body in bodies for column in POSE.split(",")))
 
 
 @pytest.mark.parametrize("kind", FLAGS)
 def test_tracking_flag_marks_lost_poses_of_its_body_only(tmp_path, kind):
     """The cup's flag is 1 in the first 30 rows, the rod's from row 6."""
     cup, rod = FLAGS[kind]
-    rows = [row(SECONDS[k], pose(k), pose(k, 1), int(k < 30), int(k > 5)) for k in range(COUNT)]
-    tracks = import_csv(tmp_path, row("time", posed("cup", "rod"), cup, rod), *rows).tracks
+    rows = [csv_row(SECONDS[k], pose(k), pose(k, 1), int(k < 30), int(k > 5)) for k in range(COUNT)]
+    tracks = import_csv(tmp_path, csv_row("time", posed("cup", "rod"), cup, rod), *rows).tracks
     assert np.flatnonzero(~tracks["cup"].valid).tolist() == [*range(30, COUNT)]
     assert np.flatnonzero(~tracks["rod"].valid).tolist() == [*range(6)]
 
 
 def test_flag_without_a_name_is_that_of_every_body(tmp_path):
-    rows = [row(SECONDS[k], pose(k), pose(k, 1), int(k < 30)) for k in range(COUNT)]
-    tracks = import_csv(tmp_path, row("time", posed("cup", "rod"), "tracked"), *rows).tracks
+    rows = [csv_row(SECONDS[k], pose(k), pose(k, 1), int(k < 30)) for k in range(COUNT)]
+    tracks = import_csv(tmp_path, csv_row("time", posed("cup", "rod"), "tracked"), *rows).tracks
     assert all(np.flatnonzero(~track.valid).tolist() == [*range(30, COUNT)] for track in tracks.values())
 
 
 def test_draft_asks_which_of_two_flags_counts(tmp_path):
-    rows = [row(SECONDS[k], pose(k), 1, 0) for k in range(COUNT)]
+    rows = [csv_row(SECONDS[k], pose(k), 1, 0) for k in range(COUNT)]
     refusal = refused_draft(tmp_path, f"time,{POSE},pos_valid,rot_valid", *rows)
     assert "which of the columns 'pos_valid' and 'rot_valid' says whether a pose is valid" in refusal.unknown
 
@@ -234,7 +237,7 @@ def test_matrices_written_column_by_column_are_refused(tmp_path):
     names = [f"m{line}{column}" for line in range(4) for column in range(4)]
     matrix = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
     files = {
-        by: [row("time", *names), *(row(second, *cells.ravel()) for second in SECONDS)]
+        by: [csv_row("time", *names), *(csv_row(second, *cells.ravel()) for second in SECONDS)]
         for by, cells in (("row", matrix), ("column", matrix.T))
     }
     (track,) = import_csv(tmp_path, *files["row"]).tracks.values()
@@ -281,7 +284,7 @@ LONG = [(step, body) for step in range(COUNT) for body in ("cup", "pen")]
     ],
 )
 def test_draft_asks_about_columns_whose_meaning_varies_by_row(tmp_path, column, cell, text):
-    rows = [row(SECONDS[step], body, cell(step, body), pose(step, body == "pen")) for step, body in LONG]
+    rows = [csv_row(SECONDS[step], body, cell(step, body), pose(step, body == "pen")) for step, body in LONG]
     unknown = refused_draft(tmp_path, f"time,name,{column},{POSE}", *rows).unknown
     asked = [question for question in unknown if f"column {column!r}" in question]
     assert len(asked) == bool(text) and all(text in question for question in asked)
@@ -297,7 +300,7 @@ def test_draft_asks_about_columns_whose_meaning_varies_by_row(tmp_path, column, 
     ],
 )
 def test_draft_asks_for_the_unit_of_a_line_above(tmp_path, line, unit):
-    rows = [row(SECONDS[step], pose(step)) for step in range(COUNT)]
+    rows = [csv_row(SECONDS[step], pose(step)) for step in range(COUNT)]
     asked = "the unit of lengths (a line above the header says "
     unknown = refused_draft(tmp_path, line, f"time,{POSE}", *rows).unknown
     assert [question for question in unknown if question.startswith(asked)] == [f"{asked}{unit})"] * bool(unit)

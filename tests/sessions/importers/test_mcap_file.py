@@ -42,7 +42,8 @@ def placed(of, row, position="translation", rotation="rotation"):
     return {position: dict(zip("xyz", values[0], strict=True)), rotation: dict(zip("xyzw", values[1], strict=True))}
 
 
-def moved(parent, child, stamp=1, of=0, row=0):
+def transform(parent, child, stamp=1, of=0, row=0):
+    """The message of a transform between two frames of ROS."""
     timestamp = dict(zip(("sec", "nsec"), divmod(int(stamp), 10**9), strict=True))
     return {"timestamp": timestamp, "parent_frame_id": parent, "child_frame_id": child, **placed(of, row)}
 
@@ -103,8 +104,8 @@ def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
 def test_parent_frames_are_interpolated_except_across_gaps(tmp_path):
     hand, cup = STAMPS, STAMPS + STEP // 2
     heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
-    messages = [("/tf", FRAME, s, moved("world", "hand", s, 0, k)) for k, s in enumerate(hand) if heard[k]]
-    messages += [("/tf", FRAME, s, moved("hand", "cup", s, 1, k)) for k, s in enumerate(cup)]
+    messages = [("/tf", FRAME, s, transform("world", "hand", s, 0, k)) for k, s in enumerate(hand) if heard[k]]
+    messages += [("/tf", FRAME, s, transform("hand", "cup", s, 1, k)) for k, s in enumerate(cup)]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", messages))
     assert "frames of other stamps interpolated, not across 0.2 s" in session.facts["conversions"]
     track = session.tracks["cup"]
@@ -132,14 +133,14 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
     ],
 )
 def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
-    rows = [("/tf", FRAME, stamp, moved(parent, child, stamp)) for parent, child, stamp in moves]
+    rows = [("/tf", FRAME, stamp, transform(parent, child, stamp)) for parent, child, stamp in moves]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", rows))
     assert [*session.names] == names and text in books(session)
 
 
 def test_requested_roots_form_a_single_world(tmp_path):
     rows = [
-        (topic, FRAME, k, moved(parent, topic[1:], k, k, k))
+        (topic, FRAME, k, transform(parent, topic[1:], k, k, k))
         for k in (1, 2)
         for topic, parent in (("/a", "map"), ("/b", "room"))
     ]
@@ -175,7 +176,7 @@ STAMPED = {
 @pytest.mark.parametrize("kind", STAMPED)
 def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
     stamp, expected = STAMPED[kind]
-    rows = [("/t", FRAME, 100 + k, {**moved("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
+    rows = [("/t", FRAME, 100 + k, {**transform("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
     path = as_json(tmp_path / "a.mcap", rows)
     if isinstance(expected, str):
         refused("mcap", path, expected)
@@ -187,13 +188,13 @@ def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
 def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
     stamps = np.arange(180) * 16_666_667 + 5_000_000_000
     coarse = [stamp // 10**9 * 10**9 + stamp % 10**9 // fraction for stamp in stamps.tolist()]
-    rows = [("/tf", FRAME, stamp, moved("world", "cup", stamp, row=k % COUNT)) for k, stamp in enumerate(coarse)]
+    rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp, row=k % COUNT)) for k, stamp in enumerate(coarse)]
     refused("mcap", as_json(tmp_path / "a.mcap", rows), "nanoseconds of its 180 stamps are all below 1,000,000")
 
 
 def test_a_clock_that_pulses_on_the_second_is_read(tmp_path):
     stamps = [k * 10**9 + 1_000 * (k % 7) for k in range(1, 21)]
-    rows = [("/tf", FRAME, stamp, moved("world", "cup", stamp, row=k)) for k, stamp in enumerate(stamps)]
+    rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp, row=k)) for k, stamp in enumerate(stamps)]
     assert import_session("mcap", as_json(tmp_path / "a.mcap", rows)).tracks["cup"].times_ns.tolist() == stamps
 
 
@@ -206,7 +207,7 @@ def test_arrays_that_get_shorter_name_no_body(tmp_path):
     schema = "foxglove.PosesInFrame"
     lengths = [2, 2, 1, 2]
     rows = [("/seen", schema, k, in_array([(of, k) for of in range(2)][-count:])) for k, count in enumerate(lengths)]
-    path = as_json(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, moved("map", "cup"))])
+    path = as_json(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, transform("map", "cup"))])
     refused("mcap", path, "/seen: its arrays get shorter, from 2 poses to 1, so that nobody knows")
     assert import_session("mcap", path, topics=["/tf"]).names == ("cup",)
     unseen = [*rows[:2], ("/seen", schema, 2, in_array([])), rows[3]]
@@ -215,7 +216,7 @@ def test_arrays_that_get_shorter_name_no_body(tmp_path):
 
 def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
     schema = "foxglove.PoseInFrame"
-    rows = [("/tf", FRAME, k, moved("map", "cup", k, row=k)) for k in (1, 2)]
+    rows = [("/tf", FRAME, k, transform("map", "cup", k, row=k)) for k in (1, 2)]
     for frame, text in (("", "poses of 'pen', which name no frame, taken to be in 'map'"), ("map", "")):
         pose = {"timestamp": {"sec": 0, "nsec": 1}, "frame_id": frame, "pose": placed(1, 1, "position", "orientation")}
         session = import_session("mcap", as_json(tmp_path / f"{frame}.mcap", [*rows, ("/pen", schema, 1, pose)]))
@@ -224,9 +225,11 @@ def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
 
 def test_child_of_a_rarely_sent_frame_stays_valid_at_rest(tmp_path):
     """The table is sent in the first and the last frame: between them its cup is lost only if the table moved."""
-    rows = [("/tf", FRAME, s, moved("table", "cup", s, 0, k)) for k, s in enumerate(STAMPS.tolist())]
+    rows = [("/tf", FRAME, s, transform("table", "cup", s, 0, k)) for k, s in enumerate(STAMPS.tolist())]
     for row, is_lost in ((0, False), (1, True)):
-        ends = [("/slow", FRAME, s, moved("map", "table", s, 1, at)) for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))]
+        ends = [
+            ("/slow", FRAME, s, transform("map", "table", s, 1, at)) for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))
+        ]
         track = import_session("mcap", as_json(tmp_path / f"{row}.mcap", [*rows, *ends])).tracks["cup"]
         assert track.valid[[0, -1]].all() and (~track.valid[1:-1] == is_lost).all()
     pose_positions, _ = joined((1, 0), (0, ALL))
@@ -234,17 +237,21 @@ def test_child_of_a_rarely_sent_frame_stays_valid_at_rest(tmp_path):
     assert np.abs(calm.positions - pose_positions @ ROS.T).max() <= 1e-9
 
 
-def sent(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
-    return [(topic, FRAME, k, moved("world", name, stamp(k), of, k)) for k in range(count)]
+def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
+    """Messages of a topic that moves a body from row to row."""
+    return [(topic, FRAME, k, transform("world", name, stamp(k), of, k)) for k in range(count)]
 
 
 @pytest.mark.parametrize(
     ("messages", "text"),
     [
-        (sent("/a/tf") + sent("/b/tf", of=1), "'cup' comes on the topics '/a/tf' and '/b/tf'; choose one by --topic"),
-        (sent("/a/tf") + sent("/b/tf", 1), "'cup' comes on the topics '/a/tf' and '/b/tf'"),
-        (sent("/tf") + sent("/tf2", stamp=lambda k: 900 + k), "'cup' comes on the topics '/tf' and '/tf2'"),
-        (sent("/tf") + sent("/robot/tf_static", 1), "'cup' comes on the topics '/tf' and '/robot/tf'"),
+        (
+            transforms("/a/tf") + transforms("/b/tf", of=1),
+            "'cup' comes on the topics '/a/tf' and '/b/tf'; choose one by --topic",
+        ),
+        (transforms("/a/tf") + transforms("/b/tf", 1), "'cup' comes on the topics '/a/tf' and '/b/tf'"),
+        (transforms("/tf") + transforms("/tf2", stamp=lambda k: 900 + k), "'cup' comes on the topics '/tf' and '/tf2'"),
+        (transforms("/tf") + transforms("/robot/tf_static", 1), "'cup' comes on the topics '/tf' and '/robot/tf'"),
     ],
     ids=["apart", "once", "later", "static"],
 )
@@ -265,12 +272,12 @@ def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
     ids=["all alike", "pairs", "one late", "swapped"],
 )
 def test_transforms_dropped_for_bad_stamps_are_counted(tmp_path, stamp, kept, text):
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", sent("/tf", stamp=stamp)))
+    session = import_session("mcap", as_json(tmp_path / "a.mcap", transforms("/tf", stamp=stamp)))
     assert len(session.tracks["cup"]) == kept and books(session) == text
 
 
 def test_unordered_messages_lose_no_pose(tmp_path):
-    messages = sent("/tf")
+    messages = transforms("/tf")
     session = import_session("mcap", as_json(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
     assert len(session.tracks["cup"]) == 20 and books(session) == ""
 
@@ -284,7 +291,7 @@ def torn(path, *, chunked, cut=0, broken=0, crc=True):
         writer.start()
         channel = writer.register_channel("/tf", "json", writer.register_schema(FRAME, "jsonschema", b"{}"))
         for k in range(60):
-            writer.add_message(channel, k, json.dumps(moved("world", "cup", k + 1, 0, k % COUNT)).encode(), k)
+            writer.add_message(channel, k, json.dumps(transform("world", "cup", k + 1, 0, k % COUNT)).encode(), k)
         writer.finish()
     data = bytearray(path.read_bytes())
     if broken:
@@ -333,7 +340,7 @@ def whole_messages(path):
 
 def of(*moves, schema=FRAME, **how):
     """A writer of a file of these transforms, or of what they say."""
-    rows = [moved(*move) if isinstance(move, tuple) else move for move in moves]
+    rows = [transform(*move) if isinstance(move, tuple) else move for move in moves]
     return lambda path: as_json(path, [("/t", schema, 10, content) for content in rows], **how)
 
 
@@ -397,7 +404,7 @@ def frames(*stamps, logged=None, child="cup"):
     """Messages of one frame at these stamps, logged at those times or at others."""
     logged = stamps if logged is None else logged
     return [
-        ("/tf", FRAME, log, moved("map", child, stamp, row=row % COUNT))
+        ("/tf", FRAME, log, transform("map", child, stamp, row=row % COUNT))
         for row, (stamp, log) in enumerate(zip(stamps, logged, strict=True))
     ]
 

@@ -23,12 +23,13 @@ def rows(name):
 
 
 @pytest.fixture
-def folder(tmp_path):
+def uxf_folder(tmp_path):
+    """A copy of a folder that UXF wrote."""
     return Path(shutil.copytree(WRITTEN, tmp_path / "S001"))
 
 
-def test_objects_arrive_from_unitys_euler_angles_over_all_trials(folder):
-    session = import_session("uxf", folder)
+def test_objects_arrive_from_unitys_euler_angles_over_all_trials(uxf_folder):
+    session = import_session("uxf", uxf_folder)
     assert set(session.names) == {"controller", "head"}
     for name in session.names:
         table = rows(name)
@@ -39,28 +40,28 @@ def test_objects_arrive_from_unitys_euler_angles_over_all_trials(folder):
     assert "Time.time" in facts["clock"] and "lengths in m" in facts["assumed"]
 
 
-def test_trials_that_ended_are_intervals_with_their_results(folder):
-    first, second = import_session("uxf", folder).intervals
+def test_trials_that_ended_are_intervals_with_their_results(uxf_folder):
+    first, second = import_session("uxf", uxf_folder).intervals
     assert (first.start_ns, first.end_ns, first.kind, first.name) == (4_100_000_000, 5_250_000_000, "task", "trial 1")
     assert first.data["score"] == "7" and first.data["ppid"] == "p01"
     assert "score" not in second.data and second.name == "trial 2"
-    assert "trials dropped: that did not end" in books(import_session("uxf", folder))
+    assert "trials dropped: that did not end" in books(import_session("uxf", uxf_folder))
 
 
-def test_trials_without_numbers_are_counted_in_their_order(folder):
-    path = folder / "trial_results.csv"
+def test_trials_without_numbers_are_counted_in_their_order(uxf_folder):
+    path = uxf_folder / "trial_results.csv"
     path.write_text(path.read_text().replace("trial_num", "attempt"))
-    assert [interval.name for interval in import_session("uxf", folder).intervals] == ["trial 1", "trial 2"]
+    assert [interval.name for interval in import_session("uxf", uxf_folder).intervals] == ["trial 1", "trial 2"]
 
 
-def test_other_columns_of_trackers_are_scalars_over_all_trials(folder):
+def test_other_columns_of_trackers_are_scalars_over_all_trials(uxf_folder):
     for trial in (1, 2):
-        path = folder / "trackers" / f"head_movement_T00{trial}.csv"
+        path = uxf_folder / "trackers" / f"head_movement_T00{trial}.csv"
         lines = path.read_text().splitlines()
         rows = [f"{line},{trial}.{k:02d},word" for k, line in enumerate(lines[1:])]
         path.write_text("\n".join([f"{lines[0]},pupil,state", *rows, ""]))
-    (folder / "trackers" / "heart_belt_T001.csv").write_text("time,bpm\n4.2,71\n4.1,70\n4.3,\n")
-    session = import_session("uxf", folder)
+    (uxf_folder / "trackers" / "heart_belt_T001.csv").write_text("time,bpm\n4.2,71\n4.1,70\n4.3,\n")
+    session = import_session("uxf", uxf_folder)
     assert set(session.names) == {"controller", "head"}
     assert {"head/pupil", "heart_belt/bpm", "mouse_screen/x", "mouse_screen/y"} == set(session.scalars)
     pupil = session.scalars["head/pupil"]
@@ -97,57 +98,57 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("change", "text"), BROKEN, ids=map(str, range(len(BROKEN))))
-def test_broken_folder_is_refused_in_a_sentence(folder, change, text):
-    change(folder)
-    refused("uxf", folder, text)
+def test_broken_folder_is_refused_in_a_sentence(uxf_folder, change, text):
+    change(uxf_folder)
+    refused("uxf", uxf_folder, text)
 
 
 @pytest.mark.parametrize("data", [b"", "time,pos_x\n".encode("utf-16")])
-def test_uxf_tracker_file_without_known_columns_is_reported(folder, data):
-    (folder / HEAD).write_bytes(data)
-    session = import_session("uxf", folder)
+def test_uxf_tracker_file_without_known_columns_is_reported(uxf_folder, data):
+    (uxf_folder / HEAD).write_bytes(data)
+    session = import_session("uxf", uxf_folder)
     text = "head_movement_T001.csv: 1 of 1 files dropped: whose first line does not name time"
     assert text in books(session) and len(session.tracks["head"]) == COUNT
 
 
-def test_torn_last_line_costs_a_single_row(folder):
-    path = folder / "trackers" / "head_movement_T002.csv"
+def test_torn_last_line_costs_a_single_row(uxf_folder):
+    path = uxf_folder / "trackers" / "head_movement_T002.csv"
     text = path.read_text().rstrip("\n")
     path.write_text(text[:-1])
-    session = import_session("uxf", folder)
+    session = import_session("uxf", uxf_folder)
     assert session.tracks["head"].valid.tolist() == [True] * (2 * COUNT - 1) + [False]
     assert (
         f"{path.name}: the last line has no line break and may be cut short: its pose is flagged as lost"
         in session.facts["conversions"]
     )
     path.write_text(text[: text.rindex(",")])
-    assert "head_movement_T002.csv: 1 of 8 rows dropped: with too few" in books(import_session("uxf", folder))
+    assert "head_movement_T002.csv: 1 of 8 rows dropped: with too few" in books(import_session("uxf", uxf_folder))
 
 
-def test_tracker_with_four_rotations_writes_quaternions(folder):
+def test_tracker_with_four_rotations_writes_quaternions(uxf_folder):
     expected = {}
     for trial in (1, 2):
-        path = folder / "trackers" / f"head_movement_T00{trial}.csv"
+        path = uxf_folder / "trackers" / f"head_movement_T00{trial}.csv"
         table = np.loadtxt(path, delimiter=",", skiprows=1)
         rotations = Rotation.from_euler("zxy", table[:, [6, 4, 5]], degrees=True)
         expected[trial] = rotations
         header = "time,pos_x,pos_y,pos_z,rot_x,rot_y,rot_z,rot_w"
         written = np.column_stack([table[:, :4], rotations.as_quat()])
         np.savetxt(path, written, delimiter=",", header=header, comments="", fmt="%.17g")
-    session = import_session("uxf", folder)
+    session = import_session("uxf", uxf_folder)
     assert has_poses(session.tracks["head"], rows("head")[:, 1:4], Rotation.concatenate([*expected.values()]), UNITY)
     assert not any("rot_w" in name for name in session.scalars)
 
 
-def test_angles_of_trackers_that_would_fit_radians_are_a_doubt(folder):
-    whole = import_session("uxf", folder)
-    for path in (folder / "trackers").glob("*_movement_*.csv"):
+def test_angles_of_trackers_that_would_fit_radians_are_a_doubt(uxf_folder):
+    whole = import_session("uxf", uxf_folder)
+    for path in (uxf_folder / "trackers").glob("*_movement_*.csv"):
         head, *lines = path.read_text().splitlines()
         cells = [line.split(",") for line in lines]
         small = [
             ",".join([*row[:4], *(str(np.radians(float(angle))) for angle in row[4:7]), *row[7:]]) for row in cells
         ]
         path.write_text("\n".join([head, *small, ""]))
-    for session, text in ((whole, "deg; the format"), (import_session("uxf", folder), "deg; guessed, not sure")):
+    for session, text in ((whole, "deg; the format"), (import_session("uxf", uxf_folder), "deg; guessed, not sure")):
         (unit,) = (row for row in assumptions_of(session.facts) if row.subject is Subject.ANGLE_UNIT)
         assert unit.sentence.startswith(text)

@@ -26,6 +26,7 @@ TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationA", "OrientationB", 
 
 
 def channels(unit="meters", types=TYPES, names=tuple(POSITIONS), **more):
+    """Headers of channels: one a body and kind of number."""
     return [
         {"label": f"{name}_{kind}", "object": name, "type": kind, "unit": unit, **more}
         for name in names

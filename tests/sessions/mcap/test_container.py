@@ -14,7 +14,8 @@ def read_catalogue(path):
 
 
 @pytest.fixture
-def path(tmp_path):
+def session_file(tmp_path):
+    """A session of 3,000 frames and six bodies."""
     write_session(session_of(random_frames(1, 3000, 6), meshes={"a": tetrahedron()}), tmp_path / "s.mcap")
     return tmp_path / "s.mcap"
 
@@ -26,26 +27,26 @@ def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
     assert [region.channels for region in read_catalogue(path).regions] == [None]
 
 
-def test_tear_is_at_first_incomplete_record(path):
-    data = path.read_bytes()
-    chunk = read_catalogue(path).regions[1]
-    path.write_bytes(data[: chunk.span.start + 70])
-    torn = read_catalogue(path)
+def test_tear_is_at_first_incomplete_record(session_file):
+    data = session_file.read_bytes()
+    chunk = read_catalogue(session_file).regions[1]
+    session_file.write_bytes(data[: chunk.span.start + 70])
+    torn = read_catalogue(session_file)
     assert len(torn.regions) == 1 and torn.tear == chunk.span.start
-    path.write_bytes(data[:-1])
-    assert read_catalogue(path).tear is not None
+    session_file.write_bytes(data[:-1])
+    assert read_catalogue(session_file).tear is not None
 
 
 @pytest.mark.parametrize(
     ("kind", "limit"),
     [("chunk", "CHUNK_LIMIT_BYTES"), ("attachment", "RECORD_LIMIT_BYTES"), ("message", "CHUNK_LIMIT_BYTES")],
 )
-def test_oversized_declarations_are_refused_before_reading(path, tmp_path, monkeypatch, kind, limit):
+def test_oversized_declarations_are_refused_before_reading(session_file, tmp_path, monkeypatch, kind, limit):
     if kind == "message":
-        path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1)), use_chunking=False)
+        session_file = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1)), use_chunking=False)
     monkeypatch.setattr(module, limit, 500 if kind == "attachment" else 5)
     with pytest.raises(SessionFileError, match=rf"a {kind} record declares \d+ bytes, more than the 5(00)?"):
-        read_catalogue(path)
+        read_catalogue(session_file)
 
 
 def test_attachment_name_is_reported_only_if_complete():
@@ -54,10 +55,10 @@ def test_attachment_name_is_reported_only_if_complete():
     assert names == [""] * 12 + ["stem.glb"] * 30
 
 
-def test_chunk_that_claims_its_neighbour_hides_no_messages(path, tmp_path):
-    regions = read_catalogue(path).regions
+def test_chunk_that_claims_its_neighbour_hides_no_messages(session_file, tmp_path):
+    regions = read_catalogue(session_file).regions
     first, second = regions[0].span, regions[1].span
-    content = bytearray(path.read_bytes())
+    content = bytearray(session_file.read_bytes())
     length_at = first.start + module.HEAD.size + 28  # behind two log times, the unpacked size and its checksum
     length_at += 4 + int.from_bytes(content[length_at : length_at + 4], "little")
     claimed = int.from_bytes(content[length_at : length_at + 8], "little") + second.end - first.end

@@ -23,7 +23,8 @@ from sessions.mcap.unpacking import messages_of_region
 from sessions.model.session import Frames, Status
 
 
-def table(*records):
+def frame_messages(*records):
+    """Messages of frames as a reader finds them in a file."""
     return messages_of_region(
         b"".join(map(packed, records)), Region(RecordSpan(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None)
     )
@@ -40,7 +41,8 @@ def decoder(names=None, **more):
     return FrameDecoder(catalogue, names, **more)
 
 
-def decoded(tables, names=None):
+def decoded_frames(tables, names=None):
+    """The frames of messages, decoded table by table."""
     item = decoder(names)
     pieces = [piece for each in tables for piece in item.decode(each)]
     return Frames.join(pieces) if pieces else Frames.empty(item.names)
@@ -49,8 +51,8 @@ def decoded(tables, names=None):
 @given(any_frames(), st.integers(1, 4))
 def test_frames_survive_any_chunk_boundary(frames, every):
     records = encoded(frames)
-    tables = [table(*records[start : start + every]) for start in range(0, len(records), every)]
-    assert_same_frames(decoded(tables, frames.names), frames)
+    tables = [frame_messages(*records[start : start + every]) for start in range(0, len(records), every)]
+    assert_same_frames(decoded_frames(tables, frames.names), frames)
 
 
 @given(st.data())
@@ -63,9 +65,9 @@ def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
         payload[data.draw(st.integers(0, 10_000)) % len(payload)] ^= data.draw(st.sampled_from([1, 2, 8, 64, 128, 255]))
         records[row] = (*records[row][:4], bytes(payload))
     outcomes = []
-    for tables in ([table(*records)], [table(record) for record in records]):
+    for tables in ([frame_messages(*records)], [frame_messages(record) for record in records]):
         try:
-            outcomes.append(decoded(tables, frames.names))
+            outcomes.append(decoded_frames(tables, frames.names))
         except SessionFileError:
             outcomes.append(None)
     assert outcomes == [None, None] or assert_same_frames(*outcomes) is None
@@ -82,23 +84,23 @@ def test_note_without_matching_frame_changes_nothing(sequence, log, publish):
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
     good = [(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, payload)]
     wrong = [(2, sequence, log, publish, note(Status.LOST)), (1, 7, 6, 5, payload)]
-    assert decoded([table(*good)]).status.tolist() == [[Status.LOST]]
-    assert decoded([table(*wrong)]).status.tolist() == [[Status.VALID]]
+    assert decoded_frames([frame_messages(*good)]).status.tolist() == [[Status.LOST]]
+    assert decoded_frames([frame_messages(*wrong)]).status.tolist() == [[Status.VALID]]
 
 
 def test_note_adds_no_sample_or_unknown_status():
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
     for status in (0, 1, 9):
         records = (2, 7, 6, 5, note(status)), (1, 7, 6, 5, payload)
-        assert decoded([table(*records)]).status.tolist() == [[Status.VALID]]
+        assert decoded_frames([frame_messages(*records)]).status.tolist() == [[Status.VALID]]
     records = (2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, b"")
-    assert decoded([table(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
+    assert decoded_frames([frame_messages(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
 
 
 def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
     frames, tolerant = random_frames(0, 2, 1), decoder((), strict=False)
     for publish, log, payload in protobuf_messages(frames):
-        assert len([*tolerant.decode(table((1, 0, log, publish, payload)))]) == 1
+        assert len([*tolerant.decode(frame_messages((1, 0, log, publish, payload)))]) == 1
     (met,), (first, last) = tolerant.met.values(), frames.stamp_ns.tolist()
     assert [*tolerant.met] == [("world", "body 0")] and (met.first_ns, met.last_ns, met.count) == (first, last, 2)
 
@@ -107,12 +109,12 @@ def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
     payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
     monkeypatch.setattr(frame_codec, "MAX_BODIES", 2)
     with pytest.raises(SessionFileError, match="more than 2 bodies"):
-        decoded([table((1, 0, 0, 0, payload))])
+        decoded_frames([frame_messages((1, 0, 0, 0, payload))])
     monkeypatch.setattr(frame_codec, "MESSAGE_BYTES", 10)
     with pytest.raises(SessionFileError, match="more than the 10 allowed"):
-        decoded([table((1, 0, 0, 0, payload))])
+        decoded_frames([frame_messages((1, 0, 0, 0, payload))])
     with pytest.raises(SessionFileError, match=r"no vrlab.Tracking"):
-        decoded([table((2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b""))])
+        decoded_frames([frame_messages((2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b""))])
 
 
 def test_messages_that_repeat_a_body_thousands_of_times_are_refused():
@@ -127,4 +129,4 @@ def test_messages_that_repeat_a_body_thousands_of_times_are_refused():
     state_messages = [(channel_of_states, 0, 0, 0, repeated_states), (channel_of_poses, 0, 0, 0, b"")] * 63
     for messages in (pose_messages, state_messages):
         with pytest.raises(SessionFileError, match="more bodies than those of a file of its size"):
-            decoded([table(*messages)])
+            decoded_frames([frame_messages(*messages)])

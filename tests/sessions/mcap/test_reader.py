@@ -63,27 +63,29 @@ def damaged(path, offset, byte=None):
 
 
 @pytest.fixture
-def file(tmp_path):
+def session_file(tmp_path):
+    """A session of 3,000 frames and six bodies."""
     path = tmp_path / "s.mcap"
     write_session(session_of(random_frames(4, 3000, 6), meshes={"body 0": tetrahedron()}), path)
     return path
 
 
-def test_flipped_chunk_byte_is_reported_and_not_read(file):
-    damaged(file, file.stat().st_size // 2)
+def test_flipped_chunk_byte_is_reported_and_not_read(session_file):
+    damaged(session_file, session_file.stat().st_size // 2)
     with pytest.raises(SessionFileError, match=r"chunk at byte \d+ is damaged.*replay recover"):
-        _ = read_session(file).frames
+        _ = read_session(session_file).frames
 
 
-def test_poses_missing_in_the_chunk_index_are_read(file):
-    frames = read_session(file).frames
+def test_poses_missing_in_the_chunk_index_are_read(session_file):
+    frames = read_session(session_file).frames
     of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
-    file.write_bytes(
+    session_file.write_bytes(
         with_records(
-            file.read_bytes(), lambda records: [piece for piece in records if (piece[0], piece[1][:2]) != of_poses]
+            session_file.read_bytes(),
+            lambda records: [piece for piece in records if (piece[0], piece[1][:2]) != of_poses],
         )
     )
-    assert_same_frames(read_session(file).frames, frames)
+    assert_same_frames(read_session(session_file).frames, frames)
 
 
 def test_mesh_with_another_hash_is_reported(tmp_path, monkeypatch):
@@ -127,12 +129,12 @@ def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
     assert result == "1 frames hold two samples of it; the first was taken"
 
 
-def test_torn_session_file_is_refused_with_the_recover_command(file):
-    data = file.read_bytes()
+def test_torn_session_file_is_refused_with_the_recover_command(session_file):
+    data = session_file.read_bytes()
     for fraction in (0.6, 0.999):
-        file.write_bytes(data[: int(len(data) * fraction)])
+        session_file.write_bytes(data[: int(len(data) * fraction)])
         with pytest.raises(TornFileError, match=r"cut short at byte \d+.*replay recover"):
-            read_session(file)
+            read_session(session_file)
 
 
 LONG = """

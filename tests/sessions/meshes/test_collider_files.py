@@ -20,7 +20,8 @@ from sessions.meshes.mesh_match import read_colliders
 from sessions.scene_files.scene_meshes import checked_scene, with_colliders
 
 
-def moved(*at):
+def translation(*at):
+    """A translation as 4x4 matrix."""
     return trimesh.transformations.translation_matrix(at)
 
 
@@ -43,10 +44,10 @@ RING = trimesh.creation.annulus(0.1, 0.2, 0.1)
 def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
     file = write(
         tmp_path / "c.glb",
-        ("UBX_a_00", BOX, moved(0.5, 0, 0)),
-        ("UCX_a_01", RING, moved(0, 0, 0)),
-        ("USP_b", BALL, moved(0, 1, 0)),
-        ("UCX_lamp_01", BALL, moved(0, 0, 0)),
+        ("UBX_a_00", BOX, translation(0.5, 0, 0)),
+        ("UCX_a_01", RING, translation(0, 0, 0)),
+        ("USP_b", BALL, translation(0, 1, 0)),
+        ("UCX_lamp_01", BALL, translation(0, 0, 0)),
     )
     file_of_two = read_colliders(file, ["a", "b"])
     result, text = file_of_two.solids, file_of_two.sentence
@@ -60,8 +61,12 @@ def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
 
 
 def test_colliders_below_a_body_node_use_its_frame_and_scale(tmp_path):
-    pose = moved(3, 2, 1) @ trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([0.5, 0.5, 0.5, 1.0])
-    file = write(tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("rim", RING, moved(0, 0, 1)), body=pose)
+    pose = (
+        translation(3, 2, 1) @ trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([0.5, 0.5, 0.5, 1.0])
+    )
+    file = write(
+        tmp_path / "c.glb", ("UBX_a_00", BOX, translation(0.5, 0, 0)), ("rim", RING, translation(0, 0, 1)), body=pose
+    )
     result = read_colliders(file, ["a"]).solids
     box, rim = result["a"]
     assert np.allclose(box.bounds, [[0.2, -0.05, -0.05], [0.3, 0.05, 0.05]], atol=1e-6)
@@ -71,7 +76,7 @@ def test_colliders_below_a_body_node_use_its_frame_and_scale(tmp_path):
 
 def test_drawn_mesh_beside_ucx_colliders_is_not_a_collider(tmp_path):
     """Unreal's importer takes a file so; without such names the mesh of the body is its collider."""
-    pose = moved(0, 0, 0)
+    pose = translation(0, 0, 0)
     hulls = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
     result, text = hulls.solids, hulls.sentence
     assert [solid.volume for solid in result["a"]] == pytest.approx([0.008], rel=1e-5)
@@ -82,7 +87,7 @@ def test_drawn_mesh_beside_ucx_colliders_is_not_a_collider(tmp_path):
 
 def test_session_file_keeps_colliders_also_after_recover(tmp_path):
     """Twelve convex boxes are the colliders of body ``a``."""
-    write(tmp_path / "c.glb", *((f"UBX_a_{k:02d}", BOX, moved(k, 0, 0)) for k in range(12)))
+    write(tmp_path / "c.glb", *((f"UBX_a_{k:02d}", BOX, translation(k, 0, 0)) for k in range(12)))
     session = with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "c.glb")
     assert session.facts["conversions"] == "colliders of c.glb: a 12"
     write_session(session, tmp_path / "s.mcap")
@@ -95,8 +100,8 @@ def test_session_file_keeps_colliders_also_after_recover(tmp_path):
 
 
 def test_colliders_named_by_a_scene_replace_recorded_colliders(tmp_path):
-    write(tmp_path / "c.glb", ("UCX_b_00", BALL, moved(0, 0, 0)))
-    write(tmp_path / "old.glb", ("UCX_a_00", BOX, moved(0, 0, 0)))
+    write(tmp_path / "c.glb", ("UCX_b_00", BALL, translation(0, 0, 0)))
+    write(tmp_path / "old.glb", ("UCX_a_00", BOX, translation(0, 0, 0)))
     write_session(with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "old.glb"), tmp_path / "s.mcap")
     (tmp_path / "x.toml").write_text('[scene]\ncolliders = "c.glb"\n[[body]]\nid = "a"\n')
     (tmp_path / "y.toml").write_text('[[body]]\nid = "a"\n')
@@ -151,7 +156,7 @@ def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):
 )
 def test_file_without_colliders_is_refused_in_a_sentence(name, message, tmp_path):
     (tmp_path / "text.glb").write_bytes(b"no mesh")
-    whole = write(tmp_path / "other.glb", ("UCX_c_00", BALL, moved(0, 0, 0))).read_bytes()
+    whole = write(tmp_path / "other.glb", ("UCX_c_00", BALL, translation(0, 0, 0))).read_bytes()
     (tmp_path / "torn.glb").write_bytes(whole[:200])
     with pytest.raises(MeshFileError, match=message):
         read_colliders(tmp_path / name, ["a", "b"])
@@ -159,7 +164,7 @@ def test_file_without_colliders_is_refused_in_a_sentence(name, message, tmp_path
 
 def test_an_import_accounts_for_every_node_of_its_colliders(tmp_path):
     nodes = ("UCX_cup_00", BOX), ("UBX_cup_01", BOX), ("UCX_floor_00", BALL), ("cup", RING)
-    write(tmp_path / "c.glb", *((name, solid, moved(0, 0, 0)) for name, solid in nodes))
+    write(tmp_path / "c.glb", *((name, solid, translation(0, 0, 0)) for name, solid in nodes))
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
     (tmp_path / "take.csv").write_text(f"{head}\npose,0,cup,0,0,0,0,0,0,1,1,,\n")
     session = import_session("csv", tmp_path / "take.csv", convention="openxr", colliders=tmp_path / "c.glb")

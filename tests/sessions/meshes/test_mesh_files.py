@@ -13,7 +13,8 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, subtracted_mesh, united_mesh
 
 
-def box(extents):
+def box_of(extents):
+    """A box of these edges."""
     solid = trimesh.creation.box(extents)
     return MeshData(solid.vertices, solid.faces)
 
@@ -34,7 +35,7 @@ def test_any_mesh_survives_glb_bit_for_bit(vertex_count, face_count, seed):
 
 
 def test_trimesh_reads_a_written_glb_with_its_name():
-    mesh = box((0.1, 0.2, 0.3))
+    mesh = box_of((0.1, 0.2, 0.3))
     scene = trimesh.load_scene(io.BytesIO(mesh_to_glb(mesh, "Becherglas ä")), file_type="glb", process=False)
     (read,) = scene.geometry.values()
     assert [*scene.graph.nodes_geometry] == ["Becherglas ä"] and np.array_equal(read.faces, mesh.faces)
@@ -116,7 +117,7 @@ def test_scale_is_applied_in_float64(tmp_path):
 
 def test_file_error_names_the_path_without_a_traceback(tmp_path):
     (tmp_path / "empty.glb").write_bytes(b"")
-    (tmp_path / "damaged.glb").write_bytes(mesh_to_glb(box((1, 1, 1)), "x")[:200])
+    (tmp_path / "damaged.glb").write_bytes(mesh_to_glb(box_of((1, 1, 1)), "x")[:200])
     (tmp_path / "folder.glb").mkdir()
     for name in ["missing.glb", *(entry.name for entry in tmp_path.iterdir())]:
         with pytest.raises(MeshFileError) as caught:
@@ -126,7 +127,7 @@ def test_file_error_names_the_path_without_a_traceback(tmp_path):
 
 
 def test_unions_and_differences_have_the_volume_of_the_solids():
-    plate, bar = box((4, 1, 4)), box((1, 3, 1))
+    plate, bar = box_of((4, 1, 4)), box_of((1, 3, 1))
     assert united_mesh([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
     assert subtracted_mesh(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
     assert has_consistent_winding(united_mesh([plate, bar]))

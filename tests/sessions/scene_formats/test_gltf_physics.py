@@ -16,7 +16,8 @@ CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]]
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4], [2, 3, 4], [3, 1, 4]], dtype=np.uint16)
 
 
-def document(nodes, shapes, kind, **more):
+def gltf_document(nodes, shapes, kind, **more):
+    """A glTF of nodes with physics of KHR or OMI."""
     body, shape_list = {
         "KHR": ("KHR_physics_rigid_bodies", "KHR_implicit_shapes"),
         "OMI": ("OMI_physics_body", "OMI_physics_shape"),
@@ -70,7 +71,7 @@ def glass(kind):
         {"name": "bead", "scale": [2, 2, 2], "physics": collider(2)},
         {"name": "table", "translation": [0, -1, 0], "physics": collider(0)},
     ]  # fmt: skip
-    return document(nodes, shapes, kind)
+    return gltf_document(nodes, shapes, kind)
 
 
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
@@ -113,7 +114,7 @@ def test_mesh_collider_is_the_mesh_or_its_hull(tmp_path, is_hull):
             "physics": {"motion": {"type": "dynamic"}, "collider": {"shape": 0}},
         }
     ]
-    body = read_scene_source(glb(tmp_path / "cup.glb", document(nodes, [shape], "OMI"))).bodies["cup"]
+    body = read_scene_source(glb(tmp_path / "cup.glb", gltf_document(nodes, [shape], "OMI"))).bodies["cup"]
     assert np.abs(body.mesh.vertices - 0.5 * CORNERS.astype(np.float64)).max() <= 1e-9
     assert body.colliders[0].volume == pytest.approx((1 / 6 if is_hull else body.mesh.volume * 8) / 8, rel=1e-9)
 
@@ -134,7 +135,7 @@ def test_gltf_collider_may_use_a_mesh_outside_the_scene(tmp_path, kind):
         away = {"name": "solid", "translation": [9, 9, 9], "children": [2]}
         inner = {"name": "half", "translation": [0, 1, 0], "scale": [2, 2, 2], "mesh": 0}
         nodes, shapes = collider_of_mesh({"geometry": {"node": 1}}, nodes=[away, inner]), []
-    content = document(nodes, shapes, kind[:3])
+    content = gltf_document(nodes, shapes, kind[:3])
     content["scenes"] = [{"nodes": [0]}]
     scene = read_scene_source(glb(tmp_path / "s.glb", content))
     expected = CORNERS * 2.0 + [0, 1, 0] if kind == "KHR node" else CORNERS
@@ -148,7 +149,7 @@ def test_gltf_bodies_with_equal_names_get_their_parents_prefix(tmp_path):
     for node in (left := json.loads(json.dumps(cup))), (right := json.loads(json.dumps(cup))):
         node["physics"]["collider"]["collisionFilter"] = 0
     nodes = [{"name": "left", "children": [2]}, {"name": "right", "children": [3]}, left, right]
-    content = document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters)
+    content = gltf_document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters)
     scene = read_scene_source(glb(tmp_path / "s.glb", content))
     assert [*scene.bodies] == [body.name for body in scene.bodies.values()] == ["left/cup", "right/cup"]
     assert scene.excluded == (("left/cup", "right/cup"),) and "'left/cup' for 'cup'" in scene.notes[0]
@@ -164,7 +165,7 @@ def test_gltf_nodes_outside_the_scene_are_no_bodies(tmp_path):
 def test_cone_ends_in_a_point(tmp_path, word):
     shape = {"type": word, word: {"height": 1.0, "radiusBottom": 0.2, "radiusTop": 0.0}}
     nodes = [{"name": "cone", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}]
-    solid = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
+    solid = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
     lowest = -0.5 if word == "cylinder" else -0.7
     assert np.abs(solid.bounds - [[-0.2, lowest, -0.2], [0.2, 0.5, 0.2]]).max() <= 1e-9
 
@@ -178,7 +179,7 @@ def test_jointed_gltf_bodies_collide_only_if_the_joint_enables(tmp_path, kind, c
         {"name": name, "physics": {"motion": {}, "collider": dict(collider)}, "children": children}
         for name, children in (("arm", [2]), ("hand", []))
     ]
-    content = document([*nodes, {"name": "wrist"}], [{"type": "sphere"}], kind)
+    content = gltf_document([*nodes, {"name": "wrist"}], [{"type": "sphere"}], kind)
     content["nodes"][2]["extensions"] = (
         {"KHR_physics_rigid_bodies": {"joint": joint}} if kind == "KHR" else {"OMI_physics_joint": joint}
     )
@@ -199,7 +200,7 @@ def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
     ]
     filters = [{"collisionSystems": ["hand"], "notCollideWithSystems": ["hand"]}]
     scene = read_scene_source(
-        glb(tmp_path / "s.glb", document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters))
+        glb(tmp_path / "s.glb", gltf_document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters))
     )
     assert scene.excluded == () and "'hand' and 'glass' meet and others not" in scene.left_out[0]
 
@@ -232,7 +233,7 @@ def test_collision_filters_exclude_pairs(tmp_path):
     ]
     nodes = [part("thumb", 0), part("index", 0), part("glass", 1)]
     shapes = [{"type": "sphere", "sphere": {"radius": 0.1}}]
-    scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, shapes, "KHR", collisionFilters=filters)))
+    scene = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, shapes, "KHR", collisionFilters=filters)))
     assert scene.excluded == (("thumb", "index"),)
 
 
@@ -241,7 +242,7 @@ def test_unsupported_gltf_shapes_triggers_and_joints_are_listed(tmp_path):
         {"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}, "joint": {}}},
         {"name": "zone", "physics": {"trigger": {"geometry": {"shape": 0}}}},
     ]
-    scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [{"type": "plane"}], "KHR")))
+    scene = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [{"type": "plane"}], "KHR")))
     assert [*scene.bodies] == ["cup"]
     assert scene.left_out == (
         "the collider of node 'cup': a shape 'plane'",
@@ -253,7 +254,7 @@ def test_unsupported_gltf_shapes_triggers_and_joints_are_listed(tmp_path):
 def test_tapered_ends_make_a_hull(tmp_path):
     shape = {"type": "capsule", "capsule": {"height": 1.0, "radiusBottom": 0.2, "radiusTop": 0.1}}
     nodes = [{"name": "cone", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}]
-    solid = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
+    solid = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
     assert np.abs(solid.bounds - [[-0.2, -0.7, -0.2], [0.2, 0.6, 0.2]]).max() <= 1e-9
 
 
@@ -314,11 +315,11 @@ def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, 
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
 def test_body_with_a_motion_moves_even_by_defaults_alone(tmp_path, kind, physics, moves):
     collider = {"collider": {"geometry": {"shape": 0}} if kind == "KHR" else {"shape": 0}}
-    content = document([{"name": "cup", "physics": {**physics, **collider}}], [{"type": "box"}], kind)
+    content = gltf_document([{"name": "cup", "physics": {**physics, **collider}}], [{"type": "box"}], kind)
     assert read_scene_source(glb(tmp_path / "s.glb", content)).bodies["cup"].moves is moves
 
 
 def test_collider_without_a_shape_is_named(tmp_path):
     nodes = [{"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {}}}]
-    scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [], "KHR")))
+    scene = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [], "KHR")))
     assert scene.left_out == ("the collider of node 'cup': it names no shape with a triangle",)

@@ -50,7 +50,8 @@ def few_faces(monkeypatch):
 
 
 @pytest.fixture
-def arm(tmp_path):
+def arm_model(tmp_path):
+    """MuJoCo's model of an arm, beside its defaults and a mesh."""
     folder = tmp_path / "scene"
     (folder / "parts").mkdir(parents=True)
     (folder / "arm.xml").write_text(ARM)
@@ -59,8 +60,8 @@ def arm(tmp_path):
     return folder / "arm.xml"
 
 
-def test_mjcf_poses_and_surfaces_agree_with_mujoco(arm):
-    scene, model = read_scene_source(arm), mujoco.MjModel.from_xml_path(str(arm))
+def test_mjcf_poses_and_surfaces_agree_with_mujoco(arm_model):
+    scene, model = read_scene_source(arm_model), mujoco.MjModel.from_xml_path(str(arm_model))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     assert [*scene.bodies] == ["table", "arm", "hand", "cup"]
@@ -80,8 +81,8 @@ def test_mjcf_poses_and_surfaces_agree_with_mujoco(arm):
     assert [name for name, body in scene.bodies.items() if not body.moves] == ["table"]
 
 
-def test_round_geoms_lie_on_the_surfaces_of_the_library(arm):
-    scene, model = read_scene_source(arm), mujoco.MjModel.from_xml_path(str(arm))
+def test_round_geoms_lie_on_the_surfaces_of_the_library(arm_model):
+    scene, model = read_scene_source(arm_model), mujoco.MjModel.from_xml_path(str(arm_model))
     first, second = (int(model.body("hand").geomadr[0]) + k for k in range(2))
     ellipsoid = scene.bodies["hand"].colliders[0].vertices
     rotation = Rotation.from_quat(model.geom_quat[first][[1, 2, 3, 0]]).as_matrix()
@@ -100,8 +101,8 @@ def rotation_z(quaternion_wxyz):
     return Rotation.from_quat(quaternion_wxyz[[1, 2, 3, 0]]).as_matrix()[:, 2]
 
 
-def test_mjcf_excluded_pairs_and_unsupported_parts_are_listed(arm):
-    scene = read_scene_source(arm)
+def test_mjcf_excluded_pairs_and_unsupported_parts_are_listed(arm_model):
+    scene = read_scene_source(arm_model)
     assert {frozenset(pair) for pair in scene.excluded} == {frozenset(("arm", "hand")), frozenset(("hand", "cup"))}
     assert any("endless plane of body 'world'" in sentence for sentence in scene.left_out)
     assert any("nothing collides: ghost" in sentence for sentence in scene.left_out)
@@ -120,22 +121,22 @@ def test_soft_bodies_and_height_fields_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("file", ["arm.npz", "arm.csv"])
-def test_joint_motion_becomes_poses_of_forward_kinematics(arm, tmp_path, file):
-    model = mujoco.MjModel.from_xml_path(str(arm))
+def test_joint_motion_becomes_poses_of_forward_kinematics(arm_model, tmp_path, file):
+    model = mujoco.MjModel.from_xml_path(str(arm_model))
     rng = np.random.default_rng(2)
     if file.endswith("npz"):
         cup = np.concatenate([rng.normal(size=(5, 3)), Rotation.random(5, random_state=1).as_quat()], axis=1)
         columns = {"robot": rng.normal(size=(5, 2)), "cup": cup, "ghost": rng.normal(size=(5, 1))}
-        np.savez(arm.with_name(file), time=2.5 + 0.02 * np.arange(5), **columns)
+        np.savez(arm_model.with_name(file), time=2.5 + 0.02 * np.arange(5), **columns)
         qpos = np.concatenate([*columns.values()], axis=1)
     else:
-        text = arm.read_text().replace("<freejoint/>", '<joint name="slide" type="slide"/>')
-        arm.write_text(text.replace("<joint/>", '<joint name="spin"/>'))
-        model = mujoco.MjModel.from_xml_path(str(arm))
+        text = arm_model.read_text().replace("<freejoint/>", '<joint name="slide" type="slide"/>')
+        arm_model.write_text(text.replace("<joint/>", '<joint name="spin"/>'))
+        model = mujoco.MjModel.from_xml_path(str(arm_model))
         qpos = rng.normal(size=(5, 4))
         rows = (",".join(map(repr, [2.5 + 0.02 * row, *values.tolist()[::-1]])) for row, values in enumerate(qpos))
-        arm.with_name(file).write_text("time,spin,slide,wrist,shoulder\n" + "\n".join(rows))
-    session = import_session("mjcf", arm, motion=arm.with_name(file))
+        arm_model.with_name(file).write_text("time,spin,slide,wrist,shoulder\n" + "\n".join(rows))
+    session = import_session("mjcf", arm_model, motion=arm_model.with_name(file))
     assert session.frames.stamp_ns.tolist() == [20_000_000 * row for row in range(5)]
     data = mujoco.MjData(model)
     for row in range(5):
@@ -150,14 +151,14 @@ def test_joint_motion_becomes_poses_of_forward_kinematics(arm, tmp_path, file):
     assert session.scene.body("table").fixed.position == pytest.approx((0, 0.4, 0))
 
 
-def test_pose_of_seven_numbers_moves_three_slides_and_three_hinges(arm):
+def test_pose_of_seven_numbers_moves_three_slides_and_three_hinges(arm_model):
     joints = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     joints += "".join(f'<joint axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
-    arm.write_text(arm.read_text().replace("<freejoint/>", joints).replace("<joint/>", ""))
+    arm_model.write_text(arm_model.read_text().replace("<freejoint/>", joints).replace("<joint/>", ""))
     rotations = Rotation.random(4, random_state=3)
     poses = np.concatenate([np.zeros((4, 3)), rotations.as_quat()[:, [3, 0, 1, 2]]], axis=1)
-    np.savez(arm.with_suffix(".npz"), time=np.arange(4.0), robot=np.zeros((4, 2)), cup=poses)
-    session = import_session("mjcf", arm)
+    np.savez(arm_model.with_suffix(".npz"), time=np.arange(4.0), robot=np.zeros((4, 2)), cup=poses)
+    session = import_session("mjcf", arm_model)
     column = session.names.index("cup")
     rotated = Rotation.from_quat(session.frames.quaternion_xyzw[:, column]).as_matrix()
     assert np.abs(rotated - [[1, 0, 0], [0, 0, 1], [0, -1, 0]] @ rotations.as_matrix()).max() <= 1e-9
@@ -353,10 +354,10 @@ def test_switched_off_contacts_are_named(tmp_path, flag):
         ({"time": np.array([{}, {}], dtype=object)}, "no readable .npz of numbers"),
     ],
 )
-def test_motion_of_another_model_or_of_objects_is_refused(arm, arrays, refusal):
-    np.savez(arm.with_suffix(".npz"), **arrays)
+def test_motion_of_another_model_or_of_objects_is_refused(arm_model, arrays, refusal):
+    np.savez(arm_model.with_suffix(".npz"), **arrays)
     with pytest.raises(SessionError, match=refusal):
-        import_session("mjcf", arm)
+        import_session("mjcf", arm_model)
 
 
 LIMITED = """

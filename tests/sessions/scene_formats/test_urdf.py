@@ -38,7 +38,8 @@ def few_faces(monkeypatch):
 
 
 @pytest.fixture
-def arm(tmp_path):
+def arm_model(tmp_path):
+    """The URDF of an arm, beside its meshes."""
     (tmp_path / "lab" / "meshes").mkdir(parents=True)
     (tmp_path / "lab" / "meshes" / "cup.obj").write_text(CUP)
     (tmp_path / "lab" / "meshes" / "cup.dae").write_text("<COLLADA/>")
@@ -52,8 +53,8 @@ def arm(tmp_path):
     return path
 
 
-def test_urdf_link_poses_agree_with_yourdfpy(arm):
-    scene, model = read_scene_source(arm), yourdfpy.URDF.load(str(arm), load_meshes=False)
+def test_urdf_link_poses_agree_with_yourdfpy(arm_model):
+    scene, model = read_scene_source(arm_model), yourdfpy.URDF.load(str(arm_model), load_meshes=False)
     assert [*scene.bodies] == ["base", "fore", "cup"]
     for name, body in scene.bodies.items():
         assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9
@@ -93,8 +94,8 @@ def test_long_chain_asks_the_library_for_neighbours_alone(tmp_path, monkeypatch)
     assert len(asked) == 400 and sum(len(names) == 1 for names in asked) == 1
 
 
-def test_geometry_has_its_origin_scale_and_package(arm):
-    scene = read_scene_source(arm)
+def test_geometry_has_its_origin_scale_and_package(arm_model):
+    scene = read_scene_source(arm_model)
     solid = scene.bodies["fore"].colliders[0]
     rotation = Rotation.from_euler("xyz", [0.5, 0, 0]).as_matrix()
     local = (solid.vertices - [0, 0, 0.1]) @ rotation
@@ -118,19 +119,19 @@ def test_geometry_has_its_origin_scale_and_package(arm):
         ("package://lab/link.obj", "lies outside"),
     ],
 )
-def test_mesh_outside_the_folder_is_not_read(arm, name, refusal):
-    (arm.parent.parent / "secret.obj").write_text(CUP)
-    (arm.parent / "link.obj").symlink_to(arm.parent.parent / "secret.obj")
-    (arm.parent / "loop.obj").symlink_to(arm.parent / "loop.obj")
-    arm.write_text(arm.read_text().replace("package://lab/meshes/cup.obj", name))
+def test_mesh_outside_the_folder_is_not_read(arm_model, name, refusal):
+    (arm_model.parent.parent / "secret.obj").write_text(CUP)
+    (arm_model.parent / "link.obj").symlink_to(arm_model.parent.parent / "secret.obj")
+    (arm_model.parent / "loop.obj").symlink_to(arm_model.parent / "loop.obj")
+    arm_model.write_text(arm_model.read_text().replace("package://lab/meshes/cup.obj", name))
     with pytest.raises(SceneSourceError, match=refusal):
-        read_scene_source(arm)
+        read_scene_source(arm_model)
 
 
-def test_entities_are_refused(arm):
-    arm.write_text('<!DOCTYPE robot [<!ENTITY a "x">]>' + arm.read_text())
+def test_entities_are_refused(arm_model):
+    arm_model.write_text('<!DOCTYPE robot [<!ENTITY a "x">]>' + arm_model.read_text())
     with pytest.raises(SceneSourceError, match="document type or entities"):
-        read_scene_source(arm)
+        read_scene_source(arm_model)
 
 
 def one_link(geometry, more=""):
@@ -173,10 +174,10 @@ def joint(parent, child):
 
 
 @pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
-def test_scene_that_places_too_much_is_refused(arm, monkeypatch, limit):
+def test_scene_that_places_too_much_is_refused(arm_model, monkeypatch, limit):
     monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
     with pytest.raises(SceneSourceError, match="the scene places more than"):
-        read_scene_source(arm)
+        read_scene_source(arm_model)
 
 
 @pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])

@@ -30,7 +30,8 @@ def new_stage(path, *, up="Z", unit=UNIT):
     return stage
 
 
-def body(stage, path, *, translation=(0, 0, 0), angles=(0, 0, 0), scale=1.0):
+def rigid_body(stage, path, *, translation=(0, 0, 0), angles=(0, 0, 0), scale=1.0):
+    """Adds a rigid body to a stage."""
     prim = UsdGeom.Xform.Define(stage, path)
     prim.AddTranslateOp().Set(Gf.Vec3d(*translation))
     prim.AddRotateXYZOp().Set(Gf.Vec3f(*angles))
@@ -49,7 +50,8 @@ def collider(prim, *, translation=(0, 0, 0), angles=(0, 0, 0), scale=(1, 1, 1), 
     return prim
 
 
-def mesh(stage, path, *, corners=CORNERS, faces=FACES):
+def stage_mesh(stage, path, *, corners=CORNERS, faces=FACES):
+    """Adds a mesh to a stage."""
     prim = UsdGeom.Mesh.Define(stage, path)
     prim.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(*corner) for corner in corners]))
     prim.GetFaceVertexCountsAttr().Set([len(face) for face in faces])
@@ -57,7 +59,8 @@ def mesh(stage, path, *, corners=CORNERS, faces=FACES):
     return prim
 
 
-def ball(stage, path, **more):
+def ball_collider(stage, path, **more):
+    """Adds a sphere that collides to a stage."""
     return collider(UsdGeom.Sphere.Define(stage, path), **more)
 
 
@@ -77,13 +80,13 @@ def bench(tmp_path):
     path = tmp_path / "bench.usda"
     stage = new_stage(path)
     UsdGeom.Xform.Define(stage, "/World").AddRotateZOp().Set(20.0)
-    cup = body(stage, "/World/cup", translation=(10, 20, 30), angles=(10, 20, 30), scale=2.0)
+    cup = rigid_body(stage, "/World/cup", translation=(10, 20, 30), angles=(10, 20, 30), scale=2.0)
     UsdPhysics.MassAPI.Apply(cup.GetPrim()).GetMassAttr().Set(0.25)
-    collider(mesh(stage, "/World/cup/wall"), translation=(1, 2, 3), angles=(4, 5, 6), approximation="convexHull")
-    collider(mesh(stage, "/World/cup/inner/handle"), translation=(3, 2, 1), scale=(-1, 2, 3))
+    collider(stage_mesh(stage, "/World/cup/wall"), translation=(1, 2, 3), angles=(4, 5, 6), approximation="convexHull")
+    collider(stage_mesh(stage, "/World/cup/inner/handle"), translation=(3, 2, 1), scale=(-1, 2, 3))
     collider(UsdGeom.Cube.Define(stage, "/World/table"), translation=(0, 0, -5), scale=(50, 30, 1))
     rack = "/World/rack"
-    body(stage, rack, angles=(0, 0, 40))
+    rigid_body(stage, rack, angles=(0, 0, 40))
     for number, (kind, axis) in enumerate(
         [("Sphere", ""), ("Capsule", "X"), ("Cylinder", "Y"), ("Cone", "Z"), ("Capsule", "Z")]
     ):
@@ -170,8 +173,8 @@ def _names(stage):
 )
 def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, sentence):
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
-    body(stage, "/cup", translation=(1, 2, 3))
-    collider(mesh(stage, "/cup/wall"), approximation=approximation)
+    rigid_body(stage, "/cup", translation=(1, 2, 3))
+    collider(stage_mesh(stage, "/cup/wall"), approximation=approximation)
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
     assert sentence in " ".join(scene.left_out) and bool(scene.left_out) == bool(sentence)
@@ -189,8 +192,8 @@ def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, senten
 def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
     stage = new_stage(tmp_path / "s.usda")
     for number, name in enumerate(("arm", "hand", "cup")):
-        body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
-        ball(stage, f"/world/{name}/shape")
+        rigid_body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
+        ball_collider(stage, f"/world/{name}/shape")
     arm, shape = stage.GetPrimAtPath("/world/arm"), stage.GetPrimAtPath("/world/arm/shape")
     if kind.startswith("filtered"):
         target = "/world/hand" if kind == "filtered body" else "/world/hand/shape"
@@ -220,9 +223,9 @@ def test_usd_filter_of_single_colliders_is_listed_as_unsupported(tmp_path):
     """Bodies with two colliders each: a filter of one of them would not exclude the pair of bodies."""
     stage = new_stage(tmp_path / "s.usda")
     for name in ("arm", "cup"):
-        body(stage, f"/{name}")
+        rigid_body(stage, f"/{name}")
         for child in ("a", "b"):
-            ball(stage, f"/{name}/{child}")
+            ball_collider(stage, f"/{name}/{child}")
     UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath("/arm/a")).CreateFilteredPairsRel().AddTarget("/cup")
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
@@ -232,8 +235,8 @@ def test_usd_filter_of_single_colliders_is_listed_as_unsupported(tmp_path):
 def test_offsets_become_margins(tmp_path):
     stage = new_stage(tmp_path / "s.usda")
     for name, contact, rest in (("cup", 2.0, 0.0), ("tray", float("-inf"), 1.0)):
-        body(stage, f"/{name}")
-        prim = ball(stage, f"/{name}/shape").GetPrim()
+        rigid_body(stage, f"/{name}")
+        prim = ball_collider(stage, f"/{name}/shape").GetPrim()
         prim.CreateAttribute("physxCollision:contactOffset", Sdf.ValueTypeNames.Float).Set(contact)
         prim.CreateAttribute("physxCollision:restOffset", Sdf.ValueTypeNames.Float).Set(rest)
     stage.Save()
@@ -244,8 +247,8 @@ def test_offsets_become_margins(tmp_path):
 
 def test_drawn_surface_and_hidden_colliders_are_distinguished(tmp_path):
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
-    body(stage, "/cup")
-    mesh(stage, "/cup/drawn")
+    rigid_body(stage, "/cup")
+    stage_mesh(stage, "/cup/drawn")
     hidden = collider(UsdGeom.Cube.Define(stage, "/cup/solid"), translation=(0.5, 0.5, 0.5), scale=(0.5, 0.5, 0.5))
     hidden.GetPurposeAttr().Set("guide")
     stage.Save()
@@ -258,8 +261,8 @@ def test_drawn_surface_and_hidden_colliders_are_distinguished(tmp_path):
 
 def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
     inner_stage = new_stage(tmp_path / "part.usdc", unit=1.0)
-    body(inner_stage, "/part", scale=1.0)
-    collider(mesh(inner_stage, "/part/wall"))
+    rigid_body(inner_stage, "/part", scale=1.0)
+    collider(stage_mesh(inner_stage, "/part/wall"))
     inner_stage.SetDefaultPrim(inner_stage.GetPrimAtPath("/part"))
     inner_stage.Save()
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
@@ -284,12 +287,12 @@ def test_time_samples_become_poses(tmp_path, up, ending):
     shift = carrier.AddTranslateOp()
     for code in (10, 14):
         shift.Set(Gf.Vec3d(code, 2 * code, 0), code)
-    cup = body(stage, "/carrier/cup", scale=2.0)
+    cup = rigid_body(stage, "/carrier/cup", scale=2.0)
     for code in (10, 11, 13):
         cup.GetOrderedXformOps()[1].Set(Gf.Vec3f(code, 2 * code, 3 * code), code)
-    ball(stage, "/carrier/cup/shape")
-    body(stage, "/tray")
-    ball(stage, "/tray/shape")
+    ball_collider(stage, "/carrier/cup/shape")
+    rigid_body(stage, "/tray")
+    ball_collider(stage, "/tray/shape")
     stage.Save()
     session = import_session("auto", path)
     track = session.tracks["cup"]
@@ -313,8 +316,8 @@ def test_concave_faces_are_cut_inside_their_outline(tmp_path):
     count = len(RACK)
     sides = [(at, (at + 1) % count, count + (at + 1) % count, count + at) for at in range(count)]
     faces = [tuple(reversed(range(count))), tuple(range(count, 2 * count)), *sides]
-    body(stage, "/rack")
-    collider(mesh(stage, "/rack/u", corners=[(x, y, z) for z in (0, 1) for x, y in RACK], faces=faces))
+    rigid_body(stage, "/rack")
+    collider(stage_mesh(stage, "/rack/u", corners=[(x, y, z) for z in (0, 1) for x, y in RACK], faces=faces))
     stage.Save()
     rack = read_scene_source(tmp_path / "rack.usda").bodies["rack"].mesh
     sides = np.cross(*(rack.triangles[:, at] - rack.triangles[:, 0] for at in (1, 2)))
@@ -341,11 +344,11 @@ def test_bodies_are_posed_between_their_time_samples(tmp_path, per_second, frame
     stage.SetTimeCodesPerSecond(per_second)
     stage.SetFramesPerSecond(frames)
     for name, codes in (("rod", (0, 2)), ("cup", (0, 1, 2))):
-        prim = body(stage, f"/{name}")
+        prim = rigid_body(stage, f"/{name}")
         for second in codes:
             prim.GetOrderedXformOps()[0].Set(Gf.Vec3d(second, second**2, 0), second * per_second)
             prim.GetOrderedXformOps()[1].Set(Gf.Vec3f(0, 0, 90 * second), second * per_second)
-        ball(stage, f"/{name}/shape")
+        ball_collider(stage, f"/{name}/shape")
     stage.Save()
     session = import_session("usd", tmp_path / "keys.usda")
     for name, track in session.tracks.items():
@@ -376,9 +379,9 @@ def test_poses_of_a_usd_scene_are_limited(tmp_path, monkeypatch):
 
 def test_unsupported_usd_subdivision_is_listed(tmp_path):
     stage = new_stage(tmp_path / "smooth.usda")
-    body(stage, "/cup")
+    rigid_body(stage, "/cup")
     for name, scheme in (("smooth", "catmullClark"), ("plain", "none")):
-        collider(mesh(stage, f"/cup/{name}")).GetSubdivisionSchemeAttr().Set(scheme)
+        collider(stage_mesh(stage, f"/cup/{name}")).GetSubdivisionSchemeAttr().Set(scheme)
     stage.Save()
     assert read_scene_source(tmp_path / "smooth.usda").left_out == (
         "the subdivision of '/cup/smooth': its polygons are taken as they are",
@@ -392,25 +395,25 @@ def test_usd_without_time_samples_is_refused_as_a_recording(bench):
 
 def test_unsupported_usd_physics_is_listed_prim_by_prim(tmp_path):
     stage = new_stage(tmp_path / "s.usda")
-    cup = body(stage, "/cup")
+    cup = rigid_body(stage, "/cup")
     scale = cup.GetOrderedXformOps()[2]
     for code in (1, 2):
         scale.Set(Gf.Vec3f(code), code)
-    shape = ball(stage, "/cup/shape")
+    shape = ball_collider(stage, "/cup/shape")
     shape.GetRadiusAttr().Set(2.0, 1)
     shape.GetRadiusAttr().Set(3.0, 2)
-    lid = ball(stage, "/cup/lid")
+    lid = ball_collider(stage, "/cup/lid")
     lid.GetOrderedXformOps()[0].Set(Gf.Vec3d(1, 2, 3), 3)
     collider(UsdGeom.Plane.Define(stage, "/ground"))
-    soft = mesh(stage, "/cloth").GetPrim()
+    soft = stage_mesh(stage, "/cloth").GetPrim()
     soft.AddAppliedSchema("PhysxDeformableSurfaceAPI")
-    zone = ball(stage, "/zone").GetPrim()
+    zone = ball_collider(stage, "/zone").GetPrim()
     zone.AddAppliedSchema("PhysxTriggerAPI")
     UsdGeom.PointInstancer.Define(stage, "/grass")
     UsdPhysics.CollisionAPI.Apply(UsdGeom.Xform.Define(stage, "/group").GetPrim())
-    body(stage, "/ghost")
-    mesh(stage, "/ghost/drawn")
-    broken = collider(mesh(stage, "/cup/broken", faces=[(0, 1, 9)]))
+    rigid_body(stage, "/ghost")
+    stage_mesh(stage, "/ghost/drawn")
+    broken = collider(stage_mesh(stage, "/cup/broken", faces=[(0, 1, 9)]))
     assert broken
     stage.Save()
     left_out = " ".join(import_session("usd", tmp_path / "s.usda").facts["conversions"].split("; "))
@@ -431,10 +434,10 @@ def test_unsupported_usd_physics_is_listed_prim_by_prim(tmp_path):
 
 def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
     stage = new_stage(tmp_path / "s.usda")
-    table = body(stage, "/table")
+    table = rigid_body(stage, "/table")
     UsdPhysics.RigidBodyAPI(table.GetPrim()).CreateRigidBodyEnabledAttr().Set(False)
-    ball(stage, "/table/top")
-    off = ball(stage, "/off")
+    ball_collider(stage, "/table/top")
+    off = ball_collider(stage, "/off")
     UsdPhysics.CollisionAPI(off.GetPrim()).CreateCollisionEnabledAttr().Set(False)
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
@@ -443,7 +446,7 @@ def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
 
 def test_usd_defaults_for_unit_and_axis_are_noted(tmp_path):
     stage = Usd.Stage.CreateNew(str(tmp_path / "s.usda"))
-    ball(stage, "/ball")
+    ball_collider(stage, "/ball")
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
     assert scene.notes == ("metersPerUnit is not said: 0.01, as USD defines", "upAxis is not said: Y, as USD defines")

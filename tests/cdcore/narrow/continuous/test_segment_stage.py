@@ -134,7 +134,8 @@ def searched(leg, bounds, tolerance, effort, room):
     return states[0]
 
 
-def ask(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None):
+def search_of_ball_and_plate(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None):
+    """The outcome of a search while a ball moves straight past a plate at rest, and the memory it used."""
     leg = straight(before, after)
     (speed,), (acceleration,) = leg_bounds(leg, BALL.reach, REST)
     rounding = leg_pads(leg, BALL.reach, REST, PLATE.reach)[0]
@@ -145,13 +146,15 @@ def ask(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-11])
 def test_ball_sliding_past_a_plate_is_free(gap):
-    state, room = ask((-0.3, 0, 0.011 + gap), (0.3, 0, 0.011 + gap))
+    state, room = search_of_ball_and_plate((-0.3, 0, 0.011 + gap), (0.3, 0, 0.011 + gap))
     assert state == FREE
     assert room.work[search.INTERVALS] < 2000
 
 
 def test_gaps_below_rounding_are_too_close_and_located():
-    state, room = ask((-1e-6, 0, 0.011 + 1e-9), (1e-6, 0, 0.011 + 1e-9), pad=1e-8, effort=10**9, shortest=1e-3)
+    state, room = search_of_ball_and_plate(
+        (-1e-6, 0, 0.011 + 1e-9), (1e-6, 0, 0.011 + 1e-9), pad=1e-8, effort=10**9, shortest=1e-3
+    )
     assert state == TOO_CLOSE
     assert room.impacts[0] == 0.0
     assert room.impacts[1] == 1.0
@@ -159,9 +162,9 @@ def test_gaps_below_rounding_are_too_close_and_located():
 
 def test_the_effort_ends_only_below_the_tolerance():
     touching = (-0.3, 0, 0.011 + 1e-9), (0.3, 0, 0.011 + 1e-9)
-    assert ask(*touching, pad=1e-8, effort=100)[0] == TOO_LONG
-    assert ask((0, 0, 0.1), (0, 0, 0.012), effort=0)[0] == FREE
-    assert ask((0, 0, 0.1), (0, 0, -0.1), effort=0)[0] == HIT
+    assert search_of_ball_and_plate(*touching, pad=1e-8, effort=100)[0] == TOO_LONG
+    assert search_of_ball_and_plate((0, 0, 0.1), (0, 0, 0.012), effort=0)[0] == FREE
+    assert search_of_ball_and_plate((0, 0, 0.1), (0, 0, -0.1), effort=0)[0] == HIT
 
 
 def test_segment_search_reports_a_full_buffer():

@@ -31,7 +31,8 @@ def silver():
 
 
 @pytest.fixture(scope="module")
-def rows(silver):
+def rows_by_detector(silver):
+    """Rows of metrics by the label of their detector."""
     return {row["detector"]: row for row in metric_rows(silver[0])}
 
 
@@ -39,8 +40,8 @@ def kinds(truth, kind):
     return [fact for fact in truth.facts if fact.kind == kind]
 
 
-def test_metrics_of_a_made_up_session_equal_planted_counts(silver, rows):
-    truth, row = silver[1], rows["exact"]
+def test_metrics_of_a_made_up_session_equal_planted_counts(silver, rows_by_detector):
+    truth, row = silver[1], rows_by_detector["exact"]
     assert row["grasps"] == row["grasp_attempts"] == len(kinds(truth, "grasp")) > 0
     assert row["near_misses"] == len(kinds(truth, "near_miss")) == 1
     assert row["breakages"] is None  # the scene asks nobody to look
@@ -51,15 +52,15 @@ def test_metrics_of_a_made_up_session_equal_planted_counts(silver, rows):
     assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK_COLUMN_PREFIX)))
 
 
-def test_a_row_has_the_recall_that_the_audit_measured(silver, rows):
+def test_a_row_has_the_recall_that_the_audit_measured(silver, rows_by_detector):
     result, _ = silver
-    assert set(rows) == {"slow", "hybrid", "exact"}
-    assert rows["exact"]["recall"] == 1.0 and 0.0 < rows["slow"]["recall"] < 1.0
+    assert set(rows_by_detector) == {"slow", "hybrid", "exact"}
+    assert rows_by_detector["exact"]["recall"] == 1.0 and 0.0 < rows_by_detector["slow"]["recall"] < 1.0
     pair_frames = result.document.audit["slow"].pair_frames
-    assert rows["slow"]["recall"] == pair_frames.both / (pair_frames.both + pair_frames.missed)
-    assert {row["contact_frames"] for row in rows.values()} == {pair_frames.both + pair_frames.missed}
-    assert len({row["session"] for row in rows.values()}) == 1
-    assert len({row["settings"] for row in rows.values()}) == 3
+    assert rows_by_detector["slow"]["recall"] == pair_frames.both / (pair_frames.both + pair_frames.missed)
+    assert {row["contact_frames"] for row in rows_by_detector.values()} == {pair_frames.both + pair_frames.missed}
+    assert len({row["session"] for row in rows_by_detector.values()}) == 1
+    assert len({row["settings"] for row in rows_by_detector.values()}) == 3
 
 
 @pytest.mark.parametrize(

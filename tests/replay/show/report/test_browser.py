@@ -18,7 +18,8 @@ BOX = """(name => {
 
 
 @pytest.fixture(scope="module")
-def demo(tmp_path_factory):
+def report_file(tmp_path_factory):
+    """The report of the made-up bench."""
     session, _ = synthetic_session("bench-bumps", 0, None)
     file = tmp_path_factory.mktemp("demo") / "report.html"
     file.write_text(report_html(compute(session, detectors=DETECTORS)), encoding="utf-8")
@@ -28,8 +29,8 @@ def demo(tmp_path_factory):
 HEADINGS = ["What", "When", "Why", "Do", "Cost", "Sure", "Also", "Or"]
 
 
-def test_first_screen_of_a_laptop_answers_beside_picture_and_ranking(demo, tmp_path):
-    with opened(demo.as_uri(), tmp_path, (1280, 720)) as page:
+def test_first_screen_of_a_laptop_answers_beside_picture_and_ranking(report_file, tmp_path):
+    with opened(report_file.as_uri(), tmp_path, (1280, 720)) as page:
         for piece in ("h1", ".hero dl", ".hero .still", ".hero .see", ".rank", ".sc", ".top nav"):
             top, bottom, right = page.ask(f"{BOX}('{piece}')")
             assert 0 <= top < bottom <= 720 and right <= 1280, piece
@@ -38,8 +39,8 @@ def test_first_screen_of_a_laptop_answers_beside_picture_and_ranking(demo, tmp_p
         assert page.ask("document.querySelectorAll('.lane').length") >= 4
 
 
-def test_phone_has_the_picture_below_the_headline(demo, tmp_path):
-    with opened(demo.as_uri(), tmp_path, (400, 800)) as page:
+def test_phone_has_the_picture_below_the_headline(report_file, tmp_path):
+    with opened(report_file.as_uri(), tmp_path, (400, 800)) as page:
         assert page.ask("[...document.querySelectorAll('.hero dt')].map(one => one.innerText)") == HEADINGS
         assert page.ask(f"{BOX}('.hero figure')[1]") <= 520 and page.ask(f"{BOX}('.hero dl')[1]") <= 1200
         assert page.ask("parseFloat(getComputedStyle(document.querySelector('.hero dd')).fontSize)") >= 15
@@ -50,8 +51,8 @@ def test_phone_has_the_picture_below_the_headline(demo, tmp_path):
 
 
 @WIDTHS
-def test_nothing_is_clipped_or_fails_accessibility_checks(demo, tmp_path, width, scheme):
-    with opened(demo.as_uri(), tmp_path, (width, 800), scheme) as page:
+def test_nothing_is_clipped_or_fails_accessibility_checks(report_file, tmp_path, width, scheme):
+    with opened(report_file.as_uri(), tmp_path, (width, 800), scheme) as page:
         page.ask("for (const one of document.querySelectorAll('details')) one.open = true")
         assert page.ask("document.documentElement.scrollWidth <= innerWidth")
         # What is wider than its place can be moved, by keys too.

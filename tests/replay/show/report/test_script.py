@@ -20,17 +20,17 @@ HTMLAnchorElement.prototype.click = function () { saved.names = [...saved.names 
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def pages_folder(tmp_path_factory):
     return tmp_path_factory.mktemp("pages")
 
 
 @pytest.fixture(scope="module")
-def page(folder):
+def page(pages_folder):
     """Nine pairs, each missed or late, of two detectors."""
     detectors = "slow=discrete[rate_hz=12],late=discrete[rate_hz=7]"
-    file = folder / "report.html"
+    file = pages_folder / "report.html"
     file.write_text(report_html(compute(cubes({"a": [0.0] * 40, **MANY}), detectors=detectors)), encoding="utf-8")
-    with opened(file.as_uri(), folder) as page:
+    with opened(file.as_uri(), pages_folder) as page:
         page.ask(CAPTURE)
         yield page
         assert page.errors() == []
@@ -39,11 +39,12 @@ def page(folder):
 @pytest.fixture(autouse=True)
 def begin(page):
     page.ask("document.querySelector('dialog').close(); location.hash = ''; scrollTo(0, 0); 0")
-    press(page, "Escape")
-    press(page, "0")
+    press_key(page, "Escape")
+    press_key(page, "0")
 
 
-def press(page, key):
+def press_key(page, key):
+    """Press and release a key, and wait until the page is drawn again."""
     for kind in ("keyDown", "keyUp"):
         page.call("Input.dispatchKeyEvent", type=kind, key=key, **({"text": key} if len(key) == 1 else {}))
     page.ask("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))")
@@ -87,7 +88,7 @@ def boxes(page):
 
 def test_lanes_zoom_and_pan_together_and_ruler_follows(page):
     whole, ticks = boxes(page), page.ask("document.querySelector('.ticks').textContent")
-    press(page, "+")
+    press_key(page, "+")
     closer = boxes(page)
     assert len(set(closer)) == 1 and closer != whole
     assert page.ask("document.querySelector('.ticks').textContent") != ticks
@@ -102,7 +103,7 @@ def test_lanes_zoom_and_pan_together_and_ruler_follows(page):
     moved = boxes(page)
     assert len(set(moved)) == 1 and float(moved[0].split()[0]) < float(closer[0].split()[0])
     assert current(page) == ""
-    press(page, "0")
+    press_key(page, "0")
     assert [float(text.split()[2]) for text in boxes(page)] == [float(text.split()[2]) for text in whole]
     assert page.ask("document.querySelector('.ticks').textContent") == ticks
 
@@ -162,14 +163,14 @@ def test_choices_of_pair_detector_and_text_filter_others(page):
         page.ask("document.querySelector('#choose [role=status]').textContent")
         == f"{len(visible)} of {every} faults of all detectors"
     )
-    press(page, "Escape")
+    press_key(page, "Escape")
     label = next(name for name in ("slow", "late") if name != worst(page))
     visible = page.ask(f"{CHOOSE}('detector', '{label}')")
     assert visible == [name for name in faults_on(page, label) if name in visible] and visible
     assert page.ask("document.querySelector('#choose [role=status]').textContent").startswith(
         f"{len(faults_on(page, label))} of"
     )
-    press(page, "Escape")
+    press_key(page, "Escape")
     assert set(page.ask(f"{CHOOSE}('words', 'B07')")) < set(page.ask(f"{CHOOSE}('words', '')"))
 
 
@@ -179,26 +180,26 @@ def test_keys_lead_through_faults_in_time_and_open_help(page):
       .map((node) => [parseFloat(node.dataset.span), node.id]).sort((a, b) => a[0] - b[0]).map(([, id]) => id)""")
     visited = []
     for _ in spans:
-        press(page, "j")
+        press_key(page, "j")
         visited.append(current(page))
         assert page.ask("document.querySelector('.current').checkVisibility()")
     assert visited == spans
-    press(page, "k")
+    press_key(page, "k")
     assert current(page) == spans[-2]
-    press(page, "/")
+    press_key(page, "/")
     assert page.ask("document.activeElement.type") == "search"
-    press(page, "j")
+    press_key(page, "j")
     assert current(page) == spans[-2] and page.ask("document.activeElement.value") == "j"
-    press(page, "Escape")
-    press(page, "?")
+    press_key(page, "Escape")
+    press_key(page, "?")
     assert page.ask("document.querySelector('dialog').open")
-    press(page, "Escape")
+    press_key(page, "Escape")
     assert not page.ask("document.querySelector('dialog').open")
 
 
-def test_report_opened_at_a_faults_address_shows_that_fault(page, folder):
+def test_report_opened_at_a_faults_address_shows_that_fault(page, pages_folder):
     for fault in (faults_on(page, "slow")[-1], faults_on(page, "late")[-1]):
-        with opened(f"{(folder / 'report.html').as_uri()}#{fault}", folder / fault) as other:
+        with opened(f"{(pages_folder / 'report.html').as_uri()}#{fault}", pages_folder / fault) as other:
             assert other.ask("document.querySelector('.current').id") == fault
             top = other.ask("document.querySelector('.current').getBoundingClientRect().top")
             assert 0 <= top < 800 and other.ask("document.querySelector('.current').checkVisibility()")
@@ -240,11 +241,11 @@ def test_charts_are_saved_as_pictures_and_faults_as_csv(page):
     assert len(lines) == 1 + page.ask("document.querySelectorAll('.fault').length")
 
 
-def test_hostile_names_stay_text_everywhere(folder):
+def test_hostile_names_stay_text_everywhere(pages_folder):
     session = cubes({HOSTILE: [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
-    file = folder / "hostile.html"
+    file = pages_folder / "hostile.html"
     file.write_text(report_html(compute(session, detectors="slow=discrete[rate_hz=12]")), encoding="utf-8")
-    with opened(file.as_uri(), folder / "hostile") as page:
+    with opened(file.as_uri(), pages_folder / "hostile") as page:
         page.ask(CAPTURE)
         fault = faults_on(page, "slow")[0]
         point_at(page, *second_on_lane(page, "slow", fault))
@@ -272,12 +273,12 @@ def many_faults(count):
     return page_of(view_of(replace(result, misses=misses, false=false)), [])
 
 
-def test_page_of_two_thousand_faults_is_small_and_quick(folder):
+def test_page_of_two_thousand_faults_is_small_and_quick(pages_folder):
     text = many_faults(2000)
     assert len(text.encode()) <= 1_000_000 and text.count('class="fault"') + text.count('class="card fault"') == 2000
-    file = folder / "many.html"
+    file = pages_folder / "many.html"
     file.write_text(text, encoding="utf-8")
-    with opened(file.as_uri(), folder / "many") as page:
+    with opened(file.as_uri(), pages_folder / "many") as page:
         # Other programs delay single keys: each key counts by its quickest of four.
         times = page.ask("""(async () => {
           const times = {};
@@ -296,20 +297,22 @@ def test_page_of_two_thousand_faults_is_small_and_quick(folder):
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1280, "dark"), (400, "light"), (400, "dark")])
-def test_tools_pass_accessibility_checks_and_fit(page, folder, width, scheme):
-    with opened((folder / "report.html").as_uri(), folder / f"{width}{scheme}", (width, 800), scheme) as other:
+def test_tools_pass_accessibility_checks_and_fit(page, pages_folder, width, scheme):
+    with opened(
+        (pages_folder / "report.html").as_uri(), pages_folder / f"{width}{scheme}", (width, 800), scheme
+    ) as other:
         other.ask("for (const part of document.querySelectorAll('details')) part.open = true")
-        press(other, "j")
+        press_key(other, "j")
         assert other.ask("document.documentElement.scrollWidth <= innerWidth")
-        assert serious_faults(other, folder) == [] and other.errors() == []
+        assert serious_faults(other, pages_folder) == [] and other.errors() == []
 
 
-def test_page_without_script_shows_and_prints_everything(page, folder):
-    text = (folder / "report.html").read_text(encoding="utf-8")
-    file = folder / "still.html"
+def test_page_without_script_shows_and_prints_everything(page, pages_folder):
+    text = (pages_folder / "report.html").read_text(encoding="utf-8")
+    file = pages_folder / "still.html"
     file.write_text(text[: text.index("<script>")], encoding="utf-8")
     faults = sorted(page.ask("[...document.querySelectorAll('.fault')].map((node) => node.id)"))
-    with opened(file.as_uri(), folder / "still") as other:
+    with opened(file.as_uri(), pages_folder / "still") as other:
         assert other.ask("[...document.querySelectorAll('.fault')].map((node) => node.id).sort()") == faults
         other.call("Emulation.setEmulatedMedia", media="print")
         assert other.ask("[...document.querySelectorAll('.fault')].filter((n) => !n.checkVisibility()).length") == 0

@@ -8,7 +8,8 @@ from replay.show.report.template_cache import TemplateCache
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def cache_folder(tmp_path, monkeypatch):
+    """The folder of compiled templates, where bytecode may be written."""
     monkeypatch.setattr(template_cache, "files", lambda _: tmp_path)
     monkeypatch.setattr(template_cache.sys, "dont_write_bytecode", False)
     monkeypatch.setattr(template_cache.sys, "pycache_prefix", None)
@@ -28,15 +29,15 @@ def text_of(template="{{ 2 + number }}"):
     return environment.get_template("page.html").render(number=3), len(compiled)
 
 
-def test_kept_code_is_used_until_damaged_or_template_changes(folder):
+def test_kept_code_is_used_until_damaged_or_template_changes(cache_folder):
     assert text_of() == ("5", 1)
     assert text_of() == ("5", 0)
-    (file,) = folder.iterdir()
+    (file,) = cache_folder.iterdir()
     file.write_bytes(file.read_bytes()[:-9])
     assert text_of() == ("5", 1)
     assert text_of("{{ 3 + number }}") == ("6", 1)
 
 
-def test_page_is_rendered_without_a_writable_template_cache(folder):
-    folder.write_text("a file where the folder would be")
+def test_page_is_rendered_without_a_writable_template_cache(cache_folder):
+    cache_folder.write_text("a file where the folder would be")
     assert text_of() == ("5", 1)

@@ -21,31 +21,37 @@ def watched(searching):
 
 
 @pytest.fixture(scope="module")
-def read(searching, drawn):
+def drawn_recording(searching, drawn):
+    """The Rerun recording of a run of the paper's search, read back."""
     return drawn(searching)
 
 
-def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watched, read):
+def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watched, drawn_recording):
     lost = [moment for moment in watched.searches if moment.kind == LOST]
     assert lost
     for moment in lost:
-        *_, stop, meeting_point = read.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
-        assert read.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == pack_colours([MISSED])[0]
+        *_, stop, meeting_point = drawn_recording.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
+        assert (
+            drawn_recording.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == pack_colours([MISSED])[0]
+        )
         section = searching.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
         assert np.linalg.norm(section - meeting_point, axis=1).min() < 1e-6
-        text = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
+        text = drawn_recording.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meeting_point)))) in text
     result = next(moment for moment in watched.searches if moment.kind == TRUE_CONTACT)
-    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == pack_colours([SERIES_COLOURS[2]])[0]
+    assert (
+        drawn_recording.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1]
+        == pack_colours([SERIES_COLOURS[2]])[0]
+    )
 
 
-def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, watched, read):
+def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, watched, drawn_recording):
     # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
     half = np.arctan(np.tan(0.45) * 595 / 640)
     assert watched.searches
     for moment in watched.searches:
-        (eye,) = read.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
-        (rotation,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
+        (eye,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
+        (rotation,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
         axes = rotation_from_quaternion(np.array(rotation))
         for body in searching.assembly.pairs[moment.pair].tolist():
             ball = sphere_best(searching.assembly.bodies[body].mesh)

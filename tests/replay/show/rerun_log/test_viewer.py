@@ -45,7 +45,8 @@ def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def opened(recording):
+def open_rerun(recording):
+    """A viewer without a window that shows a recording."""
     with viewer_or_skip(open_viewer, recording, headless=True) as opened:
         yield opened
 
@@ -67,36 +68,38 @@ def settled(opened, title):
 
 
 @pytest.mark.slow
-def test_no_view_reports_an_error_and_a_recording_is_open(opened):
-    settled(opened, "Where   a dot: a fault, in the colours of When")
-    state = opened.state()
+def test_no_view_reports_an_error_and_a_recording_is_open(open_rerun):
+    settled(open_rerun, "Where   a dot: a fault, in the colours of When")
+    state = open_rerun.state()
     assert len(state.recordings) == 1
     assert not [(view.name, report.summary) for view in state.views for report in view.reports]
     assert {view.view_class for view in state.views} >= {"3D", "2D", "StateTimeline", "TextLog", "TimeSeries"}
 
 
 @pytest.mark.slow
-def test_viewer_opens_paused_at_the_moment_of_the_headline(opened, recording):
+def test_viewer_opens_paused_at_the_moment_of_the_headline(open_rerun, recording):
     bookmark = next(item for item in read_bookmarks(recording) if item.leads)
     time.sleep(0.5)
-    printed = opened.state().recordings[0]
+    printed = open_rerun.state().recordings[0]
     assert (printed.current_timeline, printed.current_time) == ("session", bookmark.session_ns)
 
 
 @pytest.mark.slow
-def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
+def test_the_viewer_listens_on_the_loopback_interface_alone(open_rerun):
     listening = [
-        item.laddr for item in psutil.Process(opened.process.pid).net_connections() if item.status == psutil.CONN_LISTEN
+        item.laddr
+        for item in psutil.Process(open_rerun.process.pid).net_connections()
+        if item.status == psutil.CONN_LISTEN
     ]
-    assert opened.port in {address.port for address in listening}
+    assert open_rerun.port in {address.port for address in listening}
     assert {address.ip for address in listening} <= {"127.0.0.1", "::1"}
 
 
 @pytest.mark.slow
-def test_closing_ends_the_process_and_frees_the_port(opened, recording):
+def test_closing_ends_the_process_and_frees_the_port(open_rerun, recording):
     with open_viewer(recording, miss=1, headless=True) as second:
         port, process = second.port, second.process
-        assert port != opened.port
+        assert port != open_rerun.port
     assert process.poll() is not None
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

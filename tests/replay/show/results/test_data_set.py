@@ -55,14 +55,15 @@ def run_of(name):
 
 
 @pytest.fixture(scope="module")
-def results():
+def result_by_name():
+    """Results of runs by name of their session."""
     return {name: run_of(name) for name in POSITIONS}
 
 
 @pytest.fixture(scope="module")
-def top(results, tmp_path_factory):
+def top(result_by_name, tmp_path_factory):
     top = tmp_path_factory.mktemp("runs")
-    for name, result in results.items():
+    for name, result in result_by_name.items():
         write_run_folder(result, top / f"student={STUDENTS[name]}" / name)
     return top
 
@@ -126,13 +127,13 @@ RECOUNTS = {0: pairs_missed, 1: more_contacts}
 
 
 @pytest.mark.parametrize("number", range(len(QUESTIONS)))
-def test_sql_questions_of_the_guide_agree_with_a_recount(number, results, tables):
+def test_sql_questions_of_the_guide_agree_with_a_recount(number, result_by_name, tables):
     db = duckdb.connect()
     for name, table in tables.items():
         db.register(name, table)
     reported = db.sql(QUESTIONS[number][1]).fetchall()
     assert len(reported) > 1
-    counted = RECOUNTS[number](results)
+    counted = RECOUNTS[number](result_by_name)
     assert reported == [
         tuple(pytest.approx(v, abs=1e-12) if isinstance(v, float) else v for v in row) for row in counted
     ]
@@ -161,7 +162,7 @@ def test_note_joins_its_contact_across_detectors(tmp_path):
     ]
 
 
-def test_rows_of_the_data_set_name_run_student_and_task(tables, results):
+def test_rows_of_the_data_set_name_run_student_and_task(tables, result_by_name):
     digests = {}
     for kind, table in tables.items():
         assert table.num_rows and "student=S1" not in table.column_names, kind
@@ -178,8 +179,8 @@ def test_rows_of_the_data_set_name_run_student_and_task(tables, results):
     )
 
 
-def test_newer_tables_are_refused_and_broken_tables_named(results, tmp_path):
-    file = write_run_folder(results["one"], tmp_path / "one") / "events.parquet"
+def test_newer_tables_are_refused_and_broken_tables_named(result_by_name, tmp_path):
+    file = write_run_folder(result_by_name["one"], tmp_path / "one") / "events.parquet"
     newer = SCHEMA.replace("2", "3")
     pq.write_table(pq.read_table(file).replace_schema_metadata({"schema": newer}), file)
     with pytest.raises(RunFolderError, match=rf"events.parquet has schema '{newer}', this version reads up to"):
@@ -210,11 +211,11 @@ def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_p
     assert any(metrics["p99_ms"].to_pylist()) != offline
 
 
-def test_single_run_folder_is_read_as_a_data_set(results, tmp_path, monkeypatch):
+def test_single_run_folder_is_read_as_a_data_set(result_by_name, tmp_path, monkeypatch):
     """A folder that is still being written (.partial) is no run."""
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
-    out = write_run_folder(results["one"], tmp_path / ".one.partial")
+    out = write_run_folder(result_by_name["one"], tmp_path / ".one.partial")
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
     assert set(read(out)["metrics"]["run"].to_pylist()) == {"."}

@@ -15,12 +15,14 @@ from replay.studies.diff.runs import diff_runs
 
 
 @pytest.fixture(scope="module")
-def result():
+def result_of_two_contacts():
+    """A run in which cubes touch in frames 2 and 6; ``slow`` samples at 20 Hz."""
     positions = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
     return compute(cubes(positions), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
 
 
-def names(folder):
+def file_names(folder):
+    """Names of the files in a folder, sorted."""
     return sorted(path.name for path in folder.iterdir())
 
 
@@ -30,11 +32,13 @@ def drawing(monkeypatch):
     return partial(monkeypatch.setattr, "replay.show.rerun_log.recording.write_recording")
 
 
-def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing):
+def test_a_run_folder_holds_tables_summary_and_picture(result_of_two_contacts, tmp_path, drawing):
     drawing(lambda actual, path: path.write_text("p"))
     session = tmp_path / "s.mcap"
     session.write_bytes(b"poses")
-    out = write_run_folder(result, tmp_path / "deep" / "run", picture=True, files={"session.mcap": session})
+    out = write_run_folder(
+        result_of_two_contacts, tmp_path / "deep" / "run", picture=True, files={"session.mcap": session}
+    )
     tables = [
         "episodes.parquet",
         "events.parquet",
@@ -45,42 +49,42 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing
         "ranking.parquet",
     ]
     others = ["session.mcap", "session.parquet", "summary.json", "times.parquet", "timing.parquet"]
-    assert names(out) == [*tables, "report.html", "run.rrd", *others]
+    assert file_names(out) == [*tables, "report.html", "run.rrd", *others]
     summary = json.loads((out / "summary.json").read_text())
-    assert summary.pop("files") == names(out)
+    assert summary.pop("files") == file_names(out)
     assert summary.pop("picture_sha256") == file_hash(out / "run.rrd")
-    assert summary == json.loads(json_of(result.document))
-    assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])
-    assert names(out.parent) == ["run"]
+    assert summary == json.loads(json_of(result_of_two_contacts.document))
+    assert pq.read_table(out / "misses.parquet").num_rows == len(result_of_two_contacts.misses["slow"])
+    assert file_names(out.parent) == ["run"]
 
 
-def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result, tmp_path, drawing):
+def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result_of_two_contacts, tmp_path, drawing):
     def broken(got, path):
         path.write_text("half")
         raise ValueError("no ink")
 
     drawing(broken)
     with pytest.raises(ValueError, match="no ink"):
-        write_run_folder(result, tmp_path / "run", picture=True)
-    assert names(tmp_path) == []
-    write_run_folder(result, tmp_path / "run")
+        write_run_folder(result_of_two_contacts, tmp_path / "run", picture=True)
+    assert file_names(tmp_path) == []
+    write_run_folder(result_of_two_contacts, tmp_path / "run")
     before = (tmp_path / "run" / "summary.json").read_bytes()
     with pytest.raises(ValueError, match="no ink"):
-        write_run_folder(result, tmp_path / "run", picture=True, force=True)
-    assert names(tmp_path) == ["run"] and (tmp_path / "run" / "summary.json").read_bytes() == before
+        write_run_folder(result_of_two_contacts, tmp_path / "run", picture=True, force=True)
+    assert file_names(tmp_path) == ["run"] and (tmp_path / "run" / "summary.json").read_bytes() == before
 
 
-def test_earlier_run_is_replaced_only_on_request(result, tmp_path):
-    out = write_run_folder(result, tmp_path / "run")
+def test_earlier_run_is_replaced_only_on_request(result_of_two_contacts, tmp_path):
+    out = write_run_folder(result_of_two_contacts, tmp_path / "run")
     (out / "old.parquet").write_text("earlier")
-    _list(out, [*names(out)])
+    _list(out, [*file_names(out)])
     (out / "note.txt").write_text("mine")
     (out / "more").mkdir()
     with pytest.raises(OutputError, match="exists; name another folder, or replace it with --force"):
-        write_run_folder(result, out)
-    write_run_folder(result, out, force=True)
-    assert "old.parquet" not in names(out) and (out / "note.txt").read_text() == "mine" and (out / "more").is_dir()
-    assert names(tmp_path) == ["run"]
+        write_run_folder(result_of_two_contacts, out)
+    write_run_folder(result_of_two_contacts, out, force=True)
+    assert "old.parquet" not in file_names(out) and (out / "note.txt").read_text() == "mine" and (out / "more").is_dir()
+    assert file_names(tmp_path) == ["run"]
 
 
 def _list(out, files):
@@ -104,16 +108,16 @@ def test_force_never_replaces_a_folder_without_a_run(tmp_path):
     check_target(tmp_path / "new")
 
 
-def test_unwritable_path_is_one_clear_error(result, tmp_path):
+def test_unwritable_path_is_one_clear_error(result_of_two_contacts, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
-        write_run_folder(result, tmp_path / "file" / "run")
+        write_run_folder(result_of_two_contacts, tmp_path / "file" / "run")
 
 
-def test_a_run_folder_reads_back(result, tmp_path):
-    folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
+def test_a_run_folder_reads_back(result_of_two_contacts, tmp_path):
+    folder = read_run_folder(write_run_folder(result_of_two_contacts, tmp_path / "run"))
     assert folder.document.oracle == "hybrid"
-    assert [row["number"] for row in folder.rows("misses")] == [1, 2][: len(result.misses["slow"])]
+    assert [row["number"] for row in folder.rows("misses")] == [1, 2][: len(result_of_two_contacts.misses["slow"])]
     with pytest.raises(RunFolderError, match="holds no picture"):
         _ = folder.picture
 
@@ -130,10 +134,10 @@ def test_reading_a_folder_without_a_known_run_is_refused(tmp_path):
 
 
 @pytest.fixture
-def flipped(result, tmp_path, drawing):
+def flipped(result_of_two_contacts, tmp_path, drawing):
     """A run folder in whose picture one bit was changed."""
     drawing(lambda actual, path: path.write_bytes(b"picture"))
-    folder = write_run_folder(result, tmp_path / "flipped", picture=True)
+    folder = write_run_folder(result_of_two_contacts, tmp_path / "flipped", picture=True)
     picture = folder / "run.rrd"
     data = bytearray(picture.read_bytes())
     data[3] ^= 1
@@ -155,8 +159,8 @@ def test_a_flipped_bit_in_the_picture_is_refused(flipped, use):
         use(flipped)
 
 
-def test_a_picture_that_no_run_wrote_is_refused(result, tmp_path):
-    folder = write_run_folder(result, tmp_path / "run")
+def test_a_picture_that_no_run_wrote_is_refused(result_of_two_contacts, tmp_path):
+    folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
     (folder / "run.rrd").write_bytes(b"of another run")
     with pytest.raises(RunFolderError, match="is not the picture that its run wrote"):
         _ = read_run_folder(folder).picture

@@ -37,7 +37,8 @@ HOSTILE = [
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
+def run_with_formula_name(tmp_path_factory):
+    """A written run of two cubes, one of whose names is a formula to a spreadsheet."""
     session = cubes({"=cmd|' /C calc'!A0": TWO_BUMPS["a"], "b": TWO_BUMPS["b"]})
     out = tmp_path_factory.mktemp("run") / "run"
     return replay.run(session, detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
@@ -52,23 +53,23 @@ def text_of(value):
     return "" if value is None else str(inert_value(value))
 
 
-def test_csv_has_the_rows_of_parquet_and_units_in_headings(run):
-    assert write_run_tables(run.out, "csv") == []
-    for file in run.out.glob("*.parquet"):
+def test_csv_has_the_rows_of_parquet_and_units_in_headings(run_with_formula_name):
+    assert write_run_tables(run_with_formula_name.out, "csv") == []
+    for file in run_with_formula_name.out.glob("*.parquet"):
         table = pq.read_table(file)
         head, *rows = csv_rows(file.with_suffix(".csv"))
         assert head == headings(table.column_names, file.stem)
         assert rows == [[text_of(value) for value in row.values()] for row in table.to_pylist()]
-    assert {"start [s]", "cut_length [m]"} <= {*csv_rows(run.out / "misses.csv")[0]}
-    assert any(cell.startswith("'=cmd") for row in csv_rows(run.out / "misses.csv") for cell in row)
+    assert {"start [s]", "cut_length [m]"} <= {*csv_rows(run_with_formula_name.out / "misses.csv")[0]}
+    assert any(cell.startswith("'=cmd") for row in csv_rows(run_with_formula_name.out / "misses.csv") for cell in row)
 
 
-def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run):
+def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run_with_formula_name):
     openpyxl = pytest.importorskip("openpyxl")
-    assert write_run_tables(run.out, "xlsx") == []
-    book = openpyxl.load_workbook(run.out / "tables.xlsx")
-    assert set(book.sheetnames) == {file.stem for file in run.out.glob("*.parquet")}
-    table, (head, *rows) = pq.read_table(run.out / "misses.parquet"), [*book["misses"].rows]
+    assert write_run_tables(run_with_formula_name.out, "xlsx") == []
+    book = openpyxl.load_workbook(run_with_formula_name.out / "tables.xlsx")
+    assert set(book.sheetnames) == {file.stem for file in run_with_formula_name.out.glob("*.parquet")}
+    table, (head, *rows) = pq.read_table(run_with_formula_name.out / "misses.parquet"), [*book["misses"].rows]
     assert [cell.value for cell in head] == headings(table.column_names, "misses")
     expected = [list(row.values()) for row in table.to_pylist()]
     for cells, values in zip(rows, expected, strict=True):
@@ -110,24 +111,24 @@ def test_table_too_long_for_excel_is_omitted_with_a_sentence(tmp_path, monkeypat
     assert sentence == "t has 3 rows, more than an Excel sheet holds: use its Parquet file"
 
 
-def test_missing_package_is_one_clear_error(tmp_path, monkeypatch, run):
+def test_missing_package_is_one_clear_error(tmp_path, monkeypatch, run_with_formula_name):
     for name in ("xlsxwriter", "pandas", "polars"):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(OutputError, match=r'Excel tables need XlsxWriter: pip install "vrlab-replay\[excel\]"'):
         write_tables({"t": pa.table({"a": [1]})}, tmp_path, "xlsx")
-    for method, name in ((run.to_pandas, "pandas"), (run.to_polars, "polars")):
+    for method, name in ((run_with_formula_name.to_pandas, "pandas"), (run_with_formula_name.to_polars, "polars")):
         with pytest.raises(OutputError, match=f"{name} is not installed; pip install {name}"):
             method("misses")
 
 
-def test_result_gives_data_frames_of_its_tables(run):
-    frame = run.to_pandas("misses")
-    assert len(frame) == len(run.misses["slow"]) and frame["student"].tolist() == [""] * len(frame)
-    assert set(run.to_pandas("metrics")["detector"]) == {"slow", "exact"}
+def test_result_gives_data_frames_of_its_tables(run_with_formula_name):
+    frame = run_with_formula_name.to_pandas("misses")
+    assert len(frame) == len(run_with_formula_name.misses["slow"]) and frame["student"].tolist() == [""] * len(frame)
+    assert set(run_with_formula_name.to_pandas("metrics")["detector"]) == {"slow", "exact"}
     with pytest.raises(OutputError, match="no table 'frame'; there are: episodes, misses, false, events, metrics"):
-        run.to_pandas("frame")
+        run_with_formula_name.to_pandas("frame")
     polars = pytest.importorskip("polars")
-    assert isinstance(run.to_polars("episodes"), polars.DataFrame)
+    assert isinstance(run_with_formula_name.to_polars("episodes"), polars.DataFrame)
 
 
 @pytest.mark.parametrize("form", ["csv", "xlsx"])

@@ -59,7 +59,8 @@ def run(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def shared(run, tmp_path_factory):
+def shared_folder(run, tmp_path_factory):
+    """A folder made to be sent, of one run."""
     out, compress = tmp_path_factory.mktemp("sent") / "folder", gzip.compress
     with pytest.MonkeyPatch.context() as patch:  # the viewer is large, and compressing it takes most of a second
         patch.setattr(gzip, "compress", lambda data, _, mtime: compress(data, 0, mtime=mtime))
@@ -109,8 +110,8 @@ def control(name):
     return message_factory.GetMessageClass(pool.FindMessageTypeByName(f"control.{name}"))
 
 
-def test_every_moment_has_a_message_with_its_time(run, shared):
-    read, sent = control("Request"), moment_messages(shared)
+def test_every_moment_has_a_message_with_its_time(run, shared_folder):
+    read, sent = control("Request"), moment_messages(shared_folder)
     bookmarks = read_bookmarks(run / "run.rrd")
     times = {name: read.FromString(item).cursor for name, item in sent.items() if name != "layout"}
     assert {item.timeline.name for item in times.values()} == {"session"} and not any(
@@ -127,8 +128,8 @@ def test_every_moment_has_a_message_with_its_time(run, shared):
         assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns
 
 
-def test_every_miss_of_the_run_links_to_its_moment(run, shared):
-    page, sent = (shared / "index.html").read_text(), moment_messages(shared)
+def test_every_miss_of_the_run_links_to_its_moment(run, shared_folder):
+    page, sent = (shared_folder / "index.html").read_text(), moment_messages(shared_folder)
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
     rows = read_run_folder(run).rows("misses")
     requested = {
@@ -150,15 +151,15 @@ def texts_of(folder):
             yield file.name, repr([(item.schema, item.to_pylist() if item.num_rows < 50 else "") for item in batches])
 
 
-def test_run_and_shared_folder_hold_no_serial_path_or_name(run, shared):
-    recorded = {file.name for file in shared.iterdir()}
+def test_run_and_shared_folder_hold_no_serial_path_or_name(run, shared_folder):
+    recorded = {file.name for file in shared_folder.iterdir()}
     assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= recorded
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
-    secrets = ("anna.lind", str(run), str(run.parent), str(shared.parent))
-    for folder, sentence in ((run, SECRET), (shared, (*SECRET, *secrets))):
+    secrets = ("anna.lind", str(run), str(run.parent), str(shared_folder.parent))
+    for folder, sentence in ((run, SECRET), (shared_folder, (*SECRET, *secrets))):
         own = [item for item in texts_of(folder) if item[0] not in ("viewer.js", "re_viewer.js")]
         assert [(word, name) for name, text in own for word in sentence if word in text.lower()] == []
-    page = (shared / "index.html").read_text(encoding="utf-8")
+    page = (shared_folder / "index.html").read_text(encoding="utf-8")
     assert "S07" in page and replay.read(run)["metrics"]["session"][0].as_py() in page
 
 
@@ -250,11 +251,11 @@ def cursor_at(page, address):
 
 
 @pytest.mark.slow
-def test_shared_folder_opens_alone_and_every_link_moves_the_picture(run, shared, tmp_path):
-    url = (shared / "index.html").as_uri()
+def test_shared_folder_opens_alone_and_every_link_moves_the_picture(run, shared_folder, tmp_path):
+    url = (shared_folder / "index.html").as_uri()
     with opened(url, tmp_path) as page:
         in_time(page)
-        for address, message in moment_messages(shared).items():
+        for address, message in moment_messages(shared_folder).items():
             if address not in ("", "layout"):
                 assert cursor_at(page, address) == control("Request").FromString(message).cursor.moment.time
         page.ask("document.getElementById('picture').scrollIntoView()")
@@ -263,24 +264,24 @@ def test_shared_folder_opens_alone_and_every_link_moves_the_picture(run, shared,
         assert len(colours) > 500, "the viewer draws"
         assert not page.errors()
         assert serious_faults(page, tmp_path) == []
-        assert all(item.startswith((shared.as_uri(), "data:")) for item in page.requests()) and page.requests()
+        assert all(item.startswith((shared_folder.as_uri(), "data:")) for item in page.requests()) and page.requests()
 
 
-def test_shared_page_takes_only_pixels_of_the_still(shared, tmp_path, monkeypatch):
-    page = (shared / "index.html").read_text()
+def test_shared_page_takes_only_pixels_of_the_still(shared_folder, tmp_path, monkeypatch):
+    page = (shared_folder / "index.html").read_text()
     (still,) = re.findall(r'class="open-picture"><img src="data:image/webp;base64,([A-Za-z0-9+/=]+)"', page)
     with Image.open(io.BytesIO(base64.b64decode(still))) as image:
         assert image.format == "WEBP" and image.size == (84, 48)  # a fifth of 420 by 238, of ``coarse_stills``
     monkeypatch.setattr(leading_still, "LARGEST_SIDE_PIXELS", 50)
-    assert leading_still.read_still(shared / "run.rrd") == ""
+    assert leading_still.read_still(shared_folder / "run.rrd") == ""
     for text in ("no base64", base64.b64encode(b"<svg onload=alert(1)>").decode(), still[:40]):
         monkeypatch.setattr(leading_still, "read_texts", lambda *_, text=text: (True, [text]))
-        assert leading_still.read_still(shared / "run.rrd") == ""
+        assert leading_still.read_still(shared_folder / "run.rrd") == ""
 
 
 @pytest.mark.slow
-def test_phone_shows_the_still_and_loads_the_picture_on_request(shared, tmp_path):
-    with opened((shared / "index.html").as_uri(), tmp_path, (400, 800)) as page:
+def test_phone_shows_the_still_and_loads_the_picture_on_request(shared_folder, tmp_path):
+    with opened((shared_folder / "index.html").as_uri(), tmp_path, (400, 800)) as page:
         boxes = "[...document.querySelectorAll('.open-picture img, .open-picture a')].map((n) => n.offsetTop)"
         still, link = page.ask(boxes)
         assert still < link and not page.ask("document.getElementById('picture').checkVisibility()")

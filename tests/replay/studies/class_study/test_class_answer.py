@@ -27,16 +27,18 @@ STUDENTS = 20
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
+def class_runs(tmp_path_factory):
+    """Run folders of a class, one of each student."""
     return read_class(made_class(tmp_path_factory.mktemp("class") / "runs", STUDENTS, STUDENTS))
 
 
 @pytest.fixture(scope="module")
-def study(runs):
+def class_study(class_runs):
+    """Whether contacts a minute go with motivation in the class, all scales reliable."""
     answers, _ = a_class(STUDENTS, seed=1, slope=0.7)
     answered = questionnaire(answers)
     answered.index = [f"S{k:03d}" for k in range(STUDENTS)]
-    made = analyse(codebook((("motivation", "contacts_per_min"),)), answered, runs.as_metrics())
+    made = analyse(codebook((("motivation", "contacts_per_min"),)), answered, class_runs.as_metrics())
     return replace(made, reliabilities={name: replace(own, alpha=0.8) for name, own in made.reliabilities.items()})
 
 
@@ -45,8 +47,8 @@ def rows_of(runs, study, folder):
 
 
 @pytest.mark.parametrize("questioned", [True, False])
-def test_class_page_has_its_seven_headings_in_order(runs, study, tmp_path, questioned):
-    page = study_html(runs, places(runs, tmp_path), study if questioned else None)
+def test_class_page_has_its_seven_headings_in_order(class_runs, class_study, tmp_path, questioned):
+    page = study_html(class_runs, places(class_runs, tmp_path), class_study if questioned else None)
     names = ["What", "When", "Why", "Do", "Cost", "Or", "Sure"]
     assert re.findall(r"<dt>(\w+)</dt>", page) == [name for name in names if questioned or name != "Or"]
     text = unescape(re.sub(r"<[^>]*>", "", page[page.index("<dl>") : page.index("</dl>")]))
@@ -54,16 +56,16 @@ def test_class_page_has_its_seven_headings_in_order(runs, study, tmp_path, quest
     assert "Count contacts with the detector exact" in text
 
 
-def test_class_answer_names_the_most_frequent_cause_per_detector(runs, study, tmp_path):
+def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, class_study, tmp_path):
     counted, students = Counter(), defaultdict(set)
-    for file in runs.top.glob("*/misses.parquet"):  # a run is of one student
+    for file in class_runs.top.glob("*/misses.parquet"):  # a run is of one student
         for row in pq.read_table(file).to_pylist():
             if not row["held"]:
                 counted[row["detector"], row["cause"]] += 1
                 students[row["detector"], row["cause"]].add(file.parent.name)
-    row = rows_of(runs, study, tmp_path)["Why"]
+    row = rows_of(class_runs, class_study, tmp_path)["Why"]
     why = f"{row.text} {row.figures} {row.details}"
-    for label in runs.audited_detectors:
+    for label in class_runs.audited_detectors:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
         most = {cause for cause, count in counts.items() if count == max(counts.values())}
         printed = re.findall(
@@ -75,8 +77,8 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(runs, study, tm
         assert {count for _, count in printed} == {share}
 
 
-def test_first_sessions_lead_to_their_miss(runs, study, tmp_path):
-    links = rows_of(runs, study, tmp_path)["When"].links
+def test_first_sessions_lead_to_their_miss(class_runs, class_study, tmp_path):
+    links = rows_of(class_runs, class_study, tmp_path)["When"].links
     assert 1 <= len(links) <= 3
     for text, address in links:
         assert re.fullmatch(r"S\d{3}: \S+ - \S+ at [\d.]+ s", text) and "report.html#miss-" in address
@@ -97,12 +99,14 @@ def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
     assert "Why" not in rows and "misses" not in rows["What"].details and "fewer than 5 students" in rows["Sure"].text
 
 
-def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
-    changed = [study.sensitivity[0]] + [replace(row, after=associated(row.after)) for row in study.sensitivity[1:]]
+def test_changing_detectors_are_named_as_such(class_runs, class_study, tmp_path):
+    changed = [class_study.sensitivity[0]] + [
+        replace(row, after=associated(row.after)) for row in class_study.sensitivity[1:]
+    ]
     assert [row.changes for row in changed] == [False, True]
-    rows = rows_of(runs, replace(study, sensitivity=tuple(changed)), tmp_path)
+    rows = rows_of(class_runs, replace(class_study, sensitivity=tuple(changed)), tmp_path)
     detector = changed[1].detector
-    counts = ClassTables(runs).mistakes(detector)
+    counts = ClassTables(class_runs).mistakes(detector)
     assert rows["Why"].text.startswith(f"{detector} is wrong because ")
     assert (
         f"{detector} missed {counts.missed} of {counts.contacts} contacts, was late or cut short in "
@@ -113,22 +117,24 @@ def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
     assert f" is +0.70 with {detector}, {before:+.2f} with exact." in rows["What"].text
     assert rows["When"].text == f"Mistakes that change it, of {detector}, for example:"
     assert changed[0].detector in rows["Or"].text and detector not in rows["Or"].text
-    every = replace(study, sensitivity=tuple(replace(row, after=associated(row.after)) for row in study.sensitivity))
-    assert rows_of(runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
+    every = replace(
+        class_study, sensitivity=tuple(replace(row, after=associated(row.after)) for row in class_study.sensitivity)
+    )
+    assert rows_of(class_runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
 
 
 def associated(finding):
     return replace(finding, beta=0.7, low=0.4, high=0.9, p=0.001, p_holm=0.001)
 
 
-def test_class_answer_counts_mistakes_that_changed_no_conclusion(runs, study, tmp_path):
-    why = rows_of(runs, study, tmp_path)["Why"]
+def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, class_study, tmp_path):
+    why = rows_of(class_runs, class_study, tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")
-    same = replace(study, sensitivity=tuple(replace(row, after=row.before) for row in study.sensitivity))
-    unmoved = rows_of(runs, same, tmp_path)["Why"]
+    same = replace(class_study, sensitivity=tuple(replace(row, after=row.before) for row in class_study.sensitivity))
+    unmoved = rows_of(class_runs, same, tmp_path)["Why"]
     wrong, contacts = Counter(), 0
-    for folder in runs.top.glob("*/"):
+    for folder in class_runs.top.glob("*/"):
         misses = pq.read_table(folder / "misses.parquet").to_pylist()
         wrong.update(
             detector for detector, _ in {(row["detector"], row["episode"]) for row in misses if not row["held"]}
@@ -138,15 +144,15 @@ def test_class_answer_counts_mistakes_that_changed_no_conclusion(runs, study, tm
     counted = f"moved no result: {first} got {most} of {contacts} contacts wrong, {second} {fewer}."
     assert unmoved.figures == f"The detectors' mistakes {counted}"
     first, *others = same.coefficients
-    some = rows_of(runs, replace(same, coefficients=(associated(first), *others)), tmp_path)["Why"]
+    some = rows_of(class_runs, replace(same, coefficients=(associated(first), *others)), tmp_path)["Why"]
     assert some.text.startswith("The detectors' mistakes moved no result: ")
 
 
-def test_class_answer_blames_unreliable_questionnaire_scales(runs, study, tmp_path):
-    assert study.unreliable_scales == []
-    weak = replace(study.reliabilities["motivation"], alpha=0.5712)
-    unreliable = replace(study, reliabilities=study.reliabilities | {"motivation": weak})
-    rows = rows_of(runs, unreliable, tmp_path)
+def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_study, tmp_path):
+    assert class_study.unreliable_scales == []
+    weak = replace(class_study.reliabilities["motivation"], alpha=0.5712)
+    unreliable = replace(class_study, reliabilities=class_study.reliabilities | {"motivation": weak})
+    rows = rows_of(class_runs, unreliable, tmp_path)
     assert rows["Why"].text == (
         "An association may be hidden: the answers on motivation are unreliable (Cronbach's alpha 0.57; "
         f"{ACCEPTABLE_ALPHA:g} is usual) and {STUDENTS} students are few."
@@ -154,33 +160,33 @@ def test_class_answer_blames_unreliable_questionnaire_scales(runs, study, tmp_pa
     assert rows["Do"].text == (
         "Count contacts with the detector exact, revise the questions on motivation, and study at least 85 students."
     )
-    many = rows_of(runs, replace(unreliable, students=85), tmp_path)
+    many = rows_of(class_runs, replace(unreliable, students=85), tmp_path)
     assert many["Do"].text == "Count contacts with the detector exact and revise the questions on motivation."
     assert many["Why"].text.endswith("(Cronbach's alpha 0.57; 0.7 is usual).")
     first, *others = unreliable.coefficients
-    some = rows_of(runs, replace(unreliable, coefficients=(associated(first), *others)), tmp_path)
+    some = rows_of(class_runs, replace(unreliable, coefficients=(associated(first), *others)), tmp_path)
     assert "unreliable" not in some["Why"].text and "revise" not in some["Do"].text
-    other = replace(study.reliabilities["motivation"], alpha=float("nan"))
-    assert replace(study, reliabilities={"unused": weak, "motivation": other}).unreliable_scales == ["motivation"]
+    other = replace(class_study.reliabilities["motivation"], alpha=float("nan"))
+    assert replace(class_study, reliabilities={"unused": weak, "motivation": other}).unreliable_scales == ["motivation"]
 
 
-def test_class_answer_advises_more_students_only_without_an_association(runs, study, tmp_path):
+def test_class_answer_advises_more_students_only_without_an_association(class_runs, class_study, tmp_path):
     """85 students detect a correlation of 0.3 with 80 % power."""
-    rows = rows_of(runs, study, tmp_path)
+    rows = rows_of(class_runs, class_study, tmp_path)
     assert rows["Do"].text == "Count contacts with the detector exact and study at least 85 students."
     assert rows["Do"].figures.startswith(
         "Among 85 students a correlation of 0.3 is found with 80 % power (one test at p <"
     )
     assert "85" not in rows["Sure"].figures
-    first, *others = study.coefficients
-    some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)
+    first, *others = class_study.coefficients
+    some = rows_of(class_runs, replace(class_study, coefficients=(associated(first), *others)), tmp_path)
     assert some["Do"].text == "Count contacts with the detector exact." and "takes 85 students" in some["Sure"].figures
-    assert "study" not in rows_of(runs, replace(study, students=85), tmp_path)["Do"].text
+    assert "study" not in rows_of(class_runs, replace(class_study, students=85), tmp_path)["Do"].text
 
 
-def test_more_students_are_needed_where_more_tests_are_made(runs, study, tmp_path):
-    six = replace(study, coefficients=study.coefficients * 6)
-    rows = rows_of(runs, six, tmp_path)
+def test_more_students_are_needed_where_more_tests_are_made(class_runs, class_study, tmp_path):
+    six = replace(class_study, coefficients=class_study.coefficients * 6)
+    rows = rows_of(class_runs, six, tmp_path)
     needed = students_needed(0.3, 6)
     assert (
         rows["Do"].text == f"Count contacts with the detector exact and study at least {needed} students."
@@ -190,36 +196,40 @@ def test_more_students_are_needed_where_more_tests_are_made(runs, study, tmp_pat
     assert rows["Cost"].text.startswith(f"{needed - STUDENTS} more students")
 
 
-def test_class_answer_explains_why_no_test_was_possible(runs, study, tmp_path):
-    untested = replace(study, coefficients=tuple(replace(row, p=None, p_holm=None) for row in study.coefficients))
-    rows = rows_of(runs, replace(untested, sensitivity=()), tmp_path)
+def test_class_answer_explains_why_no_test_was_possible(class_runs, class_study, tmp_path):
+    untested = replace(
+        class_study, coefficients=tuple(replace(row, p=None, p_holm=None) for row in class_study.coefficients)
+    )
+    rows = rows_of(class_runs, replace(untested, sensitivity=()), tmp_path)
     assert rows["Why"].text == "No test was possible: the codebook asks for no association that can be tested."
     assert rows["Do"].text == "Count contacts with the detector exact." and "more student" not in rows["Cost"].text
     assert rows["Sure"].text == f"Nothing is known of associations: none was tested in {STUDENTS} students."
     assert "correlation" not in rows["Sure"].figures
     refused = StudyRefusedError("few-students", "p of the regression of a on b")
-    few = rows_of(runs, replace(untested, students=8, sensitivity=(), refusals=(refused,)), tmp_path)
+    few = rows_of(class_runs, replace(untested, students=8, sensitivity=(), refusals=(refused,)), tmp_path)
     assert few["Cost"].text.startswith("2 more students")
     assert few["Why"].text.startswith("No test was possible: a p-value from fewer than 10 students ")
     assert few["Do"].text == "Count contacts with the detector exact and study at least 10 students."
 
 
-def test_detectors_are_explained_beside_their_mistakes(runs, study, tmp_path):
-    titled = replace(runs, titles={"slow": "meshes at 5 Hz"})
-    why = rows_of(titled, study, tmp_path)["Why"]
+def test_detectors_are_explained_beside_their_mistakes(class_runs, class_study, tmp_path):
+    titled = replace(class_runs, titles={"slow": "meshes at 5 Hz"})
+    why = rows_of(titled, class_study, tmp_path)["Why"]
     assert "slow (meshes at 5 Hz) got " in why.figures and "coarse (" not in why.figures
 
 
-def test_recommended_detector_is_the_reference_though_another_counts(runs, study, tmp_path):
-    do = rows_of(runs, replace(study, detector="slow"), tmp_path)["Do"]
+def test_recommended_detector_is_the_reference_though_another_counts(class_runs, class_study, tmp_path):
+    do = rows_of(class_runs, replace(class_study, detector="slow"), tmp_path)["Do"]
     assert do.text.startswith("Count contacts with the detector exact") and do.figures.endswith("is counted with slow.")
 
 
-def test_detector_that_counts_is_not_blamed_for_a_change(runs, study, tmp_path):
-    exact = replace(study.sensitivity[0], detector="exact", recall=1.0)
-    changed = replace(study, detector="slow", sensitivity=(replace(exact, after=associated(exact.after)),))
-    assert rows_of(runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
-    same = rows_of(runs, replace(study, detector="slow", sensitivity=(replace(exact, after=exact.before),)), tmp_path)
+def test_detector_that_counts_is_not_blamed_for_a_change(class_runs, class_study, tmp_path):
+    exact = replace(class_study.sensitivity[0], detector="exact", recall=1.0)
+    changed = replace(class_study, detector="slow", sensitivity=(replace(exact, after=associated(exact.after)),))
+    assert rows_of(class_runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
+    same = rows_of(
+        class_runs, replace(class_study, detector="slow", sensitivity=(replace(exact, after=exact.before),)), tmp_path
+    )
     assert "Or" not in same, "the reference stands below Do"
 
 
@@ -240,49 +250,51 @@ def test_least_correlation_is_found_in_four_of_five_samples(students, tests):
     assert students_needed(least, tests) in (students, students + 1)
 
 
-def test_certainty_is_of_the_detector_and_of_the_associations(runs, study, tmp_path):
-    sure = rows_of(runs, study, tmp_path)["Sure"]
+def test_certainty_is_of_the_detector_and_of_the_associations(class_runs, class_study, tmp_path):
+    sure = rows_of(class_runs, class_study, tmp_path)["Sure"]
     assert sure.text == (
         "Sure that the detector changes no conclusion here: 3 detectors lead to the same ones. "
         f"Not shown: that there is no association. {STUDENTS} students can miss a correlation below 0.59."
     )
-    same = replace(study, sensitivity=tuple(replace(row, after=row.before) for row in study.sensitivity))
-    equal = rows_of(runs, same, tmp_path)["Sure"].text
+    same = replace(class_study, sensitivity=tuple(replace(row, after=row.before) for row in class_study.sensitivity))
+    equal = rows_of(class_runs, same, tmp_path)["Sure"].text
     assert equal.startswith("Sure that the detector changes nothing here: 3 detectors give the same results. ")
-    many = rows_of(runs, replace(study, students=100), tmp_path)["Sure"].text
+    many = rows_of(class_runs, replace(class_study, students=100), tmp_path)["Sure"].text
     assert many.endswith("Fairly sure that no correlation is above 0.28: 100 students would mostly show it.")
-    changed = tuple(replace(row, after=associated(row.after)) for row in study.sensitivity)
-    another = rows_of(runs, replace(study, sensitivity=changed), tmp_path)["Sure"].text
+    changed = tuple(replace(row, after=associated(row.after)) for row in class_study.sensitivity)
+    another = rows_of(class_runs, replace(class_study, sensitivity=changed), tmp_path)["Sure"].text
     assert another.startswith("Sure about the detectors: they are measured against exact, the reference. ")
-    few = rows_of(runs, replace(study, students=19), tmp_path)["Sure"].text
+    few = rows_of(class_runs, replace(class_study, students=19), tmp_path)["Sure"].text
     assert few.endswith("Not shown: that there is no association. 19 students are very few.")
-    first, *others = study.coefficients
-    some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)["Sure"].text
+    first, *others = class_study.coefficients
+    some = rows_of(class_runs, replace(class_study, coefficients=(associated(first), *others)), tmp_path)["Sure"].text
     assert some.endswith(
         f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
     )
-    without = rows_of(runs, None, tmp_path)
+    without = rows_of(class_runs, None, tmp_path)
     assert without["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
     assert "--questionnaire" in without["Do"].figures
 
 
 @pytest.mark.parametrize(("slow_ms", "least"), [(0.02, True), (0.01001, False), (0.005, False)])
-def test_cost_calls_the_recommended_detector_least_only_where_measured(runs, study, tmp_path, slow_ms, least):
+def test_cost_calls_the_recommended_detector_least_only_where_measured(
+    class_runs, class_study, tmp_path, slow_ms, least
+):
     times = {"exact": 0.01, "slow": slow_ms, "coarse": 0.03}
-    metrics = runs.every_metric
+    metrics = class_runs.every_metric
     milliseconds = pa.array([times[label] for label in metrics["detector"].to_pylist()])
     if "mean_ms" in metrics.column_names:
         metrics = metrics.drop_columns(["mean_ms"])
-    timed = replace(runs, every_metric=metrics.append_column("mean_ms", milliseconds))
-    cost = rows_of(timed, study, tmp_path)
-    minutes = [next(iter(rows.values()))["valid_minutes"] for rows in runs.metrics.values()]
+    timed = replace(class_runs, every_metric=metrics.append_column("mean_ms", milliseconds))
+    cost = rows_of(timed, class_study, tmp_path)
+    minutes = [next(iter(rows.values()))["valid_minutes"] for rows in class_runs.metrics.values()]
     whole = words.duration(sum(minutes) * 60 * 90 * 0.01e-3)
     takes = (
         f"exact takes 0.01 ms a frame ({whole} for this class){', less than every other detector' if least else ''}."
     )
     each = words.duration(60 * sum(minutes) / STUDENTS)
     assert cost["Cost"].text == f"{85 - STUDENTS} more students with a recording of about {each} each; {takes}"
-    enough = rows_of(timed, replace(study, students=85), tmp_path)["Cost"].text
+    enough = rows_of(timed, replace(class_study, students=85), tmp_path)["Cost"].text
     assert enough == takes
     assert ("Or" in cost) == (slow_ms < 0.01), "a detector that is slower than the reference is no other way"
 
@@ -295,9 +307,9 @@ def with_false_contacts(runs, kinds):
     return replace(runs, tables=runs.tables | {"false_contacts": table})
 
 
-def test_mistakes_are_recounts_of_misses_and_false_contacts(runs):
-    changed = with_false_contacts(runs, [FaultKind.NO_CONTACT, FaultKind.ENDS_LATE, FaultKind.STARTS_EARLY])
-    for label in runs.audited_detectors:
+def test_mistakes_are_recounts_of_misses_and_false_contacts(class_runs):
+    changed = with_false_contacts(class_runs, [FaultKind.NO_CONTACT, FaultKind.ENDS_LATE, FaultKind.STARTS_EARLY])
+    for label in class_runs.audited_detectors:
         mistakes = ClassTables(changed).mistakes(label)
         misses = [row for row in changed.tables["misses"].to_pylist() if row["detector"] == label]
         never = {(row["place"], row["episode"]) for row in misses if row["kind"] == "never found"}
@@ -313,14 +325,14 @@ def test_mistakes_are_recounts_of_misses_and_false_contacts(runs):
     [(["nothing there"], ""), (["ends late"], "all"), (["nothing there", "ends late"], r"\d+")],
     ids=["none", "all", "some"],
 )
-def test_prolonged_contacts_are_counted_among_false_contacts(runs, study, tmp_path, kinds, which):
-    text = rows_of(with_false_contacts(runs, kinds), study, tmp_path)["Why"]
+def test_prolonged_contacts_are_counted_among_false_contacts(class_runs, class_study, tmp_path, kinds, which):
+    text = rows_of(with_false_contacts(class_runs, kinds), class_study, tmp_path)["Why"]
     printed = re.findall(r"\((\w+) only prolong a true contact\)", f"{text.text} {text.figures} {text.details}")
     assert bool(printed) == bool(which) and all(re.fullmatch(which, word) for word in printed)
 
 
-def test_page_lists_eight_unmatched_codes_and_counts_the_rest(runs, study, tmp_path):
+def test_page_lists_eight_unmatched_codes_and_counts_the_rest(class_runs, class_study, tmp_path):
     codes = tuple(f"'X{number}' matches no recording" for number in range(10))
-    page = unescape(study_html(runs, places(runs, tmp_path), replace(study, unmatched=codes)))
+    page = unescape(study_html(class_runs, places(class_runs, tmp_path), replace(class_study, unmatched=codes)))
     assert "Code 'X7' matches no recording." in page and "'X8'" not in page
     assert "2 more codes match nothing." in page

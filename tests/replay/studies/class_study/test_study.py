@@ -35,7 +35,7 @@ ARMS = codebook((EASE, CONTACTS), groups=("arm", NAMES))
 HALVES = [*NAMES] * 20
 
 
-def study(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
+def study_of_class(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
     """A study of contacts that go with motivation; ``scattered``: not as the other detector sees them."""
     answers, contacts = a_class(count, seed=1, slope=0.0, contacts=0.75)
     table = metrics(contacts, detectors=("exact", other)[: 1 + bool(other)], recall=(1.0, recall)[: 1 + bool(other)])
@@ -61,7 +61,8 @@ def test_study_finds_only_the_planted_association():
     assert not result.refusals
 
 
-def finding(low, high, p):
+def finding_of_contacts(low, high, p):
+    """What a regression found about contacts and motivation of 40 students: an interval of beta, and p."""
     ends = {"beta": (low + high) / 2, "low": low, "high": high, "p": p, "p_holm": p}
     return Finding(name="contacts_per_min", kind="simple", variables=CONTACTS, students=40, **ends)
 
@@ -69,12 +70,12 @@ def finding(low, high, p):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
     result, *others = (
-        finding(*sorted((sign * lower, sign * 1.2)), p)
+        finding_of_contacts(*sorted((sign * lower, sign * 1.2)), p)
         for lower, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
     )
     text = ["undecided: interval holds zero", "not distinguished from chance", "not tested"]
     assert result.conclusion == "associated" and [item.conclusion for item in others] == text
-    rotated = finding(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
+    rotated = finding_of_contacts(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
     for before, after in ((result, others[0]), (others[0], result), (result, rotated)):
         assert Sensitivity("hybrid", 0.9, before, after).conclusion == "another conclusion"
     assert Sensitivity("hybrid", 0.9, others[0], others[1]).conclusion == "the same"
@@ -86,23 +87,23 @@ UNKNOWN = "whether the detector changes a conclusion is not known, since"
 STATES = {
     "none": (lambda: None, f"{UNKNOWN} there is no questionnaire."),
     "one detector": (
-        lambda: study(other=""),
+        lambda: study_of_class(other=""),
         f"{UNKNOWN} no result about contacts could be compared between detectors.",
     ),
-    "the same": (study, "the detector changes no conclusion."),
+    "the same": (study_of_class, "the detector changes no conclusion."),
     "another": (
-        lambda: study(scattered=True),
+        lambda: study_of_class(scattered=True),
         "the detector changes 1 conclusion: the association of contacts per minute with motivation holds with exact, "
         "not with hybrid.",
     ),
     "groups": (
-        lambda: study(arms=True, recall=1.0),
+        lambda: study_of_class(arms=True, recall=1.0),
         "the detector changes 2 conclusions: the association of contacts per minute with motivation holds with hybrid, "
         "not with exact; "
         "the difference in contacts per minute (group second less group first) holds with exact, not with hybrid.",
     ),
     "nobody tested": (
-        lambda: study(9),
+        lambda: study_of_class(9),
         f"{UNKNOWN} no result could be tested with another detector.",
     ),
 }
@@ -115,8 +116,8 @@ def test_study_headline_states_whether_a_conclusion_changes(state):
 
 
 def test_detectors_changing_the_same_conclusion_share_a_sentence():
-    some, nothing = finding(0.1, 1.2, 0.04), finding(-0.1, 0.2, 0.5)
-    other_sign = finding(-1.2, -0.1, 0.04)
+    some, nothing = finding_of_contacts(0.1, 1.2, 0.04), finding_of_contacts(-0.1, 0.2, 0.5)
+    other_sign = finding_of_contacts(-1.2, -0.1, 0.04)
     result = "the association of contacts per minute with motivation"
     for before, afters, text in (
         (some, {"b": nothing, "c": nothing, "d": nothing}, f"{result} holds with a, not with b, c or d"),
@@ -136,13 +137,13 @@ WHICHEVER = "whichever collision detector counts the contacts"
 
 
 def test_study_headline_states_where_no_association_was_found():
-    nothing, some = finding(-0.1, 0.2, 0.5), finding(0.1, 1.2, 0.04)
+    nothing, some = finding_of_contacts(-0.1, 0.2, 0.5), finding_of_contacts(0.1, 1.2, 0.04)
     same, about = Sensitivity("hybrid", 0.9, nothing, nothing), Sensitivity("hybrid", 0.9, some, some)
     answers = {
         "the detector changes no conclusion": ([same, about], [nothing, some]),
         f"no association with behaviour was found, {WHICHEVER}": ([same], [nothing, some]),
         f"no association was found, {WHICHEVER}": ([same], [nothing]),
-        f"no clear association was found, {WHICHEVER}": ([same], [nothing, finding(-0.1, 1.2, 0.04)]),
+        f"no clear association was found, {WHICHEVER}": ([same], [nothing, finding_of_contacts(-0.1, 1.2, 0.04)]),
     }
     for answer, (sensitivity, findings) in answers.items():
         made = SimpleNamespace(sensitivity=sensitivity, findings=findings)
@@ -169,8 +170,8 @@ def test_result_states_student_count_once_and_marks_associations():
 
 
 def test_undecided_is_defined_by_the_result_that_is():
-    wide, corrected = finding(-0.1, 1.2, 0.04), replace(finding(0.1, 1.2, 0.017), p_holm=0.1)
-    chance = finding(-0.1, 1.2, 0.5)
+    wide, corrected = finding_of_contacts(-0.1, 1.2, 0.04), replace(finding_of_contacts(0.1, 1.2, 0.017), p_holm=0.1)
+    chance = finding_of_contacts(-0.1, 1.2, 0.5)
     after_holm = (
         "Undecided means here: p is 0.017 alone, which is below 0.05, but 0.100 after correction for 3 associations "
         "tested together."
@@ -201,7 +202,7 @@ def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
         analyse(REQUESTED, questionnaire(answers), table, detector="exakt")
 
 
-def test_behaviour_of_unknown_recall_is_not_analysed(runs):
+def test_behaviour_of_unknown_recall_is_not_analysed(class_runs):
     answers, contacts = a_class(30)
     strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
     for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
@@ -209,7 +210,7 @@ def test_behaviour_of_unknown_recall_is_not_analysed(runs):
         assert [item.variables for item in result.coefficients] == [EASE]
         (refused,) = result.refusals
         assert refused.rule == rule and "contacts_per_min" in refused.what
-        (plain,) = json.loads(json.dumps(as_json(runs, result), allow_nan=False))["refused"]
+        (plain,) = json.loads(json.dumps(as_json(class_runs, result), allow_nan=False))["refused"]
         assert plain["rule"] == rule and plain["lift"]
 
 
@@ -297,13 +298,14 @@ def test_detector_of_constant_contacts_counts_as_not_tested():
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
+def class_runs(tmp_path_factory):
+    """Run folders of six students, one of which used other settings."""
     result = read_class(made_class(tmp_path_factory.mktemp("class"), 6, 6, contacts=3))
     result.metrics["run002"]["slow"]["settings"] = "other"
     return result
 
 
-def test_the_page_of_a_study_reads_so(runs, snapshot):
+def test_the_page_of_a_study_reads_so(class_runs, snapshot):
     """With the n of the rows used, not of the questionnaire; with what is refused, and warned of."""
     answers, contacts = a_class(40, seed=3)
     answers[:5, 3] = np.nan
@@ -312,34 +314,36 @@ def test_the_page_of_a_study_reads_so(runs, snapshot):
     group = ["first"] * 31 + ["second"] * 9
     table["stirs"] = 1.0
     result = analyse(requested, questionnaire(answers, group), table)
-    page = study_html(runs, places(runs, runs.top), result, Heading("Class of 2026"))
+    page = study_html(class_runs, places(class_runs, class_runs.top), result, Heading("Class of 2026"))
     page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)
     page = re.sub(r"</(td|th)>", " | ", re.sub(r"</(p|tr|h[1-6]|li|summary|caption)>", "\n", page))
     assert re.sub(r"[ \n]*\n[ \n]*", "\n", re.sub("<[^>]+>", "", page)) == snapshot
-    few_students = study_html(runs, places(runs, runs.top), replace(result, bartlett=None), Heading("Class of 2026"))
+    few_students = study_html(
+        class_runs, places(class_runs, class_runs.top), replace(result, bartlett=None), Heading("Class of 2026")
+    )
     assert "All items together" in page and "All items together" not in few_students
 
 
-def test_counts_of_students_are_integers_in_the_files(runs, tmp_path):
-    out = write_study(runs, study(), tmp_path / "study", inputs={})
+def test_counts_of_students_are_integers_in_the_files(class_runs, tmp_path):
+    out = write_study(class_runs, study_of_class(), tmp_path / "study", inputs={})
     with (out / "associations.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = [*csv.DictReader(file)]
     assert rows and all(row["students"].isdigit() for row in rows)
     assert {row["associated"] for row in rows} <= {"True", "False"}
 
 
-def test_study_folder_needs_force_and_holds_no_pseudonym(runs, tmp_path):
-    result = study()
+def test_study_folder_needs_force_and_holds_no_pseudonym(class_runs, tmp_path):
+    result = study_of_class()
     pseudonym = names(8)[-1]
-    out = write_study(runs, result, tmp_path / "study", inputs={})
+    out = write_study(class_runs, result, tmp_path / "study", inputs={})
     for file in out.iterdir():
         assert pseudonym not in file.read_text("utf-8"), file.name
     heading, *rows = (out / "associations.csv").read_text("utf-8-sig").splitlines()
     assert heading.startswith("outcome,predictor,") and len(rows) == len(REQUESTED.questions)
     with pytest.raises(OutputError, match="--force"):
-        write_study(runs, result, out, inputs={})
-    write_study(runs, result, out, inputs={}, force=True)
+        write_study(class_runs, result, out, inputs={})
+    write_study(class_runs, result, out, inputs={}, force=True)
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("years of work")
     with pytest.raises(OutputError, match="is not a study folder"):
-        write_study(runs, result, tmp_path / "thesis", inputs={}, force=True)
+        write_study(class_runs, result, tmp_path / "thesis", inputs={}, force=True)

@@ -16,7 +16,8 @@ AFTER = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 3.0, 3, 3, 0.9, 0.9, 0.8, 3.0, 3, 0.
 
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory):
+def run_folders(tmp_path_factory):
+    """Run folders a, b and c: b and c replay another motion, b with other detectors."""
     at = tmp_path_factory.mktemp("runs")
     more = {"picture": False, "oracle": "none"}
     run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100],hybrid", out=at / "a", **more)
@@ -29,43 +30,43 @@ def summary_of(folder):
     return json.loads((folder / "summary.json").read_text())
 
 
-def test_diff_finds_planted_gained_lost_and_shifted_contacts(folders):
-    result = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
+def test_diff_finds_planted_gained_lost_and_shifted_contacts(run_folders):
+    result = diff_runs(run_folders / "a", run_folders / "c", different_sessions=True).detectors["slow"]
     assert result.same == 1
     assert [contact.start for contact in result.lost] == [pytest.approx(0.04)]
     assert [contact.start for contact in result.gained] == [pytest.approx(0.12)]
     (shift,) = result.shifted
     assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
     assert result.same_verdicts is False
-    before, after = (summary_of(folders / name)["detectors"]["slow"]["seconds"] for name in "ac")
+    before, after = (summary_of(run_folders / name)["detectors"]["slow"]["seconds"] for name in "ac")
     assert result.time_ratio == pytest.approx(after["detect"] / before["detect"])
     assert result.p99_ratio == pytest.approx(after["sample_times"]["p99"] / before["sample_times"]["p99"])
     kinds = {"gained", "lost", "shifted"}
     assert all(replace(result, **dict.fromkeys(kinds - {kind}, ())).changed for kind in kinds)
 
 
-def test_diff_lists_exactly_the_settings_that_differ(folders):
-    result = diff_runs(folders / "a", folders / "b", different_sessions=True)
+def test_diff_lists_exactly_the_settings_that_differ(run_folders):
+    result = diff_runs(run_folders / "a", run_folders / "b", different_sessions=True)
     assert result.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
     assert (result.only_a, result.only_b) == (("hybrid",), ("sphere", "aabb"))
 
 
-def test_diff_of_a_run_with_itself_is_empty(folders):
-    result = diff_runs(folders / "a", folders / "a")
+def test_diff_of_a_run_with_itself_is_empty(run_folders):
+    result = diff_runs(run_folders / "a", run_folders / "a")
     assert not result.changed and not result.settings
     assert all(item.same_verdicts and item.time_ratio == 1.0 for item in result.detectors.values())
 
 
-def test_runs_of_different_recordings_are_refused_unless_that_is_meant(folders, tmp_path, capsys):
-    assert main(["diff", str(folders / "a"), str(folders / "c")]) == 1
+def test_runs_of_different_recordings_are_refused_unless_that_is_meant(run_folders, tmp_path, capsys):
+    assert main(["diff", str(run_folders / "a"), str(run_folders / "c")]) == 1
     output = capsys.readouterr().err
     assert "replay different recordings" in output and "add --different-sessions" in output
-    main(["diff", str(folders / "a"), str(folders / "c"), "--different-sessions"])
+    main(["diff", str(run_folders / "a"), str(run_folders / "c"), "--different-sessions"])
     assert "?" not in capsys.readouterr().out, "without a reference there is no fraction of false contact to print"
-    assert not diff_runs(folders / "b", folders / "c").detectors["slow"].same, "of one recording they compare"
+    assert not diff_runs(run_folders / "b", run_folders / "c").detectors["slow"].same, "of one recording they compare"
     again = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
     run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)
-    assert diff_runs(folders / "a", tmp_path / "moved").settings["session.frames"][1] == 12
+    assert diff_runs(run_folders / "a", tmp_path / "moved").settings["session.frames"][1] == 12
 
 
 @pytest.fixture(scope="module")

@@ -51,7 +51,8 @@ def test_nothing_left_can_be_removed_alone_despite_chance(count, seed):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def run_folder(tmp_path_factory):
+    """A run of ten frames, whose ``slow`` samples at 25 Hz."""
     at = tmp_path_factory.mktemp("shrink")
     write_session(cubes({"a": [0] * 10, "b": PLACES}), at / "s.mcap")
     detectors = "slow=discrete[rate_hz=25],exact2=hybrid"
@@ -79,8 +80,8 @@ def nothing_can_go(fault):
             yield replace(fault, bodies=bodies)
 
 
-def test_miss_between_samples_ends_at_two_frames_and_two_faces(folder):
-    fault = fault_of_run(read_run_folder(folder), miss=1, label="slow")
+def test_miss_between_samples_ends_at_two_frames_and_two_faces(run_folder):
+    fault = fault_of_run(read_run_folder(run_folder), miss=1, label="slow")
     done = least(fault)
     assert fault.contact and Size.of(done) == Size(2, 2, (2, 2))
     assert not any(item.is_reproduced() and doubts_of(item) <= doubts_of(done) for item in nothing_can_go(done))
@@ -118,9 +119,11 @@ def test_contained_body_is_shrunk_to_a_tetrahedron():
     assert (done.motion.rotations == np.eye(3)).all()
 
 
-def test_written_test_fails_on_its_detector_and_passes_on_another(folder, tmp_path, capsys, monkeypatch, snapshot):
+def test_written_test_fails_on_its_detector_and_passes_on_another(run_folder, tmp_path, capsys, monkeypatch, snapshot):
     out = tmp_path / "case"
-    assert main(["shrink", str(folder), "--miss", "1", "--detector", "slow", "-o", str(out), "--format", "json"]) == 0
+    assert (
+        main(["shrink", str(run_folder), "--miss", "1", "--detector", "slow", "-o", str(out), "--format", "json"]) == 0
+    )
     assert json.loads(capsys.readouterr().out)["after"] == "2 frames x 2 x 2 faces of 2 bodies"
     assert {file.name: file.read_text() for file in sorted(out.iterdir()) if file.suffix != ".py"} == snapshot
     for name, right in ((None, False), ("exact", True), ("hybrid", True), ("discrete", False)):
@@ -130,8 +133,8 @@ def test_written_test_fails_on_its_detector_and_passes_on_another(folder, tmp_pa
             test()
 
 
-def test_written_numbers_read_back_bit_for_bit(folder, tmp_path):
-    fault = fault_of_run(read_run_folder(folder), miss=1, label="slow")
+def test_written_numbers_read_back_bit_for_bit(run_folder, tmp_path):
+    fault = fault_of_run(read_run_folder(run_folder), miss=1, label="slow")
     odd = fault.motion.translations + np.array([1 / 3, 1e-17, -(2.0**-60)])
     motion = Motion(fault.motion.times + 1 / 7, odd, fault.motion.rotations)
     fault = replace(fault, motion=motion)
@@ -142,8 +145,8 @@ def test_written_numbers_read_back_bit_for_bit(folder, tmp_path):
     assert read["body"]("a", "body-1.obj").mesh.vertices.tobytes() == fault.bodies[0].mesh.vertices.tobytes()
 
 
-def test_unshrinkable_answer_is_explained_in_a_sentence(folder, tmp_path, capsys):
-    opened = read_run_folder(folder)
+def test_unshrinkable_answer_is_explained_in_a_sentence(run_folder, tmp_path, capsys):
+    opened = read_run_folder(run_folder)
     for requested, text in (
         ({"miss": 1, "label": "hybrid"}, "audited no hybrid; it audited: slow, exact2"),
         ({"miss": 1, "label": "exact2"}, "has no miss 1 of exact2"),
@@ -151,18 +154,18 @@ def test_unshrinkable_answer_is_explained_in_a_sentence(folder, tmp_path, capsys
     ):
         with pytest.raises(ShrinkError, match=text):
             fault_of_run(opened, **requested)
-    assert main(["shrink", str(folder)]) == 2
+    assert main(["shrink", str(run_folder)]) == 2
     assert "--miss N or --false N" in capsys.readouterr().err
-    moved = Path(shutil.copytree(folder, tmp_path / "run"))
+    moved = Path(shutil.copytree(run_folder, tmp_path / "run"))
     tamper(moved, "session", digest="0" * 64)
     with pytest.raises(RunFolderError, match=r"the recording .* is not beside it; say where: --session"):
         fault_of_run(read_run_folder(moved), miss=1, label="slow")
     with pytest.raises(RunFolderError, match="is not the recording"):
-        fault_of_run(read_run_folder(moved), miss=1, label="slow", session=folder.parent / "s.mcap")
+        fault_of_run(read_run_folder(moved), miss=1, label="slow", session=run_folder.parent / "s.mcap")
 
 
-def test_run_with_another_scene_is_shrunk_with_that_scene(folder, tmp_path):
-    session, scene = folder.parent / "s.mcap", tmp_path / "other.toml"
+def test_run_with_another_scene_is_shrunk_with_that_scene(run_folder, tmp_path):
+    session, scene = run_folder.parent / "s.mcap", tmp_path / "other.toml"
     scene.write_text('[[body]]\nid = "a"\n[[body]]\nid = "b"\nshape = "box"\nsize = [0.9, 0.9, 0.9]\n')
     requested = "slow=discrete[rate_hz=25],ours=collider[shape=shipped,rate_hz=25]"
     run(session, detectors=requested, scene=scene, out=tmp_path / "run", picture=False)

@@ -32,6 +32,7 @@ THREE_FRAMES_S = 0.03
 
 @pytest.fixture(params=EXPERIMENTS)
 def recorded(request, made):
+    """Each experiment, recorded without noise, and its truth."""
     return made(request.param)
 
 
