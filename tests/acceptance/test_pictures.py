@@ -56,7 +56,7 @@ def view(viewer, title):
 @pytest.fixture(scope="module")
 def audited():
     """The demo's audit, in memory."""
-    session, _ = synthetic_session("bench-bumps", 0, None)
+    session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
     return compute(session)
 
 

@@ -28,8 +28,8 @@ def rod():
 
 
 SCENES = {
-    "torus-ball": lambda: (torus_mesh(1.0, 0.3, 100, 25), ball_of(5000)),
-    "ball-beaker": lambda: (ball_of(5000, 0.6), beaker()),
+    "torus-ball": lambda: (torus_mesh(major=1.0, minor=0.3, around=100, across=25), ball_of(5000)),
+    "ball-beaker": lambda: (ball_of(faces=5000, radius=0.6), beaker()),
     "rod-beaker": lambda: (rod(), beaker()),
 }
 

@@ -47,7 +47,9 @@ def test_exact_grows_no_faster_than_its_pair_frames(grows, distant):
     each = []
     for size in GROWTH[grows]:
         sizes = {"faces": 500, "frames": MINUTE, "bodies": 7} | {grows: size}
-        engine = OwnExact(make_workload(sizes["faces"], sizes["frames"], bodies=sizes["bodies"], distant=distant))
+        engine = OwnExact(
+            make_workload(faces=sizes["faces"], frames=sizes["frames"], bodies=sizes["bodies"], distant=distant)
+        )
         engine.ask("bool")
         spent = min(seconds(partial(engine.ask, "bool")) for _ in range(3))
         stages, result = engine.staged("bool")

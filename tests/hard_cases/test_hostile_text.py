@@ -94,7 +94,7 @@ def page_of_class(word, study):
     with TemporaryDirectory() as base, pytest.MonkeyPatch.context() as patch:
         for name in ("PAIRS", "TASKS", "STAGES", "TYPES", "CAUSES"):
             patch.setattr(study_samples, name, [(word, word)] if name == "PAIRS" else [word, word])
-        runs = read_class(made_class(Path(base), 12, 6, detectors={word: 0.5}, rare=0))
+        runs = read_class(made_class(Path(base), sessions=12, students=6, detectors={word: 0.5}, rare=0))
         return study_html(runs, dict.fromkeys(runs.metrics, (word, "run")), study, Heading(f"A class of {word}"))
 
 

@@ -213,11 +213,14 @@ RUN_OF_STATE = {  # what a run may show its reader -> makes such a run
     "not live": lambda: compute(jumping(), detectors="hybrid,a=continuous,b=continuous"),
     "offline": lambda: compute(jumping(), detectors="hybrid", offline=True),
     "a tradeoff": lambda: traded(
-        price_row("often", 0.5, (0, 1), 1, 2), price_row("seldom", 0.05, 2), price_row("never", 9.0, 8), cut=("d", "e")
+        price_row("often", ms=0.5, missed=(0, 1), late=1, false=2),
+        price_row("seldom", ms=0.05, missed=2),
+        price_row("never", ms=9.0, missed=8),
+        cut=("d", "e"),
     ),
-    "too few prices": lambda: traded(price_row("a", 0.5, 2), cut=("b",)),
+    "too few prices": lambda: traded(price_row("a", ms=0.5, missed=2), cut=("b",)),
     "no price": lambda: traded(),
-    "an undecided price": lambda: traded(price_row("a", 0.5, 2, contact_frames_undecided=1)),
+    "an undecided price": lambda: traded(price_row("a", ms=0.5, missed=2, contact_frames_undecided=1)),
 }
 
 

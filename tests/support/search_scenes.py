@@ -36,7 +36,7 @@ def torus_mesh(major=1.0, minor=0.3, around=40, across=20):
 def ball_of(faces, radius=1.0):
     """A ball of roughly this many faces."""
     rings = round((faces / 4) ** 0.5) + 1
-    return ball_mesh(radius, rings, 2 * rings)
+    return ball_mesh(radius, rings=rings, sides=2 * rings)
 
 
 def search_of(mesh_a, mesh_b, names=("a", "b"), draw=0, **settings):
@@ -106,10 +106,10 @@ class EightFrames:
 
     def __init__(self, seed, size=0.3, separation=0.0, grains=False):
         rng = np.random.default_rng(seed)
-        self.meshes = [face_soup(rng, 40, size), face_soup(rng, 60, size)]
+        self.meshes = [face_soup(rng, count=40, size=size), face_soup(rng, count=60, size=size)]
         if grains:
             bunches = np.repeat(rng.uniform(-0.5, 0.5, (80, 1, 3)), 4, axis=0)
-            self.meshes = [face_soup(rng, 4, 2.0), bunches + rng.normal(size=(320, 3, 3)) * 0.01]
+            self.meshes = [face_soup(rng, count=4, size=2.0), bunches + rng.normal(size=(320, 3, 3)) * 0.01]
         self.matrices, self.move = motion_of("soup", rng, 24, 2)
         self.move[:, 0, 0] += separation
         self.trees = build_box_trees(self.meshes)

@@ -62,7 +62,7 @@ def lab_bodies_and_motion(frames=240, seed=0, gaps=True) -> tuple[list[Body], Mo
         Body("beaker", beaker_mesh()),
         Body("rod", rod_mesh()),
         Body("ball", ball_mesh(0.012)),
-        Body("wand", without_faces(ball_mesh(0.05, 6, 10), 3)),
+        Body("wand", without_faces(ball_mesh(0.05, rings=6, sides=10), 3)),
     ]
     time = np.arange(frames) / 90.0
     centres = np.tile([[0, 0, -0.0101], [0, 0, 0], [0, 0, 0.03], [0.02, 0, 0.05], [0.1, 0, 0.05]], (frames, 1, 1))

@@ -46,7 +46,7 @@ def test_the_box_of_a_box_is_that_box():
 
 def test_box_by_principal_axes_fits_a_slanted_rod():
     """The rod is 100 times as long as thick: a box along the axes of the body has over five times the surface."""
-    rod = rod_mesh(0.003, 0.3)
+    rod = rod_mesh(radius=0.003, length=0.3)
     slanted = TriangleMesh(rod.vertices @ random_rotations(np.random.default_rng(3)).T + [3, -2, 1], rod.faces)
     assert box_by_principal_axes(slanted).surface < 0.2 * box_by_body_axes(slanted).surface
     assert box_best(slanted).surface == box_by_principal_axes(slanted).surface

@@ -96,7 +96,7 @@ def test_body_with_a_component_inside_is_contained(case, backward):
 
 @pytest.mark.parametrize("away", [0.0, 1e4])
 def test_random_relative_poses_agree_with_the_exact_answer(away):
-    inner, outer = ball_mesh(0.004, 4, 6), beaker_mesh(0.04, 0.1, 0.01)
+    inner, outer = ball_mesh(0.004, rings=4, sides=6), beaker_mesh(radius=0.04, height=0.1, wall=0.01)
     rng = np.random.default_rng(1)
     rotation, position = random_rotations(rng, 250, 2), np.zeros((250, 2, 3))
     position[:, 0] = np.einsum(

@@ -18,7 +18,7 @@ MARGIN = 1e-12
 
 def cup():
     """Half a ball of 0.1 m beside a box that lacks a side."""
-    ball, box = ball_mesh(0.1, 24, 36), box_mesh([0.1] * 3)
+    ball, box = ball_mesh(0.1, rings=24, sides=36), box_mesh([0.1] * 3)
     bowl = TriangleMesh(ball.vertices, ball.faces[ball.triangles[:, :, 2].max(axis=1) <= 1e-9])
     side = (box.triangles[:, :, 0] == 0.05).all(axis=1)
     return merge_meshes(bowl, shift_mesh(TriangleMesh(box.vertices, box.faces[~side]), [0.3, 0.0, 0.0]))

@@ -33,7 +33,7 @@ def test_parity_holds_on_rays_through_corners_and_edges(point):
 @settings(max_examples=50)
 def test_inside_a_convex_mesh_means_behind_all_its_faces(seed):
     rng = np.random.default_rng(seed)
-    ball = ball_mesh(1.0, 4, 6)
+    ball = ball_mesh(1.0, rings=4, sides=6)
     vertices = place_points(ball.vertices, random_rotations(rng), rng.normal(size=3))
     triangles, centre = vertices[ball.faces], vertices.mean(axis=0)
     point = centre + rng.normal(size=3) * 0.5
@@ -46,8 +46,8 @@ def test_inside_a_convex_mesh_means_behind_all_its_faces(seed):
 
 MESHES = {
     "box": box_mesh(),
-    "ball": ball_mesh(0.5, 12, 20),
-    "beaker": beaker_mesh(0.5, 1.0, 0.05),
+    "ball": ball_mesh(0.5, rings=12, sides=20),
+    "beaker": beaker_mesh(radius=0.5, height=1.0, wall=0.05),
     "shells": merge_meshes(ball_mesh(0.5), ball_mesh(0.3), ball_mesh(0.1)),
 }
 

@@ -46,7 +46,10 @@ def reversed_faces(mesh):
     "mesh",
     [
         TriangleMesh(ball_mesh(0.5).vertices, ball_mesh(0.5).faces[5:]),
-        TriangleMesh(beaker_mesh(0.5, 1.0, 0.05).vertices, beaker_mesh(0.5, 1.0, 0.05).faces[::2]),
+        TriangleMesh(
+            beaker_mesh(radius=0.5, height=1.0, wall=0.05).vertices,
+            beaker_mesh(radius=0.5, height=1.0, wall=0.05).faces[::2],
+        ),
         merge_meshes(box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2])),
         merge_meshes(box_mesh((2, 2, 2)), reversed_faces(ball_mesh(0.5))),
     ],
@@ -75,8 +78,8 @@ def test_compiled_winding_number_equals_the_numpy_reference():
 
 SOUND = {
     "box": box_mesh(),
-    "ball": ball_mesh(0.5, 12, 20),
-    "beaker": beaker_mesh(0.5, 1.0, 0.05),
+    "ball": ball_mesh(0.5, rings=12, sides=20),
+    "beaker": beaker_mesh(radius=0.5, height=1.0, wall=0.05),
     "hollow": merge_meshes(ball_mesh(0.5), reversed_faces(ball_mesh(0.3))),
     "apart": merge_meshes(box_mesh(), shift_mesh(box_mesh(), [3, 0, 0])),
 }

@@ -20,7 +20,7 @@ def side(mesh, axis):
 
 def cut_sphere(height):
     """A ball without all faces that reach above a height, in radii: a bowl, or a flask without a neck."""
-    ball = ball_mesh(1.0, 24, 36)
+    ball = ball_mesh(1.0, rings=24, sides=36)
     return without_faces(ball, *np.flatnonzero(ball.triangles[:, :, 2].max(axis=1) > height).tolist())
 
 
@@ -29,7 +29,7 @@ ALL = {
     "one triangle of a box": (without_faces(box_mesh(), 4), ComponentKind.HOLED),
     "one side of a box": (without_faces(box_mesh(), *side(box_mesh(), 2)), ComponentKind.OPEN),
     "one face of a ball": (without_faces(icosphere_mesh(), 7), ComponentKind.HOLED),
-    "two places of a ball": (without_faces(ball_mesh(1.0, 24, 36), 200, 900), ComponentKind.HOLED),
+    "two places of a ball": (without_faces(ball_mesh(1.0, rings=24, sides=36), 200, 900), ComponentKind.HOLED),
     "half a ball": (cut_sphere(0.0), ComponentKind.OPEN),
     "bowl": (cut_sphere(0.7), ComponentKind.OPEN),
     "flask without a neck": (cut_sphere(0.9), ComponentKind.OPEN),

@@ -34,7 +34,7 @@ def pairs():
         "one ball of two": (box_mesh(), TWO_BALLS),
         "balls of three": (box_mesh(), THREE_BALLS),
         "hollow ball": (box_mesh(), merge_meshes(ball_mesh(0.1), reversed_faces(ball_mesh(0.05)))),
-        "bead in glass": (beaker_mesh(0.05, 0.1, 0.02), ball_mesh(0.004)),
+        "bead in glass": (beaker_mesh(radius=0.05, height=0.1, wall=0.02), ball_mesh(0.004)),
     }
 
 

@@ -60,7 +60,7 @@ def test_default_detects_nearly_all_lab_contact_and_counts_work():
 
 
 def test_the_equations_as_printed_are_counted_as_broken():
-    bodies = [Body("ring", torus_mesh()), Body("ball", ball_of(400, 0.3))]
+    bodies = [Body("ring", torus_mesh()), Body("ball", ball_of(faces=400, radius=0.3))]
     motion = still(bodies, [[0, 0, 0], [0.1, 0, 0]])
     detection = create_detector("qaco", bodies, variant="printed", budget=20_000).detect(motion)
     assert detection.work["broken"] == 1

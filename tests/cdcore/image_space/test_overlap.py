@@ -46,10 +46,10 @@ def mesh_of(solid):
 
 
 PAIRS = {
-    "ring and ball": (ring_mesh(), ball_mesh(0.035, 16, 24), 0.03),
+    "ring and ball": (ring_mesh(), ball_mesh(0.035, rings=16, sides=24), 0.03),
     "box and ball, whatever way their faces look": (
         rotated(box_mesh((0.1, 0.06, 0.03))),
-        ball_mesh(0.04, 16, 24),
+        ball_mesh(0.04, rings=16, sides=24),
         0.03,
     ),
     "boxes": (box_mesh((0.1, 0.06, 0.03)), box_mesh((0.05, 0.05, 0.05)), 0.02),

@@ -16,7 +16,7 @@ def poses(seed, spread):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_fcl_face_pairs_equal_an_exhaustive_exact_test(seed):
-    meshes = [ball_mesh(0.5, 6, 9), box_mesh((0.9, 0.7, 0.3))]
+    meshes = [ball_mesh(0.5, rings=6, sides=9), box_mesh((0.9, 0.7, 0.3))]
     pose_a, pose_b = poses(seed, 0.35)
     pairs = FclMeshes(meshes)
     pairs.set_pose(0, *pose_a)
@@ -42,7 +42,7 @@ def test_a_hundred_thousand_face_pairs_are_not_cut_off():
 def test_poses_in_bulk_answer_as_single_poses():
     rng = np.random.default_rng(0)
     rotations, positions = random_rotations(rng, 40, 2), rng.normal(size=(40, 2, 3)) * 0.2
-    meshes = FclMeshes([rod_mesh(0.02, 0.5), ball_mesh(0.2, 6, 10)])
+    meshes = FclMeshes([rod_mesh(radius=0.02, length=0.5), ball_mesh(0.2, rings=6, sides=10)])
     sequence = [(rotations[:, k], positions[:, k]) for k in range(2)]
     hits, answer = (meshes.at_poses(ask, 0, 1, *sequence) for ask in (meshes.touch, meshes.faces))
     for k in range(40):

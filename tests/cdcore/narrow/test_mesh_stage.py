@@ -15,7 +15,11 @@ from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.triangles.decide import triangles_intersect
 
-BODIES = [Body("b ball", ball_mesh(0.5, 6, 9)), Body("a box", box_mesh()), Body("c rod", rod_mesh(0.1, 2))]
+BODIES = [
+    Body("b ball", ball_mesh(0.5, rings=6, sides=9)),
+    Body("a box", box_mesh()),
+    Body("c rod", rod_mesh(radius=0.1, length=2)),
+]
 
 
 def motion_of(xs):
@@ -82,7 +86,7 @@ def test_each_column_comes_once_with_all_its_rows_in_order(columns):
 
 def test_meeting_faces_equal_the_exhaustive_test():
     rng = np.random.default_rng(1)
-    a, b = face_soup(rng, 60), face_soup(rng, 50)
+    a, b = face_soup(rng, count=60), face_soup(rng, count=50)
     meshes = [body.mesh for body in bodies_of([a, b])]
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.3
@@ -102,7 +106,7 @@ def test_pose_with_nan_is_refused_and_names_its_body():
 def test_exhaustive_search_equals_the_triangle_predicate_pair_by_pair(monkeypatch):
     """Also in blocks of 40 of the 23 x 31 pairs."""
     rng = np.random.default_rng(0)
-    first, second = face_soup(rng, 23, 1.0), face_soup(rng, 31, 1.0)
+    first, second = face_soup(rng, count=23, size=1.0), face_soup(rng, count=31, size=1.0)
     every = np.array([[a, b] for a in first for b in second])
     want = np.argwhere(triangles_intersect(every).reshape(23, 31))
     assert len(want) > 10

@@ -22,7 +22,11 @@ def neighbours(mesh):
     return by_edge, every
 
 
-@pytest.mark.parametrize("mesh", [ball_of(320), torus_mesh(1.0, 0.3, 20, 12), box_mesh()], ids=["ball", "torus", "box"])
+@pytest.mark.parametrize(
+    "mesh",
+    [ball_of(320), torus_mesh(major=1.0, minor=0.3, around=20, across=12), box_mesh()],
+    ids=["ball", "torus", "box"],
+)
 def test_neighbours_have_a_common_edge_or_corner(mesh):
     plain = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, validate=False)
     adjacent = {face: set() for face in range(len(mesh.faces))}
@@ -57,7 +61,7 @@ def test_points_along_a_diagonal_are_numbered_in_their_order():
 
 
 def test_the_ball_around_a_face_holds_its_corners():
-    features = features_of(ball_mesh(3.0, 12, 17))
+    features = features_of(ball_mesh(3.0, rings=12, sides=17))
     corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
     far = np.linalg.norm(corners - features.rows[:, None, :RADIUS], axis=2).max(axis=1)
     assert (far <= features.rows[:, RADIUS]).all()

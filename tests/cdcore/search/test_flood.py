@@ -26,7 +26,7 @@ def components(search, pose, pairs):
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
-    torus, ball = torus_mesh(), ball_of(1500, 0.5)
+    torus, ball = torus_mesh(), ball_of(faces=1500, radius=0.5)
     search = search_of(torus, ball, variant="random")
     for pose in colliding_poses(torus, ball, 4, seed):
         truth = exact_pairs(search, torus, ball, pose, HERE)
@@ -36,7 +36,7 @@ def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
 
 
 def test_rod_through_a_ball_has_a_curve_per_seed():
-    rod, ball = rod_mesh(0.1, 4.0, 12), ball_of(2000)
+    rod, ball = rod_mesh(radius=0.1, length=4.0, sides=12), ball_of(2000)
     search = search_of(rod, ball, variant="random")
     pose = (I3, np.array([0.013, 0.007, -2.0]))
     truth = exact_pairs(search, rod, ball, pose, HERE)

@@ -24,7 +24,11 @@ def walked(search, i, j):
 
 def directions_beside_each_other(directions=150):
     """A torus a little above another, where no face meets and many balls overlap: a fresh search, and random starts."""
-    search = search_of(torus_mesh(1.0, 0.3, 60, 24), torus_mesh(1.0, 0.3, 60, 24), variant="local")
+    search = search_of(
+        torus_mesh(major=1.0, minor=0.3, around=60, across=24),
+        torus_mesh(major=1.0, minor=0.3, around=60, across=24),
+        variant="local",
+    )
     search.search((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
     draw = np.random.default_rng(4)
     return search, draw.integers(len(search.first), size=(directions, 2)).tolist()
@@ -66,7 +70,7 @@ def carried(frames=200, aside=0.05, seed=3):
     rotation = random_rotations(rng, frames)
     hand = rng.normal(size=(frames, 3))
     position = np.stack([hand, hand + rotation @ np.array([aside, 0.0, 0.0])], axis=1)
-    bodies = [Body("a", torus_mesh()), Body("b", ball_of(1200, 0.5))]
+    bodies = [Body("a", torus_mesh()), Body("b", ball_of(faces=1200, radius=0.5))]
     return bodies, Motion(np.arange(frames) / 90, position, np.stack([rotation, rotation], axis=1))
 
 

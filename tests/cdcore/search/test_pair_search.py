@@ -16,7 +16,7 @@ HERE = (I3, np.zeros(3))
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", [*VARIANTS, "printed"])
 def test_hits_and_their_curves_are_in_the_exact_set(variant):
-    torus, ball = torus_mesh(), ball_of(800, 0.5)
+    torus, ball = torus_mesh(), ball_of(faces=800, radius=0.5)
     search = search_of(torus, ball, variant=variant, budget=5000)
     hits = 0
     for stamp, pose in enumerate(colliding_poses(torus, ball, 12, 5)):

@@ -23,7 +23,7 @@ def test_samples_are_nested_and_depend_on_the_name():
 
 
 def test_faces_are_drawn_by_their_area():
-    small, large = ball_of(300, 0.1), shift_mesh(ball_of(300, 1.0), (5, 0, 0))
+    small, large = ball_of(faces=300, radius=0.1), shift_mesh(ball_of(faces=300, radius=1.0), (5, 0, 0))
     features = features_of(merge_meshes(small, large))
     is_large = features.face >= len(small.faces)
     drawn = np.mean([is_large[sample_of(features, 30, seed, "a").pick].mean() for seed in range(40)])

@@ -206,7 +206,7 @@ THIS_CUTTER = pytest.mark.skipif(
 @THIS_CUTTER
 @pytest.mark.slow
 def test_bodies_of_the_demo_come_cut():
-    session, _ = synthetic_session("bench-bumps", 0, None)
+    session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
     assert measured_fix.FIRST_PIECE_COUNT == 16
     for mesh in session.meshes.values():
         cuts = [Cut(TriangleMesh(mesh.vertices, mesh.faces), "auto", most) for most in (4, 8, 16, 32)]
@@ -216,7 +216,7 @@ def test_bodies_of_the_demo_come_cut():
 @THIS_CUTTER
 @pytest.mark.slow
 def test_shipped_convex_pieces_equal_freshly_cut_pieces(empty_piece_store, monkeypatch, tmp_path):
-    session, _ = synthetic_session("bench-bumps", 0, None)
+    session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
     for name in ("beaker", "hand-left"):
         mesh = session.meshes[name]
         cut = Cut(TriangleMesh(mesh.vertices, mesh.faces), "auto", 8)

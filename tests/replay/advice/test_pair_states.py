@@ -54,23 +54,32 @@ def loose_triangles(mesh):
 def two_balls():
     """A body of two parts, of which one may be inside another body while the other is not."""
     return trimesh.util.concatenate(
-        [trimesh.creation.icosphere(1, 0.03), trimesh.creation.icosphere(1, 0.03).apply_translation((0.22, 0.0, 0.0))]
+        [
+            trimesh.creation.icosphere(subdivisions=1, radius=0.03),
+            trimesh.creation.icosphere(subdivisions=1, radius=0.03).apply_translation((0.22, 0.0, 0.0)),
+        ]
     )
 
 
 SHAPES = {
-    "ball-in-open-beaker": (beaker_of_one_wall(), trimesh.creation.icosphere(1, 0.02)),
-    "ball-in-sound-rack": (rack(missing=0), trimesh.creation.icosphere(1, 0.03)),
-    "ball-in-holed-rack": (rack(missing=1), trimesh.creation.icosphere(1, 0.03)),
+    "ball-in-open-beaker": (beaker_of_one_wall(), trimesh.creation.icosphere(subdivisions=1, radius=0.02)),
+    "ball-in-sound-rack": (rack(missing=0), trimesh.creation.icosphere(subdivisions=1, radius=0.03)),
+    "ball-in-holed-rack": (rack(missing=1), trimesh.creation.icosphere(subdivisions=1, radius=0.03)),
     "loose-triangles": (
         loose_triangles(trimesh.creation.box((0.3, 0.3, 0.3))),
-        loose_triangles(trimesh.creation.icosphere(1, 0.04)),
+        loose_triangles(trimesh.creation.icosphere(subdivisions=1, radius=0.04)),
     ),
     "two-balls": (trimesh.creation.box((0.2, 0.2, 0.2)), two_balls()),
-    "balls": (trimesh.creation.icosphere(2, 0.1), trimesh.creation.icosphere(1, 0.05)),
+    "balls": (
+        trimesh.creation.icosphere(subdivisions=2, radius=0.1),
+        trimesh.creation.icosphere(subdivisions=1, radius=0.05),
+    ),
     "rod-in-cup": (cup(), trimesh.creation.box((0.03, 0.1, 0.02))),
-    "ball-in-block": (trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(1, 0.04)),
-    "block-about-ball": (trimesh.creation.icosphere(1, 0.04), trimesh.creation.box((0.3, 0.3, 0.3))),
+    "ball-in-block": (trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)),
+    "block-about-ball": (
+        trimesh.creation.icosphere(subdivisions=1, radius=0.04),
+        trimesh.creation.box((0.3, 0.3, 0.3)),
+    ),
 }
 
 
@@ -111,7 +120,7 @@ def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
 
 def test_slow_motion_far_apart_needs_few_distance_queries():
     """Balls of 5 cm are 20 cm apart and move 2 cm at most; the budget allows ten distance queries for all frames."""
-    ball = mesh_data(trimesh.creation.icosphere(1, 0.05))
+    ball = mesh_data(trimesh.creation.icosphere(subdivisions=1, radius=0.05))
     rotations, positions = np.tile(np.eye(3), (FRAMES, 1, 1)), np.zeros((FRAMES, 3))
     positions[:, 0] = 0.3 + 0.01 * np.sin(np.arange(FRAMES) / 50)
     pair = PairStates(ball, ball)
@@ -120,7 +129,7 @@ def test_slow_motion_far_apart_needs_few_distance_queries():
 
 
 def test_more_queries_than_the_budget_are_refused():
-    ball = mesh_data(trimesh.creation.icosphere(1, 0.05))
+    ball = mesh_data(trimesh.creation.icosphere(subdivisions=1, radius=0.05))
     rotations, positions = np.tile(np.eye(3), (FRAMES, 1, 1)), np.zeros((FRAMES, 3))
     with pytest.raises(QueryLimitError):
         PairStates(ball, ball).states(rotations, positions, QueryBudget(100.0))
@@ -136,7 +145,7 @@ def test_bodies_that_rest_on_each_other_decide_nothing_by_rounding():
 
 
 def test_inside_of_an_open_mesh_is_unknown():
-    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(1, 0.04)
+    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)
     open_block = MeshData(block.vertices, block.faces[:-1])
     poses = np.eye(3)[None], np.zeros((1, 3))
     assert PairStates(open_block, mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
@@ -145,8 +154,12 @@ def test_inside_of_an_open_mesh_is_unknown():
 
 MESHES_WITH_HOLES = {
     "one-face": lambda: shell(lambda middles: np.arange(len(middles)) > 0, trimesh.creation.box((0.3, 0.3, 0.3))),
-    "ball-with-a-hole": lambda: shell(lambda middles: middles[:, 2] < 0.17, trimesh.creation.icosphere(2, 0.18)),
-    "half-a-ball": lambda: shell(lambda middles: middles[:, 2] < 0.0, trimesh.creation.icosphere(2, 0.18)),
+    "ball-with-a-hole": lambda: shell(
+        lambda middles: middles[:, 2] < 0.17, trimesh.creation.icosphere(subdivisions=2, radius=0.18)
+    ),
+    "half-a-ball": lambda: shell(
+        lambda middles: middles[:, 2] < 0.0, trimesh.creation.icosphere(subdivisions=2, radius=0.18)
+    ),
     "deep-tube": lambda: shell(lambda middles: middles[:, 2] < 0.249, trimesh.creation.cylinder(0.06, 0.5)),
 }
 
@@ -154,7 +167,7 @@ MESHES_WITH_HOLES = {
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
 def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
-    holed, ball = MESHES_WITH_HOLES[shape](), trimesh.creation.icosphere(1, 0.02)
+    holed, ball = MESHES_WITH_HOLES[shape](), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
     rotations, positions = winding_path(seed, 0.3)
     states = PairStates(mesh_data(holed), mesh_data(ball)).states(rotations, positions, QueryBudget())
     contact = exact_contacts(holed, ball, rotations, positions)
@@ -164,7 +177,7 @@ def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
 
 
 def test_inside_of_doubled_shells_is_never_taken_for_apart():
-    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(1, 0.04)
+    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)
     larger = trimesh.creation.box((0.4, 0.4, 0.4))
     nested = trimesh.util.concatenate([block, larger])
     poses = np.eye(3)[None], np.zeros((1, 3))

@@ -23,24 +23,29 @@ def test_front_equals_that_of_a_second_algorithm(drawn):
 
 def test_setting_with_more_errors_contends_only_if_quicker():
     """``price_row(name, mean ms, wrong contacts)``; a setting with undecided frames never contends."""
-    undecided = price_row("undecided", 0.1, 9, contact_frames_undecided=1)
-    result = [price_row("right", 1.0, 0), price_row("as slow", 1.0, 1), price_row("quicker", 0.99, 1), undecided]
+    undecided = price_row("undecided", ms=0.1, missed=9, contact_frames_undecided=1)
+    result = [
+        price_row("right", ms=1.0, missed=0),
+        price_row("as slow", ms=1.0, missed=1),
+        price_row("quicker", ms=0.99, missed=1),
+        undecided,
+    ]
     assert contenders_of(result) == ["right", "quicker"]
 
 
 def test_single_pass_never_ties_and_is_never_advised():
-    slow, quick = price_row("once", 2.5, 0, spread=None, complete=True), price_row("exact", 0.04, 0)
+    slow, quick = price_row("once", ms=2.5, missed=0, spread=None, complete=True), price_row("exact", ms=0.04, missed=0)
     assert front_of([slow, quick]) == ["exact"]
-    some = [quick, price_row("a", 0.05, 1), price_row("b", 0.06, 2)]
+    some = [quick, price_row("a", ms=0.05, missed=1), price_row("b", ms=0.06, missed=2)]
     assert not any("once" in sentence for sentence in advice_of([*some, slow]))
 
 
 @pytest.mark.parametrize(
     ("expected", "fraction", "why"),
     [
-        ([price_row("a", 1.0, 0), price_row("b", 2.0, 1)], 1.0, "advice needs 3"),
+        ([price_row("a", ms=1.0, missed=0), price_row("b", ms=2.0, missed=1)], 1.0, "advice needs 3"),
         ([], 1.0, "0 settings were"),
-        ([price_row(name, 1.0, 0, spread=None) for name in "abcd"], 1.0, "0 settings were"),
+        ([price_row(name, ms=1.0, missed=0, spread=None) for name in "abcd"], 1.0, "0 settings were"),
     ],
 )
 def test_no_advice_from_fewer_than_three_settings(expected, fraction, why):
@@ -49,8 +54,12 @@ def test_no_advice_from_fewer_than_three_settings(expected, fraction, why):
 
 
 def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
-    usual = price_row("meshes at 50 Hz", 0.026, (0, 1), 7, (9, 10), rate_hz=50, p99=0.2)
-    result = [price_row("exact", 0.041, 0, p99=0.1), usual, price_row("meshes at 2 Hz", 0.002, 12, rate_hz=2)]
+    usual = price_row("meshes at 50 Hz", ms=0.026, missed=(0, 1), late=7, false=(9, 10), rate_hz=50, p99=0.2)
+    result = [
+        price_row("exact", ms=0.041, missed=0, p99=0.1),
+        usual,
+        price_row("meshes at 2 Hz", ms=0.002, missed=12, rate_hz=2),
+    ]
     assert advice_of(result) == [
         "Missing nothing costs 0.041 ms a frame (exact), 0.37 % of a 90 Hz frame.",
         "At 0.026 ms (meshes at 50 Hz): 0-1 of 18 contacts missed, 7 late or cut short, "
@@ -63,7 +72,7 @@ def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
         ({"p99_ms": 0.08}, "take 0.08 ms in place of 0.1 ms."),
     ):
         assert advice_of([result[0], usual | times, result[2]])[1].endswith(f"; slow samples (p99) {reported}")
-    wrong = [price_row("paper", 0.2, 1), price_row("a", 0.3, 2), price_row("b", 0.4, 3)]
+    wrong = [price_row("paper", ms=0.2, missed=1), price_row("a", ms=0.3, missed=2), price_row("b", ms=0.4, missed=3)]
     assert advice_of(wrong)[0].startswith(
         "The smallest loss, 0.056, costs 0.2 ms a frame (paper), 1.8 % of a 90 Hz frame. It gets"
     )
@@ -72,17 +81,22 @@ def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
 
 @pytest.mark.parametrize(("at_work", "busy"), [(0.5, "50 %"), (0.93, "7 %")])
 def test_busy_machine_gives_advice_on_accuracy_without_cost(at_work, busy):
-    right = [price_row(name, 1.0, 0) for name in "abcde"]
+    right = [price_row(name, ms=1.0, missed=0) for name in "abcde"]
     accuracy, cost = advice_of(right, processor_fraction=at_work)
     assert accuracy == "Every contact is right with a, b, c and 2 more."
     assert cost == f"The machine was busy ({busy}): run again for reliable times. No advice about cost until then."
-    wrong = [price_row("a", 1.0, 2), price_row("b", 1.0, 1), price_row("c", 1.0, 3)]
+    wrong = [price_row("a", ms=1.0, missed=2), price_row("b", ms=1.0, missed=1), price_row("c", ms=1.0, missed=3)]
     accuracy = advice_of(wrong, processor_fraction=at_work)[0]
     assert accuracy.startswith("The smallest loss, 0.056, has b: 1 of 18 contacts missed") and "ms" not in accuracy
 
 
 def test_advice_on_a_busy_machine_omits_times_of_the_front():
-    rows = [price_row("exact", 4.0, 0), price_row("a", 2.0, 1), price_row("b", 1.0, 3), price_row("slow", 5.0, 2)]
+    rows = [
+        price_row("exact", ms=4.0, missed=0),
+        price_row("a", ms=2.0, missed=1),
+        price_row("b", ms=1.0, missed=3),
+        price_row("slow", ms=5.0, missed=2),
+    ]
     first, *rest, busy = advice_of(rows, processor_fraction=0.5)
     assert front_of(rows) == ["b", "a", "exact"]
     assert first == "Every contact is right with exact." and busy.startswith("The machine was busy (50 %)")

@@ -15,7 +15,7 @@ SEE_IT = ("See it   replay view runs/demo --miss 1", "Read it  runs/demo/report.
 
 
 def terminal_text(part, width):
-    """What a terminal of this width shows of a part of a screen."""
+    """Text of a part of a screen on a terminal of this width."""
     stream = io.StringIO()
     Console(file=stream, width=width).print(part)
     return "\n".join(line.rstrip() for line in stream.getvalue().splitlines())

@@ -10,7 +10,7 @@ from replay.cli.main import main
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     """Run folders of a class of 30 students, which tests only read."""
-    return made_class(tmp_path_factory.mktemp("class") / "runs", 30, 30, contacts=4)
+    return made_class(tmp_path_factory.mktemp("class") / "runs", sessions=30, students=30, contacts=4)
 
 
 @pytest.fixture

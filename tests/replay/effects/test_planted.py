@@ -24,7 +24,7 @@ EXPECTED = tomllib.loads(Path(__file__).with_name("planted.toml").read_text("utf
 
 @cache
 def replayed(name, seed=0):
-    session, truth = synthetic_session(name, seed)
+    session, truth = synthetic_session(name, seed=seed)
     return compute(session, detectors=()), truth
 
 

@@ -13,7 +13,7 @@ from replay.engine import compute
 
 
 def millilitres_kept(degrees):
-    """What a glass keeps at this tilt."""
+    """Millilitres that a glass keeps at this tilt."""
     return volume_kept(math.radians(degrees), RADIUS, HEIGHT) * 1e6
 
 

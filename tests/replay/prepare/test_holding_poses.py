@@ -42,7 +42,7 @@ def test_file_is_decoded_once_while_its_frames_fit(monkeypatch):
 
 
 def two_cubes(lost=()):
-    session = swinging_cubes(FRAMES, 1_700_000_000 * 10**9)
+    session = swinging_cubes(frames=FRAMES, start=1_700_000_000 * 10**9)
     status = session.frames.status.copy()
     status[list(lost), 1] = Status.LOST
     return replace(session, source=replace(session.frames, status=status))

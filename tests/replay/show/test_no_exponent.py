@@ -41,7 +41,11 @@ def test_a_wide_gap_is_read_in_millimetres(distant):
 
 
 def test_a_slow_frame_is_read_in_milliseconds():
-    rows = [price_row("exact", 120.0, 0), price_row("hulls", 12.0, 2, rate_hz=50), price_row("balls", 0.00012, 8)]
+    rows = [
+        price_row("exact", ms=120.0, missed=0),
+        price_row("hulls", ms=12.0, missed=2, rate_hz=50),
+        price_row("balls", ms=0.00012, missed=8),
+    ]
     done = Tradeoff(tuple(rows), ("balls",), tuple(advice_of(rows)), (), ABOUT)
     screen = printed(stacked(tradeoff_list(done, is_complete=True), *done.advice))
     assert EXPONENT.findall(screen) == [] and "120 ms a frame" in screen and "0.00012" in screen

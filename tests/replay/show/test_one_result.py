@@ -35,7 +35,7 @@ TOOL = f"{Path(replay.__file__).parent}{os.sep}"
 
 
 def terminal_text(*displayed):
-    """What a wide terminal shows of these pieces."""
+    """Text of these pieces on a wide terminal."""
     console = Console(width=200, file=StringIO())
     for piece in displayed:
         console.print(piece)

@@ -7,7 +7,7 @@ import trimesh
 from sessions.doctor.meshes import mesh_findings, repaired_mesh
 from sessions.mesh_data import MeshData, has_consistent_winding
 
-BALL = trimesh.creation.icosphere(2, 0.1)
+BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
 FACES = np.array(BALL.faces)
 
 

@@ -37,7 +37,7 @@ def write(path, *nodes, body=None):
     return path
 
 
-BOX, BALL = trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.icosphere(2, 0.1)
+BOX, BALL = trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.icosphere(subdivisions=2, radius=0.1)
 RING = trimesh.creation.annulus(0.1, 0.2, 0.1)
 
 

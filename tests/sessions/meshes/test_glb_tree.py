@@ -66,7 +66,10 @@ def test_meshes_of_one_level_of_detail_are_joined(names):
 
 def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
     rng, scene = np.random.default_rng(3), trimesh.Scene()
-    solids = {name: trimesh.creation.icosphere(1, radius) for name, radius in (("a", 1.0), ("b", 0.4), ("c", 0.2))}
+    solids = {
+        name: trimesh.creation.icosphere(subdivisions=1, radius=radius)
+        for name, radius in (("a", 1.0), ("b", 0.4), ("c", 0.2))
+    }
     local, above = {}, {"a": None, "b": "a", "c": "b"}
     for name, solid in solids.items():
         pose = np.eye(4)

@@ -10,7 +10,7 @@ from sessions.meshes.mesh_match import UNITS, guessed_unit, likely_units, match_
 
 
 def ball(size):
-    solid = trimesh.creation.icosphere(1, size / 2)
+    solid = trimesh.creation.icosphere(subdivisions=1, radius=size / 2)
     return MeshData(solid.vertices, solid.faces)
 
 
@@ -81,7 +81,9 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
     scene = trimesh.Scene()
     for k, name in enumerate(("Beaker", "Flask", "Shelf")):
         at = trimesh.transformations.translation_matrix([k, 0, 0])
-        scene.add_geometry(trimesh.creation.icosphere(1, 0.05), node_name=name, geom_name=name, transform=at)
+        scene.add_geometry(
+            trimesh.creation.icosphere(subdivisions=1, radius=0.05), node_name=name, geom_name=name, transform=at
+        )
     (tmp_path / "lab.glb").write_bytes(scene.export(file_type="glb"))
     for where in (tmp_path, tmp_path / "lab.glb"):
         result, note = match_meshes(where, ["flask", "beaker", "rod"])

@@ -32,8 +32,8 @@ def test_published_trees_built_together_equal_trees_built_singly(kind):
 
 
 SCENES = {
-    "ball and beaker": (ball_mesh(0.03, 5, 6), beaker_mesh(sides=8), 0.02, 0),
-    "rod and ball": (rod_mesh(), ball_mesh(0.02, 5, 7), 0.01, 1),
+    "ball and beaker": (ball_mesh(0.03, rings=5, sides=6), beaker_mesh(sides=8), 0.02, 0),
+    "rod and ball": (rod_mesh(), ball_mesh(0.02, rings=5, sides=7), 0.01, 1),
 }
 """Two meshes, how far from the origin they are, and a seed."""
 

@@ -75,7 +75,7 @@ def test_no_pairs_give_no_segments_and_nan_is_refused():
         triangle_pair_sections(np.full((1, 2, 3, 3), np.nan))
 
 
-BODIES = [Body("ball", ball_mesh(0.5, 10, 16)), Body("slab", box_mesh((4, 4, 0.2)))]
+BODIES = [Body("ball", ball_mesh(0.5, rings=10, sides=16)), Body("slab", box_mesh((4, 4, 0.2)))]
 
 
 def motion():

@@ -43,6 +43,6 @@ def test_dissolving_solid_has_its_tabled_heat_without_an_equation(row):
 def test_water_poured_on_potassium_nitrate_cools_by_its_heat(steps):
     """10.1 g are 0.0999 mol and take 35.4 kJ/mol; 100 mL of water have 418 J/K."""
     nitre = {"properties": {"solid": {"formula": "KNO3", "mass_g": 10.1}}, "volume_ml": 0.0}
-    joule, coldest, _ = poured_on({"volume_ml": 100.0}, nitre, "KNO3(s) -> K+ + NO3-", steps)
+    joule, coldest, _ = poured_on({"volume_ml": 100.0}, nitre, "KNO3(s) -> K+ + NO3-", steps=steps)
     assert 20.0 + joule / (PER_ML * 100.0) == pytest.approx(20.0 - 0.0999 * 35.4e3 / 418.0, abs=0.1)
     assert coldest > -5.0

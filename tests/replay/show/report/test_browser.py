@@ -20,7 +20,7 @@ BOX = """(name => {
 @pytest.fixture(scope="module")
 def report_file(tmp_path_factory):
     """The report of the made-up bench."""
-    session, _ = synthetic_session("bench-bumps", 0, None)
+    session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
     file = tmp_path_factory.mktemp("demo") / "report.html"
     file.write_text(report_html(compute(session, detectors=DETECTORS)), encoding="utf-8")
     return file

@@ -64,7 +64,9 @@ PICTURES = {
 
 
 SCENES = {
-    scene: lambda _, name=scene: compute(synthetic_session(name, 0, None)[0], detectors="discrete[rate_hz=22.5]")
+    scene: lambda _, name=scene: compute(
+        synthetic_session(name, seed=0, noise=None)[0], detectors="discrete[rate_hz=22.5]"
+    )
     for scene in ("titration", "ammonia-calorimetry", "flame-test")
 }
 

@@ -20,7 +20,7 @@ def unchanged_batch(tmp_path_factory):
     folder = tmp_path_factory.mktemp("batch") / "runs"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("replay.show.results.batch_parts.RUNS_PER_SHARD", 5)
-        made_class(folder, len(RUNS), 6)
+        made_class(folder, sessions=len(RUNS), students=6)
         write_batch_tables(folder, dict.fromkeys(RUNS, "asked"))
     return folder
 

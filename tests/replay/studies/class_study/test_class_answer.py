@@ -29,7 +29,7 @@ STUDENTS = 20
 @pytest.fixture(scope="module")
 def class_runs(tmp_path_factory):
     """Run folders of a class, one of each student."""
-    return read_class(made_class(tmp_path_factory.mktemp("class") / "runs", STUDENTS, STUDENTS))
+    return read_class(made_class(tmp_path_factory.mktemp("class") / "runs", sessions=STUDENTS, students=STUDENTS))
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_first_sessions_lead_to_their_miss(class_runs, class_study, tmp_path):
 
 
 def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
-    runs = read_class(made_class(tmp_path / "runs", 6, 6))
+    runs = read_class(made_class(tmp_path / "runs", sessions=6, students=6))
     kept = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
     single = replace(runs, tables=runs.tables | {"misses": runs.tables["misses"].filter(pa.array(kept))})
     row = rows_of(single, None, tmp_path)["When"]
@@ -94,7 +94,7 @@ def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
 
 
 def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
-    few = read_class(made_class(tmp_path / "runs", 4, 4))
+    few = read_class(made_class(tmp_path / "runs", sessions=4, students=4))
     rows = rows_of(few, None, tmp_path)
     assert "Why" not in rows and "misses" not in rows["What"].details and "fewer than 5 students" in rows["Sure"].text
 

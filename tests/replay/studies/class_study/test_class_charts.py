@@ -21,7 +21,7 @@ def test_time_in_contact_is_drawn_from_enough_students_only():
 
 
 def finding_of_grasps(beta=0.2, kind="multiple", p=0.5):
-    """What a regression found about grasps and motivation of 40 students."""
+    """Finding of a regression of grasps and motivation of 40 students."""
     ends = {"beta": beta, "low": beta - 0.1, "high": beta + 0.1, "p": p, "p_holm": p}
     return Finding(name="grasps", kind=kind, variables=("motivation", "grasps"), students=40, **ends)
 

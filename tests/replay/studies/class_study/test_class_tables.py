@@ -23,7 +23,9 @@ def tables_of(tmp_path_factory):
     def tables(sessions, students, **settings):
         key = repr((sessions, students, settings))
         if key not in classes:
-            runs = read_class(made_class(tmp_path_factory.mktemp("class"), sessions, students, **settings))
+            runs = read_class(
+                made_class(tmp_path_factory.mktemp("class"), sessions=sessions, students=students, **settings)
+            )
             classes[key] = runs, ClassTables(runs)
         return classes[key]
 
@@ -93,7 +95,7 @@ def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
 
 
 def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
-    made_class(tmp_path / "a", 6, 6)
+    made_class(tmp_path / "a", sessions=6, students=6)
     before = every(ClassTables(read_class(tmp_path)))
     shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
     shutil.copytree(tmp_path / "a" / "run004", tmp_path / "b" / "bare")
@@ -107,14 +109,14 @@ def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
 
 
 def test_students_file_assigns_sessions_to_students(tmp_path):
-    made_class(tmp_path / "runs", 6, 6, nobody=6, rare=0)
+    made_class(tmp_path / "runs", sessions=6, students=6, nobody=6, rare=0)
     named = tmp_path / "students.csv"
     named.write_text("session,student\n" + "".join(f"{k:016x},S{k}\n" for k in range(6)))
     assert read_class(tmp_path / "runs", named).students == [f"S{k}" for k in range(6)]
     assert len(read_class(tmp_path / "runs", named).as_metrics()) == 18
     with pytest.raises(StudyRefusedError, match="ids"):
         read_class(tmp_path / "runs").as_metrics()
-    made_class(tmp_path / "more", 1, 1)
+    made_class(tmp_path / "more", sessions=1, students=1)
     shutil.move(tmp_path / "more" / "run000", tmp_path / "runs" / "run009")
     with pytest.raises(StudyRefusedError, match="belongs to two students"):
         read_class(tmp_path / "runs")

@@ -41,7 +41,7 @@ def study_folder(tmp_path_factory):
         patch.setattr(study_samples, "PAIRS", [(HOSTILE, "beaker"), ("hand", HOSTILE)])
         for name in ("TASKS", "STAGES", "TYPES", "CAUSES"):
             patch.setattr(study_samples, name, (HOSTILE, "other"))
-        runs = read_class(made_class(folder / "runs", STUDENTS, STUDENTS, detectors={HOSTILE: 0.3}))
+        runs = read_class(made_class(folder / "runs", sessions=STUDENTS, students=STUDENTS, detectors={HOSTILE: 0.3}))
     answers, _ = a_class(STUDENTS, seed=1, slope=0.7)
     answered = questionnaire(answers, [HOSTILE, "second"] * (STUDENTS // 2))
     answered.index = [f"S{k:03d}" for k in range(STUDENTS)]

@@ -62,7 +62,7 @@ def test_study_finds_only_the_planted_association():
 
 
 def finding_of_contacts(low, high, p):
-    """What a regression found about contacts and motivation of 40 students: an interval of beta, and p."""
+    """Finding of a regression of contacts and motivation, 40 students: an interval of beta, and p."""
     ends = {"beta": (low + high) / 2, "low": low, "high": high, "p": p, "p_holm": p}
     return Finding(name="contacts_per_min", kind="simple", variables=CONTACTS, students=40, **ends)
 
@@ -300,7 +300,7 @@ def test_detector_of_constant_contacts_counts_as_not_tested():
 @pytest.fixture(scope="module")
 def class_runs(tmp_path_factory):
     """Run folders of six students, one of which used other settings."""
-    result = read_class(made_class(tmp_path_factory.mktemp("class"), 6, 6, contacts=3))
+    result = read_class(made_class(tmp_path_factory.mktemp("class"), sessions=6, students=6, contacts=3))
     result.metrics["run002"]["slow"]["settings"] = "other"
     return result
 

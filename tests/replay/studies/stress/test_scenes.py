@@ -61,8 +61,10 @@ def volume(mesh):
 def test_meshes_have_the_volumes_of_their_shapes():
     """Polygons with n sides approach the round shape; the beaker is a cylinder of 2 pi less its bore of 0.9 x 1.9."""
     assert volume(shift_mesh(box_mesh((1, 2, 3)), [9, 8, 7])) == pytest.approx(6)
-    assert volume(ball_mesh(1.0, 64, 64)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
+    assert volume(ball_mesh(1.0, rings=64, sides=64)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
     assert volume(icosphere_mesh()) == pytest.approx(trimesh.creation.icosphere(1).volume, rel=1e-12)
-    assert volume(rod_mesh(1.0, 2.0, 400)) == pytest.approx(2 * np.pi, rel=1e-3)
-    assert volume(beaker_mesh(1.0, 2.0, 0.1, 400)) == pytest.approx((2 - 0.81 * 1.9) * np.pi, rel=1e-3)
-    assert len(ball_mesh(1.0, 8, 16).vertices) == 2 + 7 * 16
+    assert volume(rod_mesh(radius=1.0, length=2.0, sides=400)) == pytest.approx(2 * np.pi, rel=1e-3)
+    assert volume(beaker_mesh(radius=1.0, height=2.0, wall=0.1, sides=400)) == pytest.approx(
+        (2 - 0.81 * 1.9) * np.pi, rel=1e-3
+    )
+    assert len(ball_mesh(1.0, rings=8, sides=16).vertices) == 2 + 7 * 16
