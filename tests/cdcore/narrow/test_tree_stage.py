@@ -69,12 +69,16 @@ def test_stopped_search_reports_not_found_and_no_false_contact(name):
 
 @pytest.mark.parametrize("name", TREES)
 def test_live_sample_continues_past_faces_decided_by_integers(name):
-    slope, below = np.array([[[0.0, 0, 0], [1, 0, 1], [0, 1, 0]]]), [[1.0, 0, -1], [1, 0.1, -1]]
-    faces = np.array([[[2e-300, 1e-301, 1e-300], *below]] * 400)
-    faces[200, 0] = 0.2, 0.2, 1.0
-    bodies = bodies_of([slope, faces])
+    """Needles point at the corner of a slope: all but 1 of 400 end so close below it that doubles cannot decide."""
+    slope, needle_ends = np.array([[[0.0, 0, 0], [1, 0, 1], [0, 1, 0]]]), [[1.0, 0, -1], [1, 0.1, -1]]
+    undecided_by_doubles = [[2e-300, 1e-301, 1e-300], *needle_ends]
+    through_the_slope = [[0.2, 0.2, 1.0], *needle_ends]
+    needles = np.array([undecided_by_doubles] * 400)
+    needles[200] = through_the_slope
+    bodies = bodies_of([slope, needles])
     stage = TreeStage(bodies, PAIR, name, TreeSettings())
-    assert stage.decide_now({}, still(bodies, np.zeros((2, 3))), 0, 1e-3) == (Verdict.CONTACT, False)
+    verdict, is_apart = stage.decide_now({}, still(bodies, np.zeros((2, 3))), column=0, margin=1e-3)
+    assert verdict == Verdict.CONTACT and not is_apart
 
 
 @pytest.mark.parametrize(("fraction", "beyond"), [(0.2, False), (0.4, True)])

@@ -30,12 +30,18 @@ def test_mutation_swaps_the_amplitudes(ants, rotation, mutation, then):
 
 @pytest.mark.parametrize(("beta", "begun"), [(2.0, [1, 2]), (1.0, [1, 2, 3])])
 def test_search_ends_at_negative_probabilities(beta, begun):
-    # The pheromone of the second ant, 1 + 10, evaporates to 9.9 and falls to -0.1 with its distance. Its heuristic,
-    # 1 + 10^beta, falls below 0 too, by 20^beta, so that only an even power of it leaves a product below 0.
+    """Two ants search nine features of each body, and the distances that they find are planted.
+
+    The pheromone of the second ant, 1 + 10, evaporates to 9.9 and falls to -0.1 with its distance. Its heuristic,
+    1 + 10^beta, falls below 0 too, by 20^beta, so that only an even power of it leaves a product below 0: the search
+    ends with the second iteration.
+    """
     distances = chain([10.0] * 6, [0.0] * 2, repeat(10.0))
     settings = SearchSettings(ants=2, alpha=1.0, beta=beta, evaporation=0.1)
-    search = iterations_as_printed(lambda *_: next(distances), (9, 9), settings, np.random.default_rng(3))
-    assert list(islice(search, 3)) == begun
+    iterations = iterations_as_printed(
+        lambda *pair: next(distances), sizes=(9, 9), settings=settings, stream=np.random.default_rng(3)
+    )
+    assert list(islice(iterations, 3)) == begun
 
 
 def test_the_amplitudes_run_from_the_first_feature_to_the_last():

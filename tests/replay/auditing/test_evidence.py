@@ -109,7 +109,8 @@ def test_a_curve_is_as_long_as_its_segments():
     assert cut.evidence.face_pairs == 3 and cut.metres == pytest.approx(6.0) and cut.point == pytest.approx((-8, 0, 0))
 
 
-def between(positions, *segments):
+def misses_between_frames(positions, *segments):
+    """Measured misses (pair, first, last) of cube b, at these places on X, which flies through cube a at the origin."""
     session = cubes({"a": [0.0] * len(positions), "b": positions})
     assembly = assemble(session)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
@@ -117,7 +118,7 @@ def between(positions, *segments):
 
 
 def test_a_contact_between_frames_has_moment_faces_and_point():
-    (cut,) = between([3.0, 3.0, -3.0, -3.0], (0, 2, 2))
+    (cut,) = misses_between_frames([3.0, 3.0, -3.0, -3.0], (0, 2, 2))
     assert cut.evidence.touch.moment == pytest.approx(0.01 + 0.01 * 2 / 6, abs=1e-6)
     assert (cut.frame, cut.evidence.face_pairs, cut.evidence.faces.tolist()) == (2, 1, [list(cut.evidence.touch.faces)])
     assert (cut.point, cut.evidence.normal) == (cut.evidence.touch.point, cut.evidence.touch.normal)
@@ -126,7 +127,7 @@ def test_a_contact_between_frames_has_moment_faces_and_point():
 
 @pytest.mark.parametrize(("position", "faces"), [(0.8, True), (2.0, False)])
 def test_frame_with_visible_contact_is_measured(position, faces):
-    (cut,) = between([3.0, 3.0, position, 3.0], (0, 2, 2))
+    (cut,) = misses_between_frames([3.0, 3.0, position, 3.0], (0, 2, 2))
     assert (
         cut.evidence.touch is None
         and cut.evidence.face_pairs == len(cut.evidence.faces)
@@ -137,5 +138,6 @@ def test_frame_with_visible_contact_is_measured(position, faces):
 
 def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
     monkeypatch.setattr("replay.auditing.evidence.MOST_LOCATED_TOUCHES", 1)
-    first, second = between([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
+    """A cube flies through another before frame 2 and back before frame 4; both passages of pair 0 were missed."""
+    first, second = misses_between_frames([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
     assert first.evidence.touch is not None and second.evidence.touch is None

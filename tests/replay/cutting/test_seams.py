@@ -12,7 +12,10 @@ from replay.cutting.sectors import sector_ladder
 BAR = box_mesh((0.4, 0.1, 0.1))
 
 
-def halves(gap, at=0.03, aside=(0.0, 0.0, 0.0)):
+CUT_X = 0.03
+
+
+def bar_cut_at_x(gap, at=CUT_X, aside=(0.0, 0.0, 0.0)):
     """A bar in two boxes with a slit of this width at x, or an overlap where it is negative."""
     left, right = at - gap / 2 + 0.2, 0.2 - at - gap / 2
     return [
@@ -29,20 +32,22 @@ def moved(mesh, rotation, translation):
 @pytest.mark.parametrize("width", [2e-5, 1e-3, 0.02])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_planted_seam_has_its_kind_width_and_place(width, sign, seed):
+    """A bar along X, 10 cm thick, is cut in two with a slit or an overlap, and put anywhere."""
     rotation = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     rotation *= np.sign(np.linalg.det(rotation))
-    pose = rotation, (1.0, 2.0, 3.0)
-    pieces = [moved(piece, *pose) for piece in halves(sign * width)]
-    (seam,) = seams_of(moved(BAR, *pose), pieces)
+    translation = np.array([1.0, 2.0, 3.0])
+    pieces = [moved(piece, rotation, translation) for piece in bar_cut_at_x(sign * width)]
+    (seam,) = seams_of(moved(BAR, rotation, translation), pieces)
     assert seam.kind is (SeamKind.SLIT if sign > 0 else SeamKind.OVERLAP)
     assert seam.width == pytest.approx(width, rel=1e-6) and seam.pieces == (0, 1)
-    point = (np.array(seam.point) - pose[1]) @ rotation
-    assert (np.abs(point - (0.03, 0.0, 0.0)) <= np.array((width / 2, 0.05, 0.05)) + 1e-9).all()
+    point_in_bar = (np.array(seam.point) - translation) @ rotation
+    half_seam = np.array((width / 2, 0.05, 0.05))
+    assert (np.abs(point_in_bar - (CUT_X, 0.0, 0.0)) <= half_seam + 1e-9).all()
 
 
 def test_pieces_that_meet_have_no_seam():
-    assert seams_of(BAR, halves(0.0)) == []
-    assert seams_of(BAR, halves(5e-7)) == []
+    assert seams_of(BAR, bar_cut_at_x(0.0)) == []
+    assert seams_of(BAR, bar_cut_at_x(5e-7)) == []
 
 
 def test_gap_between_two_separate_bars_is_no_seam():
@@ -57,8 +62,8 @@ def test_gap_between_two_separate_bars_is_no_seam():
 
 def test_slit_filled_by_a_third_piece_is_no_slit():
     filled = shift_mesh(box_mesh((0.002, 0.1, 0.1)), (0.03, 0.0, 0.0))
-    assert seams_of(BAR, [*halves(0.001), filled]) != []
-    kinds = {seam.kind for seam in seams_of(BAR, [*halves(0.001), filled])}
+    assert seams_of(BAR, [*bar_cut_at_x(0.001), filled]) != []
+    kinds = {seam.kind for seam in seams_of(BAR, [*bar_cut_at_x(0.001), filled])}
     assert kinds == {SeamKind.OVERLAP}
 
 

@@ -70,7 +70,9 @@ def test_run_seed_reaches_random_detectors_without_their_own(spec, seed):
 
 
 def test_search_is_traced_again_except_for_hours_of_motion(monkeypatch):
-    detector, motion = make_detector(parse_detector("qaco"), assembly_of_cubes(), 0), assembly_of_cubes().motion
-    assert detecting.watched_again(detector, motion) is not None
-    monkeypatch.setattr(detecting, "MOST_FRAMES_IN_MEMORY", 49)
-    assert detecting.watched_again(detector, motion) is None
+    """A trace of each evaluation of the search is kept in memory, for motions up to a limit of frames."""
+    assembly = assembly_of_cubes(frames=50)
+    detector = make_detector(parse_detector("qaco"), assembly, seed=0)
+    assert detecting.watched_again(detector, assembly.motion) is not None
+    monkeypatch.setattr(detecting, "MOST_FRAMES_IN_MEMORY", 50 - 1)
+    assert detecting.watched_again(detector, assembly.motion) is None

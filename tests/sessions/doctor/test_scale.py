@@ -62,10 +62,11 @@ def test_head_with_constant_z_is_reported_in_any_axes(height, away, codes):
     assert not codes or result[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
 
 
-@pytest.mark.parametrize(("count", "codes"), [(200, ["handedness"]), (15, [])])
+@pytest.mark.parametrize(("count", "codes"), [(200, ["handedness"]), (15, [])], ids=["200 frames", "too few frames"])
 def test_right_hand_often_left_of_head_is_reported(count, codes):
-    head, hand = np.tile([0.0, 1.6, 0.0], (count, 1)), np.array([0.3, -0.5, -0.2])
-    positions = {"head": head, "left": head + hand, "right": head + hand * [-1, 1, 1]}
+    """The head looks along -Z, so that +X is on its right; the hands are 30 cm aside, each on the other's side."""
+    head, to_the_right = np.tile([0.0, 1.6, 0.0], (count, 1)), np.array([0.3, -0.5, -0.2])
+    positions = {"head": head, "left": head + to_the_right, "right": head + to_the_right * [-1, 1, 1]}
     rotation = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     session = Session.from_arrays(
         np.arange(count), {name: (position, rotation) for name, position in positions.items()}

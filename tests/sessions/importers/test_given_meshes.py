@@ -162,10 +162,13 @@ def test_mesh_axes_of_a_scene_hold_only_for_its_file(tmp_path):
     ],
 )
 def test_contradicting_or_missing_euler_order_is_refused(tmp_path, order, convention, message):
-    refused("csv", angles(tmp_path, order, convention), message, mapping=tmp_path / "map.toml")
+    """Unity rotates about z, x and y; a small ``xyz`` is an order about fixed axes, capitals one about moving axes."""
+    source = csv_of_euler_angles(tmp_path, order, convention)
+    refused("csv", source, message, mapping=tmp_path / "map.toml")
 
 
-def angles(folder, order, convention, row=(0, 0, 0)):
+def csv_of_euler_angles(folder, order, convention, row=(0, 0, 0)):
+    """Writes a.csv, a row of Euler angles in degrees, and map.toml, which states their order and the convention."""
     (folder / "a.csv").write_text("t,x,y,z,rx,ry,rz\n0,0,0,0," + ",".join(map(str, row)) + "\n")
     text = f'order = "{order}"\n' if order else ""
     (folder / "map.toml").write_text(
@@ -188,11 +191,11 @@ def test_convention_fixes_euler_order_and_unreal_follows_its_formula(tmp_path):
     ]
     matrix = changed(np.eye(3), TO_SOURCE["unreal"]).T
     truth = matrix.T @ Rotation.from_quat(own).as_matrix() @ matrix
-    source = angles(tmp_path, "", "unreal", (20.0, -35.0, 110.0))
+    source = csv_of_euler_angles(tmp_path, "", "unreal", (20.0, -35.0, 110.0))
     result = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
     assert np.allclose(Rotation.from_quat(result.quaternions_xyzw[0]).as_matrix(), truth, rtol=0, atol=1e-12)
     for order in ("", "zxy", "YXZ"):
-        source = angles(tmp_path, order, "unity", (20.0, -35.0, 110.0))
+        source = csv_of_euler_angles(tmp_path, order, "unity", (20.0, -35.0, 110.0))
         result = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
         flip = np.diag([1.0, 1.0, -1.0])
         unity = Rotation.from_euler("zxy", [110.0, 20.0, -35.0], degrees=True).as_matrix()

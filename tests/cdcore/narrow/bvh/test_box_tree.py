@@ -32,14 +32,16 @@ def test_leaves_hold_every_face_once(name):
 
 @by_mesh
 def test_boxes_cover_their_corners_to_a_few_roundings(name):
+    """A box is a row of its centre (3), axes (9), half edges (3) and half diagonal; 1e-300 is for points near zero."""
     triangles = MESHES[name]
     tree = build_box_trees([triangles])[0]
-    for node in range(len(tree.boxes)):
-        centre, axes, half = tree.boxes[node, :3], tree.boxes[node, 3:12].reshape(3, 3).T, tree.boxes[node, 12:15]
-        assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15
+    half_ulp = 2**-53
+    for node, box in enumerate(tree.boxes):
+        centre, axes, half_edges, half_diagonal = box[:3], box[3:12].reshape(3, 3).T, box[12:15], box[15]
+        assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15, "axes of length 1, perpendicular"
         offset = (triangles[faces_below(tree, node)].reshape(-1, 3) - centre) @ axes.T
-        assert (np.abs(offset) - half).max() <= 40 * 2**-53 * tree.reach + 1e-300
-        assert tree.boxes[node, 15] == pytest.approx(np.linalg.norm(half), rel=1e-15, abs=1e-300)
+        assert (np.abs(offset) - half_edges).max() <= 40 * half_ulp * tree.reach + 1e-300
+        assert half_diagonal == pytest.approx(np.linalg.norm(half_edges), rel=1e-15, abs=1e-300)
 
 
 @by_mesh

@@ -77,19 +77,21 @@ def test_heat_of_dissolved_salts_depends_only_on_their_ions():
 # kJ/mol of a solid in so many mol/kg. Source: integral heats of solution of R. M. Felder and R. W. Rousseau, Elementary
 # Principles of Chemical Processes, of NaOH, moved to the 44.51 of V. B. Parker at infinite dilution; of CaCl2 in 10 and
 # 20 mol of water the NBS tables of 1982.
-INTEGRAL = [
+INTEGRAL_HEATS = [
     ("NaOH", 5.551, -44.15), ("NaOH", 2.775, -44.48), ("NaOH", 7.5, -42.4), ("CaCl2", 5.551, -66.9),
     ("CaCl2", 2.775, -74.3),
 ]  # fmt: skip
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize(("formula", "molal", "kilojoule"), INTEGRAL)
-def test_a_solid_in_little_water_has_its_integral_heat(formula, molal, kilojoule):
-    moles = 0.1 * molal
+@pytest.mark.parametrize(("formula", "molal", "kilojoule_per_mole"), INTEGRAL_HEATS)
+def test_a_solid_in_little_water_has_its_integral_heat(formula, molal, kilojoule_per_mole):
+    """100 mL of water are poured on a solid, and the heat that warms them is that of tables, with the other sign."""
+    kilograms_of_water = 0.1
+    moles = kilograms_of_water * molal
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
-    joule, *_ = poured_on({"volume_ml": 100.0}, solid, None)
-    assert -joule / moles / 1e3 == pytest.approx(kilojoule, rel=0.03)
+    joule, *_ = poured_on({"volume_ml": 1000 * kilograms_of_water}, solid, equation=None)
+    assert -joule / moles / 1e3 == pytest.approx(kilojoule_per_mole, rel=0.03)
 
 
 # J that a mol gives off when it is diluted from one ratio of water to another. Source: Felder and Rousseau, table B.11.

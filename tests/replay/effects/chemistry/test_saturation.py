@@ -11,13 +11,16 @@ STEPS = 200
 """Portions of marble that PHREEQC dissolves one after the other."""
 
 
-def poured_on(solid, acid, molar, equation, rate):
-    """Series and gas of acid poured within 20 ms on a gram of a solid in a little water, a second later."""
+def acid_poured_on(solid, acid, *, molar, equation, rate_per_s=None):
+    """Series and gas of acid poured within 20 ms on a gram of a solid in a little water, a second later.
+
+    Without a rate the equation runs at once.
+    """
     bodies = (
         glass("a", 60.0, solute=acid, molar=molar),
         glass("b", WATER_ML, properties={"solid": {"formula": solid, "mass_g": 1.0}}),
     )
-    reaction = ("reaction", {"equation": equation} | ({} if rate is None else {"rate_per_s": rate}))
+    reaction = ("reaction", {"equation": equation} | ({} if rate_per_s is None else {"rate_per_s": rate_per_s}))
     effects = poured([0.0, 60.0, 60.0, *([0.0] * 100)], bodies, ("mixing", {"in": ["b"]}), reaction)
     gas = sum(event.values["moles"] for event in effects["reaction"].output.events_named("gas"))
     return {name: series.values[-1] for name, series in effects["reaction"].series.items()}, gas, effects
@@ -55,7 +58,7 @@ def stepwise(acid_mol, kilograms):
 @pytest.mark.parametrize("molar", [1.0, pytest.param(0.3, marks=pytest.mark.slow), 0.1])
 def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
     """With acid alone as its limit 3.6 % more dissolved, and the pH was 6.3."""
-    series, gas, effects = poured_on("CaCO3", "HCl", molar, MARBLE, 20.0)
+    series, gas, effects = acid_poured_on("CaCO3", "HCl", molar=molar, equation=MARBLE, rate_per_s=20.0)
     volume = effects["mixing"].series["b/volume"].values[-1]
     dissolved, left, ph = stepwise(1e-3 * molar * (volume - WATER_ML), 1e-3 * volume)
     assert series["b/extent"] == pytest.approx(dissolved, rel=0.01)
@@ -72,8 +75,9 @@ SULFIDES = [
 
 @pytest.mark.parametrize(("solid", "equation", "tolerance"), SULFIDES)
 def test_a_rate_changes_no_amount_of_a_sulfide_that_dissolves(solid, equation, tolerance):
-    at_once, gas, _ = poured_on(solid, "HCl", 1.0, equation, None)
-    slow, slow_gas, _ = poured_on(solid, "HCl", 1.0, equation, 20.0)
+    """CuS is the one that does not dissolve in 1 mol/L of acid and gives no gas."""
+    at_once, gas, _ = acid_poured_on(solid, "HCl", molar=1.0, equation=equation)
+    slow, slow_gas, _ = acid_poured_on(solid, "HCl", molar=1.0, equation=equation, rate_per_s=20.0)
     assert slow_gas == pytest.approx(gas, rel=max(tolerance, 1e-9))
     assert slow["b/pH"] == pytest.approx(at_once["b/pH"], abs=0.02)
     if solid == "CuS":

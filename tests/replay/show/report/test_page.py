@@ -71,6 +71,10 @@ def test_page_loads_nothing_and_runs_its_own_script_only():
     ],
 )
 def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
+    """25 mL of acid need 25 mL of base as strong; acid warms ammonia by 4.4 K, as ``ammonia-calorimetry.toml`` plants.
+
+    Each page shows one curve of its effect, and its headline stands before the caption of that curve.
+    """
     page = report_html(compute(synthetic_session(scene)[0], detectors=()))
     captions = re.findall(r"<figcaption>(The (?:temperature|pH)[^<]*)</figcaption>", page)
     assert curve in "".join(captions) and headline in page[: page.index(captions[0])]

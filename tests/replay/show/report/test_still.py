@@ -26,11 +26,12 @@ def usual_pixels(coarse_stills, monkeypatch):
     monkeypatch.setattr(still, "PIXELS_PER_UNIT", coarse_stills)
 
 
-def view():
+def view_along_minus_z():
+    """A camera at the origin that looks along -Z, with a picture of SIZE pixels."""
     return View(np.zeros(3), np.eye(3), SIZE, (SIZE[0] / 2, SIZE[1] / 2))
 
 
-def wall(z, edge=4.0):
+def wall_at(z, edge=4.0):
     """Two triangles across the picture at this depth."""
     a, b, c, d = ([x, y, z] for x, y in ((-edge, -edge), (edge, -edge), (edge, edge), (-edge, edge)))
     return np.array([[a, b, c], [a, c, d]], dtype=np.float64)
@@ -40,7 +41,7 @@ def test_triangle_covers_exactly_pixels_whose_rays_meet_the_triangle():
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
-    result = [np.concatenate(piece) for piece in zip(*covered_pixels(local, view()), strict=True)]
+    result = [np.concatenate(piece) for piece in zip(*covered_pixels(local, view_along_minus_z()), strict=True)]
     y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
     focus = FOCAL_RATIO * SIZE[1]
     across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus
@@ -57,17 +58,19 @@ def test_triangle_covers_exactly_pixels_whose_rays_meet_the_triangle():
         assert np.allclose(1 / result[2][mine], depth, rtol=1e-9)
 
 
-@pytest.mark.parametrize("alpha", [1.0, 0.2])
+@pytest.mark.parametrize("alpha", [1.0, 0.2], ids=["opaque", "glass"])
 def test_opaque_wall_hides_and_glass_does_not(alpha):
-    wall_of = Shape(wall(-1.0), (0.0, 0.0, 1.0), alpha)
-    opaque, glass = ([wall_of], []) if alpha == 1 else ([], [wall_of])
-    opaque.append(Shape(wall(-2.0), (1.0, 0.0, 0.0)))
-    line = Lines(np.array([[[-0.5, 0.0, -1.5], [0.5, 0.0, -1.5]]]), (1.0, 1.0, 0.0), 1.0)
-    picture, shape = draw_picture(view(), opaque, glass, [line], BLACK)
-    # The diagonal, where two triangles share an edge, runs through middles of pixels.
+    """A blue wall 1 m ahead fills the picture; behind it are a yellow line at 1.5 m and a red wall at 2 m."""
+    red, blue, yellow = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0)
+    blue_wall, red_wall = Shape(wall_at(-1.0), blue, alpha), Shape(wall_at(-2.0), red)
+    opaque, glass = ([blue_wall, red_wall], []) if alpha == 1 else ([red_wall], [blue_wall])
+    line = Lines(np.array([[[-0.5, 0.0, -1.5], [0.5, 0.0, -1.5]]]), yellow, 1.0)
+    picture, shape = draw_picture(view_along_minus_z(), opaque, glass, [line], BLACK)
+    reds, greens = picture[..., 0], picture[..., 1]
+    # But for pixels of the diagonal, where two triangles share an edge, each shows the first opaque shape.
     assert (shape == 0).mean() > 0.98
-    assert (picture[..., 0].max() > 0.3) == (alpha < 1), "red behind the wall"
-    assert (picture[..., 1].max() > 0.9) == (alpha < 1), "the yellow line between them"
+    assert (reds.max() > 0.3) == (alpha < 1), "red behind the wall, darkened by its shade"
+    assert (greens.max() > 0.9) == (alpha < 1), "the yellow line between them"
 
 
 def test_picture_holds_the_whole_cage_and_the_gap_arrow():
