@@ -165,7 +165,7 @@ def test_engine_steps_are_read_from_stamps_on_a_grid():
 
 def engine(*reports, rate_hz=50.0):
     """The detector of an engine with these reports, whose steps are at multiples of 20 ms."""
-    session = reported(*reports)
+    session = session_of_reports(*reports)
     made = assemble(session)
     settings = {"rate_hz": rate_hz}
     return recorded_detector(made.bodies, made.pairs, session.live_contacts, made.first_ns, 0.0, settings)

@@ -377,7 +377,7 @@ def test_session_in_which_not_even_hulls_touch_is_refused(dipped):
         (Limits(0.3, 0.5), 0.25, "Missed contact: 25 %; at most 50 % was asked for."),
     ],
 )
-def test_remarks_state_missed_contact_that_changed_or_was_limited(shipped, limits, missed, sentence):
-    before, after = shipped.before | {"not_reported": 0.0}, shipped.after | {"not_reported": missed}
-    remarks = replace(shipped, limits=limits, before=before, after=after).remarks
+def test_remarks_state_missed_contact_that_changed_or_was_limited(unity_fix, limits, missed, sentence):
+    before, after = unity_fix.before | {"not_reported": 0.0}, unity_fix.after | {"not_reported": missed}
+    remarks = replace(unity_fix, limits=limits, before=before, after=after).remarks
     assert [remark for remark in remarks if remark.startswith("Missed contact")] == [sentence] * bool(sentence)
