@@ -329,8 +329,8 @@ def test_concave_faces_are_cut_inside_their_outline(tmp_path):
 def test_holes_of_a_usd_mesh_are_no_faces(tmp_path):
     """Indices of no face are passed over."""
     stage = new_stage(tmp_path / "shell.usda")
-    body(stage, "/shell")
-    shell = collider(mesh(stage, "/shell/mesh"))
+    rigid_body(stage, "/shell")
+    shell = collider(stage_mesh(stage, "/shell/mesh"))
     shell.GetHoleIndicesAttr().Set([1, 4, len(FACES), -1])
     stage.Save()
     faces = read_scene_source(tmp_path / "shell.usda").bodies["shell"].mesh.faces
@@ -365,10 +365,10 @@ def test_bodies_are_posed_between_their_time_samples(tmp_path, per_second, frame
 def test_poses_of_a_usd_scene_are_limited(tmp_path, monkeypatch):
     """A body in 3 time samples has 3 poses."""
     stage = new_stage(tmp_path / "long.usda")
-    cup = body(stage, "/cup")
+    cup = rigid_body(stage, "/cup")
     for code in (0, 1, 2):
         cup.GetOrderedXformOps()[0].Set(Gf.Vec3d(code, 0, 0), code)
-    ball(stage, "/cup/shape")
+    ball_collider(stage, "/cup/shape")
     stage.Save()
     monkeypatch.setattr("sessions.scene_formats.usd_physics.MOST_POSES", 3)
     assert len(import_session("usd", tmp_path / "long.usda").frames) == 3
