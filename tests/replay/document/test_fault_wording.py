@@ -1,0 +1,89 @@
+"""Sentences about made-up faults, in every form; ``test_fault_sentences`` asks whether they are true of whole runs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict
+from replay.auditing.fault import Cause, Fault, FaultKind
+from replay.document.fault_sentences import why_false, why_missed
+
+CONTACT = SimpleNamespace(first=4, last=7, start=0.04, end=0.08)
+"""Frames 4 to 7 of frames of 10 ms."""
+NEVER, LATE, EARLY = FaultKind.NEVER_REPORTED, FaultKind.REPORTED_LATE, FaultKind.LOST_EARLY
+
+
+def audited(samples="............", reports="............", *, rate_hz=50.0, delay=0, reach=0.0):
+    """A detector by frames of 10 ms: ``s``: it samples (``None``: nobody knows), ``C``: it reports contact."""
+    verdict = [[Verdict.CONTACT if letter == "C" else Verdict.CLEAR] for letter in reports]
+    return SimpleNamespace(
+        sampled_frames=None if samples is None else np.array([letter == "s" for letter in samples]),
+        rate_hz=rate_hz,
+        motion=SimpleNamespace(times=0.01 * np.arange(12)),
+        subject=SimpleNamespace(verdict=np.array(verdict)),
+        has_pose=lambda pair: np.ones(12, dtype=bool),
+        delay=lambda pair: delay,
+        contact_reach=lambda pair: reach,
+        detector=None,
+    )
+
+
+def fault(kind, first, last, cause=Cause.BETWEEN_SAMPLES, agreeing=(3, 3), metres=0.002):
+    return Fault(
+        1, "slow", 0, ("a", "b"), kind, first, last, 0.01 * first, 0.01 * (last + 1), first,
+        cause=cause, agreeing=agreeing, metres=metres, labels=("a", "b"),
+    )  # fmt: skip
+
+
+MISSES = {
+    "shorter than the time between samples": (fault(NEVER, 4, 7), audited("..s......s..", rate_hz=20.0)),
+    "as long as the time between samples": (fault(NEVER, 4, 7), audited("..s......s..", rate_hz=25.0)),
+    "a part that counts as never": (fault(NEVER, 4, 6), audited("..s......s..")),
+    "late by a step": (fault(LATE, 4, 5), audited("...s..s.....", "......CC....", rate_hz=50.0)),
+    "late by more than a step": (fault(LATE, 4, 6), audited("...s...s....", ".......C....")),
+    "late after a first part": (fault(LATE, 5, 6), audited("...s...s....", ".......C....")),
+    "late and not reported next": (fault(LATE, 4, 5), audited("...s..s.....")),
+    "early": (fault(EARLY, 6, 7), audited(".....s...s..", "....CC......")),
+    "early before a last part": (fault(EARLY, 5, 6), audited("....s...s...", "....C.......")),
+    "early and not reported before": (fault(EARLY, 6, 7), audited(".....s...s..")),
+    "a sample inside": (fault(NEVER, 4, 7), audited("..s...s..s..")),
+    "a sample in its last frame": (fault(NEVER, 4, 7), audited("..s....s.s..")),
+    "before the first sample": (fault(NEVER, 4, 7), audited(".........s..")),
+    "after the last sample": (fault(NEVER, 4, 7), audited("..ss........")),
+    "no sample": (fault(NEVER, 4, 7), audited()),
+    "by its own account": (fault(NEVER, 4, 7), audited(None)),
+    "by its own account in part": (fault(NEVER, 4, 7, agreeing=(2, 3)), audited(None)),
+    "without a rate": (fault(NEVER, 4, 7), audited("..s......s..", rate_hz=None)),
+    "a reason": (fault(NEVER, 4, 7, Cause.BUDGET), audited()),
+    "a reason in part": (fault(NEVER, 4, 7, Cause.BUDGET, agreeing=(2, 3)), audited()),
+    "no reason": (fault(NEVER, 4, 7, Cause.UNEXPLAINED), audited()),
+    "this report late": (fault(LATE, 4, 5, Cause.LATE), audited(reports="......CC....")),
+    "this report early": (fault(EARLY, 6, 7, Cause.EARLY), audited(reports="....CC......", delay=2)),
+}
+NO_CONTACT = FaultKind.NO_CONTACT
+FALSE = {
+    "answer of a sample": (fault(NO_CONTACT, 4, 7, Cause.LAST_ANSWER), audited("s...s..s....")),
+    "answer of no sample": (fault(NO_CONTACT, 4, 7, Cause.LAST_ANSWER), audited(".......s....")),
+    "no sample within": (fault(NO_CONTACT, 4, 7, Cause.LAST_ANSWER), audited("...s....s...")),
+    "by its own account": (fault(NO_CONTACT, 4, 7, Cause.LAST_ANSWER), audited(None)),
+    "within the offset": (fault(NO_CONTACT, 4, 7, Cause.CONTACT_OFFSET), audited(reach=0.002)),
+    "beyond the offset": (fault(NO_CONTACT, 4, 7, Cause.CONTACT_OFFSET), audited(reach=0.001)),
+    "gap not measured": (fault(NO_CONTACT, 4, 7, Cause.BOUNDING_VOLUMES, metres=np.nan), audited()),
+    "report ends late": (fault(FaultKind.ENDS_LATE, 8, 9, Cause.LATE), audited()),
+    "report starts early": (fault(FaultKind.STARTS_EARLY, 2, 3, Cause.EARLY), audited(delay=2)),
+    "report is nowhere": (fault(NO_CONTACT, 2, 3, Cause.LATE), audited(delay=-2)),
+    "no reason": (fault(NO_CONTACT, 4, 7, Cause.UNEXPLAINED), audited()),
+}
+
+
+@pytest.mark.parametrize("form", MISSES)
+def test_sentence_about_a_miss_reads_as_it_did(form, snapshot):
+    miss, detector = MISSES[form]
+    assert why_missed(miss, "slow", detector, CONTACT) == snapshot
+
+
+@pytest.mark.parametrize("form", FALSE)
+def test_sentence_about_a_false_contact_reads_as_it_did(form, snapshot):
+    false_contact, detector = FALSE[form]
+    assert why_false(false_contact, "slow", detector) == snapshot
