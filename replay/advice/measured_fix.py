@@ -378,7 +378,7 @@ class _Measuring:
     def _run_over_stretches(self, spec: DetectorSpec) -> Run:
         """A run of a detector over stretches that are spread evenly over the motion, live where its own run was."""
         motion, live = self._result.assembly.motion, self._result.document.detectors[self._rank.label].live
-        assembly = replace(self._result.assembly, motion=motion.take(_timed_frames(len(motion))))
+        assembly = replace(self._result.assembly, motion=motion.take(timed_frames(len(motion))))
         return run_detector(spec, assembly, seed=self._seed, faces=False, advance=lambda _: None, live=live)
 
     def _change(self, measured: _Measured) -> str:
@@ -429,7 +429,7 @@ def _lane_spans(
     return spans if sum(map(len, spans.values())) <= MOST_SPANS else {}
 
 
-def _timed_frames(frames: int) -> IntArray:
+def timed_frames(frames: int) -> IntArray:
     """Numbers of the frames in which pieces are timed."""
     if frames <= TIMED_FRAMES:
         return np.arange(frames)

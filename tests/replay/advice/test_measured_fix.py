@@ -13,7 +13,7 @@ from support.small_worlds import STEP_NS, cube
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
 from replay.advice import measured_fix
-from replay.advice.measured_fix import measured_fixes
+from replay.advice.measured_fix import measured_fixes, timed_frames
 from replay.auditing.outcome import Outcome
 from replay.cli.main import main
 from replay.cutting import methods, piece_store
@@ -255,3 +255,11 @@ def test_run_without_a_cutter_names_the_package_to_install(empty_piece_store, mo
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--no-picture"]) == 0
     output = " ".join(capsys.readouterr().out.split())
     assert "beaker keeps its hull: V-HACD needs the package vhacdx, which is not installed (pip" in output
+
+
+@pytest.mark.parametrize("count", [1536, 1537, 9999])
+def test_pieces_are_timed_in_segments_spread_over_the_motion(count):
+    """At most 16 segments of 96 neighbouring frames, the first and the last frame among them."""
+    frames = timed_frames(count)
+    assert (len(frames), frames[0], frames[-1]) == (1536, 0, count - 1)
+    assert (np.diff(frames.reshape(16, 96), axis=1) == 1).all()
