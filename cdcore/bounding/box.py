@@ -1,7 +1,6 @@
 """Bounding boxes in the body's frame, along its own axes or its principal ones: every used vertex lies inside."""
 
 from dataclasses import dataclass
-from itertools import product
 from typing import Final
 
 import numpy as np
@@ -34,12 +33,6 @@ class Box:
         """Area of its six sides, square metres."""
         x, y, z = self.half
         return float(8.0 * (x * y + y * z + z * x))
-
-    @property
-    def corners(self) -> FloatArray:
-        """Its corners, (8, 3), body frame."""
-        signs = np.array(list(product((-1.0, 1.0), repeat=3)))
-        return self.centre + (signs * self.half) @ self.axes.T
 
 
 def box_by_body_axes(mesh: TriangleMesh) -> Box:

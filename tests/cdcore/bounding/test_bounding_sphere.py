@@ -62,11 +62,18 @@ def test_equation_21_is_the_mean_of_all_triangle_corners():
     assert sphere.radius == pytest.approx(np.linalg.norm(mesh.vertices - expected, axis=1).max(), rel=1e-12)
 
 
+TETRAHEDRON = TriangleMesh(
+    [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+)
+TRIANGLE = TriangleMesh([[np.cos(angle), np.sin(angle), 0.0] for angle in np.radians([30, 150, 270])], [[0, 1, 2]])
+"""Regular: the smallest balls have the radii of the circles through their corners, root of 3 and 1."""
+
+
 @pytest.mark.parametrize("build", [sphere_by_farthest_steps, sphere_best])
-def test_tight_balls_are_within_two_percent_of_minimal(build):
-    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)
-    mesh = TriangleMesh(corners, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
-    assert np.sqrt(3) <= build(mesh).radius * (1 + 1e-12) <= 1.02 * np.sqrt(3)
+@pytest.mark.parametrize(("regular", "minimal"), [(TETRAHEDRON, np.sqrt(3)), (TRIANGLE, 1.0)])
+def test_tight_balls_are_within_two_percent_of_minimal(regular, minimal, build):
+    for mesh in (regular, shift_mesh(regular, [1000.0, -200.0, 30.0])):
+        assert minimal <= build(mesh).radius * (1 + 1e-12) <= 1.02 * minimal
 
 
 def test_unused_vertices_do_not_inflate_balls():

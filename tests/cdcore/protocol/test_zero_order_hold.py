@@ -6,7 +6,7 @@ from support.shapes import ball_mesh, unturned
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.protocol import detect_live
-from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, answering_samples
+from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, answering_samples, is_sampled
 
 BALLS = [Body("a", ball_mesh(1.0)), Body("b", ball_mesh(1.0))]
 
@@ -67,3 +67,11 @@ def test_held_answer_comes_from_the_last_answered_sample(seed):
 def test_block_without_frames_has_no_answering_sample():
     assert answering_samples(np.zeros((0, 3), dtype=bool), np.zeros(0, dtype=bool)).shape == (0, 3)
     assert (answering_samples(np.zeros((0, 3), dtype=bool), np.zeros(2, dtype=bool)) == BEFORE_BLOCK).all()
+
+
+def test_samples_are_the_first_frame_and_those_at_ticks():
+    """Twice a second from 0.2 s on, of ten frames a second: the ticks are at 0.2 s and 0.7 s."""
+    times = np.arange(10) / 10.0
+    sampled = [frame for frame in range(10) if is_sampled(times, frame, 2.0, offset_s=0.2)]
+    assert sampled == [0, 2, 7]
+    assert all(is_sampled(times, frame, None) for frame in range(10))
