@@ -6,7 +6,7 @@ from support.shapes import ball_mesh, unturned
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.protocol import detect_live
-from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, answering_samples, is_sampled
+from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, ZeroOrderHold, answering_samples, is_sampled
 
 BALLS = [Body("a", ball_mesh(1.0)), Body("b", ball_mesh(1.0))]
 
@@ -75,3 +75,4 @@ def test_samples_are_the_first_frame_and_those_at_ticks():
     sampled = [frame for frame in range(10) if is_sampled(times, frame, 2.0, offset_s=0.2)]
     assert sampled == [0, 2, 7]
     assert all(is_sampled(times, frame, None) for frame in range(10))
+    assert len(ZeroOrderHold(1, 2.0).sampled(times[:0])) == 0
