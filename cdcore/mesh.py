@@ -89,7 +89,7 @@ class TriangleMesh:
     @cached_property
     def merged_faces(self) -> IntArray:
         """Faces over vertices merged where bitwise equal, (f, 3); -0.0 and 0.0 are one."""
-        _, numbers = distinct_rows(self.vertices + 0.0)
+        _, numbers = distinct_rows(self.vertices)
         return numbers[self.faces]
 
     @cached_property

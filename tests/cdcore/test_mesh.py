@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh, without_faces
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
+from cdcore.mesh import distinct_rows, winding
 from cdcore.poses import place_points
 from cdcore.tolerances import EPS, PAD_ULPS, UNDERFLOW_PAD
 
@@ -72,9 +73,31 @@ def test_minus_zero_and_zero_are_the_same_coordinate():
     assert mesh.components.tolist() == [0, 0]
 
 
+def test_equal_rows_share_a_number():
+    rows = np.array([[0.0, 2.0], [-1.0, 5.0], [-0.0, 2.0], [0.0, 1.0]])
+    distinct, numbers = distinct_rows(rows)
+    assert (distinct.tolist(), numbers.tolist()) == ([[-1, 5], [0, 1], [0, 2]], [2, 0, 2, 1])
+
+
 def test_degenerate_faces_do_not_open_a_closed_mesh():
     box = box_mesh()
     assert TriangleMesh(box.vertices, [*box.faces.tolist(), [3, 3, 5], [4, 4, 4]]).is_closed
+
+
+def test_doubled_faces_have_the_same_corners_in_any_order():
+    box = box_mesh()
+    assert not box.has_doubled_faces
+    assert not TriangleMesh(box.vertices, [*box.faces.tolist(), [3, 3, 5], [5, 3, 3]]).has_doubled_faces
+    assert TriangleMesh(box.vertices, [*box.faces.tolist(), box.faces[4, [1, 0, 2]].tolist()]).has_doubled_faces
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-4, 1e103, 1e-110])
+def test_winding_tells_where_the_normals_point(scale):
+    """A box of 0.1 mm a third of a kilometre away has still digits enough."""
+    for box in (box_mesh(), shift_mesh(box_mesh(), [1e7 / 3, -2e6 / 3, 5e6 / 3])):
+        triangles = scale * box.triangles
+        assert (winding(triangles), winding(triangles[:, ::-1])) == (1, -1)
+    assert winding(TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]).triangles) == 0
 
 
 def test_components_are_named_by_their_lowest_face():
