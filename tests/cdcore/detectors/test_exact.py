@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, box_mesh, unturned
+from support.shapes import ball_mesh, box_mesh, shift_mesh, still, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import detect_live
@@ -54,8 +54,8 @@ def motion_along_x(xs, turns=None):
     return Motion(np.arange(len(xs)), positions, rotation)
 
 
-def work(motion, **settings):
-    done = create_detector("static", BODIES, **settings).detect(motion).work
+def work(motion, bodies=BODIES, **settings):
+    done = create_detector("static", bodies, **settings).detect(motion).work
     return done["pair_looks"], done["held"]
 
 
@@ -75,6 +75,16 @@ def test_blocks_of_a_stream_remember_the_pose_before():
         assert [joined.work[key] for key in ("pair_looks", "held", "mesh_queries")] == [2, 18, 1]
         whole = detector.detect(motion, faces=True)
         assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest)
+
+
+def test_faces_of_every_pair_stay_across_blocks():
+    """Three bodies at rest about one middle: each pair is queried once, in the first block."""
+    bodies = [*BODIES, Body("lid", box_mesh((0.5, 0.5, 2.0)))]
+    motion = still(bodies, np.zeros((3, 3)), frames=6)
+    detector = create_detector("static", bodies)
+    joined = join(detector.stream(motion.blocks(2), faces=True))
+    assert (joined.verdict == Verdict.CONTACT).all() and joined.work["pair_looks"] == 3
+    assert joined.faces_digest == detector.detect(motion, faces=True).faces_digest
 
 
 def test_epsilon_compares_with_the_last_queried_pose():
@@ -99,6 +109,15 @@ def test_epsilon_skips_queries_of_pairs_that_move_together():
     motion = Motion(steps, positions, np.repeat(rotation[:, None], 2, 1))
     assert work(motion)[0] == 40
     assert work(motion, epsilon=1e-9) == (1, 39)
+
+
+def test_epsilon_skips_queries_of_a_body_that_rotates_about_its_middle():
+    """The middle of the ball is 10 m from its origin; its points move by 0.25 mm, and both bodies drift by 0.5 m."""
+    middle, drift = np.array([10.0, 0.0, 0.0]), 0.01 * np.arange(50)[:, None] * [0.0, 1.0, 0.0]
+    motion = along(np.zeros(50), turns=1e-5 * np.arange(50))
+    positions = np.stack([[0.9, 0.0, 0.0] - motion.rotations[:, 0] @ middle + drift, drift], axis=1)
+    bodies = [Body("ball", shift_mesh(ball_mesh(0.5), middle)), BODIES[1]]
+    assert work(Motion(motion.times, positions, motion.rotations), bodies, epsilon=1e-3) == (1, 49)
 
 
 def test_within_epsilon_a_verdict_is_at_most_that_far_off():
