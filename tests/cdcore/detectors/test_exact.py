@@ -114,7 +114,7 @@ def test_epsilon_skips_queries_of_pairs_that_move_together():
 def test_epsilon_skips_queries_of_a_body_that_rotates_about_its_middle():
     """The middle of the ball is 10 m from its origin; its points move by 0.25 mm, and both bodies drift by 0.5 m."""
     middle, drift = np.array([10.0, 0.0, 0.0]), 0.01 * np.arange(50)[:, None] * [0.0, 1.0, 0.0]
-    motion = along(np.zeros(50), turns=1e-5 * np.arange(50))
+    motion = motion_along_x(np.zeros(50), turns=1e-5 * np.arange(50))
     positions = np.stack([[0.9, 0.0, 0.0] - motion.rotations[:, 0] @ middle + drift, drift], axis=1)
     bodies = [Body("ball", shift_mesh(ball_mesh(0.5), middle)), BODIES[1]]
     assert work(Motion(motion.times, positions, motion.rotations), bodies, epsilon=1e-3) == (1, 49)
