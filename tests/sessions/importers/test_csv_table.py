@@ -161,7 +161,12 @@ def draft_of(path, content):
     return refusal.value
 
 
-ROTATED = [[*row[:4], "0.5", "0.5", "0.5", "0.5"] for row in ROWS]
+UNCLEAR = {
+    "undecided": ["0.5", "0.5", "0.5", "0.5"],
+    "the first number is too small": ["0.8", "0.6", "0", "0"],
+    "the last number is too large": ["0.95", "0", "0", "0.31"],
+}
+ROTATED = {name: [[*row[:4], *numbers] for row in ROWS] for name, numbers in UNCLEAR.items()}
 SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
 
 
@@ -172,9 +177,12 @@ SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
         (csv_text(" ", head=()), "q4 begins near 1, so that scalar last is likely"),
         (csv_text(head=("t", "x", "y", "z", "q0", "q1", "q2", "q3")), "q3 begins near 1"),
         (csv_text(head=("t", "x", "y", "z", "rot_1", "rot_2", "rot_3", "rot_4"), rows=SCALAR_FIRST), "rot_1 begins"),
-        (csv_text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=ROTATED), "does not tell. Take"),
+        *(
+            (csv_text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=rows), "does not tell. Take")
+            for rows in ROTATED.values()
+        ),
     ],
-    ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", "undecided"],
+    ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", *ROTATED],
 )
 def test_unnamed_quaternion_order_is_a_question(tmp_path, content, likely):
     error = draft_of(tmp_path / "log.csv", content)

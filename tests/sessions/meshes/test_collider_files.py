@@ -17,6 +17,7 @@ from sessions.importers import import_session
 from sessions.importers.ledger import ledger_of
 from sessions.mesh_data import has_consistent_winding
 from sessions.meshes.mesh_match import read_colliders
+from sessions.model.assumption import Origin, Subject, assumptions_of
 from sessions.scene_files.scene_meshes import checked_scene, with_colliders
 
 
@@ -171,3 +172,16 @@ def test_an_import_accounts_for_every_node_of_its_colliders(tmp_path):
     (entry,) = [entry for entry in ledger_of(session.facts) if entry.kind == "nodes"]
     assert (entry.read, entry.kept) == (3, 2) == (3, len(session.colliders["cup"]))
     assert entry.dropped == {"that belong to no body: UCX_floor_00": 1} and entry.is_large_loss
+
+
+@pytest.mark.parametrize(
+    ("convention", "axes", "is_open"), [("openxr", "", False), ("unity", "", True), ("unity", "canonical", False)]
+)
+def test_axes_of_colliders_are_open_where_several_are_possible(convention, axes, is_open, tmp_path):
+    write(tmp_path / "c.glb", ("UCX_cup_00", BOX, translation(0, 0, 0)))
+    head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
+    (tmp_path / "take.csv").write_text(f"{head}\npose,0,cup,0,0,0,0,0,0,1,1,,\n")
+    options = {"colliders": tmp_path / "c.glb", "collider_axes": axes}
+    session = import_session("csv", tmp_path / "take.csv", convention=convention, **options)
+    (row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.COLLIDER_AXES]
+    assert (row.is_open, row.origin) == (is_open, Origin.USER if axes else Origin.GUESS)
