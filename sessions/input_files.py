@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from sessions.errors import ImportFileError, SceneError, SessionError
+from sessions.file_kinds import HEAD_BYTES, UTF_16, FileKind, file_kind, substitute
 
 _KINDS = {"d": "a folder", "p": "a FIFO (named pipe)", "s": "a socket", "c": "a device", "b": "a device"}
 """First letter of a file's mode, as `ls -l` prints it -> what stands there."""
@@ -25,30 +26,9 @@ MOST_FAULTS, MOST_NAMED = 100, 500
 """So many faults are listed, and a nearest name is looked for among so many: both take time for each of them."""
 # A key of 32 names: the parser's time grows with the square of a key's length.
 _DEEP_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
-_POINTER = b"version https://git-lfs.github.com/spec/"
-"""A repository that keeps large files with Git LFS holds such text in place of a file that was not fetched."""
 QUOTED_CHARACTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
-ENCODINGS: Final = {
-    codecs.BOM_UTF32_LE: "UTF-32",
-    codecs.BOM_UTF32_BE: "UTF-32",
-    codecs.BOM_UTF16_LE: "UTF-16",
-    codecs.BOM_UTF16_BE: "UTF-16",
-}
-"""First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
 FIRST_BYTES: Final = 200
 """Bytes of a file in which a text of two bytes a letter has zeros."""
-OTHER_FILES: Final = {
-    b"PK\x03\x04": "a workbook of a spreadsheet, or another archive; save its table as CSV",
-    b"\xd0\xcf\x11\xe0": "a workbook of an old Excel; save its table as CSV",
-    b"\x1f\x8b": "compressed by gzip; unpack it first",
-    b"7z\xbc\xaf": "compressed by 7-Zip; unpack it first",
-    b"PAR1": "a Parquet file; write its table as CSV",
-    b"ARROW1": "an Arrow file; write its table as CSV",
-    b"\x89HDF": "an HDF5 file; write its tables as CSV",
-    b"MATLAB 5.0": "a file of MATLAB; write its table as CSV",
-    b"\x93NUMPY": "an array of NumPy; write it as CSV",
-}
-"""First bytes of tables that are no text -> what the file is, and what to do."""
 
 
 def _as_path(path: str | Path) -> Path:
@@ -74,12 +54,16 @@ def check_regular(path: str | Path, what: str, error: type[Exception]) -> None:
 
 @contextmanager
 def open_input(path: str | Path, what: str, error: type[Exception]) -> Iterator[BinaryIO]:
-    """A file open for reading; ``error``, one sentence, for whatever the system says while it is read."""
+    """A file open for reading; ``error``, one sentence, for whatever the system says while it is read.
+
+    A page, an error message or a pointer in place of the file that was meant is refused by name.
+    """
     check_regular(path, what, error)
     try:
         with _as_path(path).open("rb") as stream:
-            if stream.read(len(_POINTER)) == _POINTER:
-                raise error(f"{what} {path} is a pointer of Git LFS, not the file itself; fetch it: git lfs pull")
+            kind = substitute(stream.read(HEAD_BYTES))
+            if kind is not None:
+                raise error(f"{what} {path} is {kind}")
             stream.seek(0)
             yield stream
     except FileNotFoundError:
@@ -96,12 +80,22 @@ def read_bytes(path: str | Path, what: str, error: type[Exception]) -> bytes:
         return stream.read()
 
 
-def read_text(path: str | Path, what: str, error: type[Exception]) -> str:
-    """The text of a UTF-8 file, without a byte order mark."""
+def kind_of_file(path: str | Path) -> FileKind | None:
+    """What a file is by its first bytes, for the sentence of a reader that failed; ``None``: no kind known here."""
+    with _as_path(path).open("rb") as stream:
+        return file_kind(stream.read(HEAD_BYTES))
+
+
+def read_text(path: str | Path, what: str, error: type[Exception], *, may_be_empty: bool = False) -> str:
+    """The text of a UTF-8 file without a byte order mark; ``error`` where it is empty, unless it ``may_be_empty``."""
+    data = read_bytes(path, what, error)
+    if not (may_be_empty or data.strip()):
+        raise error(f"{what} {path} is empty; copy or save it again")
     try:
-        return read_bytes(path, what, error).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        return data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
-        raise error(f"{what} {path} is not UTF-8 text; save it as UTF-8") from None
+        kind = file_kind(data)
+        raise error(f"{what} {path} is {kind or 'not UTF-8 text; save it as UTF-8'}") from None
 
 
 def read_utf8_lines(source: Path) -> bytes:
@@ -116,20 +110,9 @@ def read_utf8_lines(source: Path) -> bytes:
 def check_encoding(source: Path, data: bytes) -> None:
     """Refuse what is no text, and text in another encoding than UTF-8, by its first bytes or zeros between letters."""
     first = data[:FIRST_BYTES]
-    if other := other_file(data):
-        raise ImportFileError(f"{source}: this is no CSV but {other}")
-    if encoding := named_encoding(data) or ("UTF-16" if 4 * first.count(0) > len(first) else ""):
-        raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
-
-
-def other_file(data: bytes) -> str:
-    """Returns what a table is that is no text, and what to do about it, or ``""``."""
-    return next((text for start, text in OTHER_FILES.items() if data.startswith(start)), "")
-
-
-def named_encoding(data: bytes) -> str:
-    """Returns the encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
-    return next((name for start, name in ENCODINGS.items() if data.startswith(start)), "")
+    kind = file_kind(data) or (UTF_16 if 4 * first.count(0) > len(first) else None)
+    if kind is not None:
+        raise ImportFileError(f"{source}: this is no CSV in UTF-8 but {kind}")
 
 
 def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str] | None = None) -> "TomlTable":
@@ -139,7 +122,8 @@ def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str
             raise RecursionError
         return TomlTable(tomllib.loads(text), file, "", error, faults)
     except tomllib.TOMLDecodeError as reason:
-        raise error(f"{file}: this is not TOML: {reason}") from None
+        kind = file_kind(text.encode())
+        raise error(f"{file}: this is not TOML{f' but {kind}' if kind else f': {reason}'}") from None
     except RecursionError:
         raise error(f"{file}: tables are nested too deeply; a scene needs three levels at most") from None
     except ValueError:  # the parser lets through what int() says of more than 4,300 digits

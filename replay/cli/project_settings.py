@@ -73,7 +73,8 @@ def read_settings(file: Path, ctx: click.Context) -> dict[str, Any]:
     from sessions.input_files import nearest, parse_toml, read_text
 
     try:
-        toml_values = parse_toml(read_text(file, "settings", SceneError), str(file), SceneError).rest()
+        text = read_text(file, "settings", SceneError, may_be_empty=True)
+        toml_values = parse_toml(text, str(file), SceneError).rest()
     except SceneError as error:
         raise click.UsageError(str(error)) from error
     gate_values = toml_values.pop(GATES_TABLE, {})

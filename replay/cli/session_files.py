@@ -40,12 +40,17 @@ def sessions_of_list(path: Path) -> list[Path]:
     Raises ``click.UsageError``: a line names no file, and it says which line.
     """
     from replay.running.remote_files import is_remote, path_of_place, store_errors
+    from sessions.file_kinds import file_kind
 
     try:
         with store_errors(path):
             lines = path.read_text("utf-8").splitlines()
     except UnicodeDecodeError as error:
-        raise click.UsageError(f"{path} is no text in UTF-8; list session files in it, one a line") from error
+        kind = file_kind(path.read_bytes())
+        reason = f"is {kind}" if kind else "is no text in UTF-8; list session files in it, one a line"
+        raise click.UsageError(f"list {path} {reason}") from error
+    if kind := file_kind("\n".join(lines).encode()):
+        raise click.UsageError(f"list {path} is {kind}")
     name_of_line = {number: line.partition("#")[0].strip() for number, line in enumerate(lines, 1)}
     files = {
         number: path_of_place(name if "://" in name else path.parent / name)

@@ -17,6 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.file_kinds import JSON
 from sessions.importers.importing import (
     PoseTable,
     SourceFrame,
@@ -26,6 +27,7 @@ from sessions.importers.importing import (
 )
 from sessions.importers.ledger import Ledger, Numbers, last_of_each_stamp, stamps_of
 from sessions.importers.unstated_units import degrees_by_format
+from sessions.input_files import kind_of_file
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.session import HandTrack, Session
@@ -86,7 +88,9 @@ def _devices(source: Path, ledger: Ledger) -> dict[str, dict[str, Any]]:
     try:
         data = json.loads(source.read_text(encoding="utf-8-sig"), object_pairs_hook=members)
     except (ValueError, RecursionError) as error:
-        raise ImportFileError(f"{source}: this is not JSON: {error}; export the recording again") from None
+        kind = kind_of_file(source)
+        reason = f": {error}; export the recording again" if kind in (None, JSON) else f" but {kind}"
+        raise ImportFileError(f"{source}: this is not JSON{reason}") from None
     if repeated:
         raise ImportFileError(f"{source}: {repeated[0]!r} stands twice in one object; rename or remove one of them")
     if isinstance(data, dict) and isinstance(data.get("recording"), dict):

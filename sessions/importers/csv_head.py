@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
+from sessions.file_kinds import named_encoding
 from sessions.importers.csv_columns_and_units import (
     ROW_MAJOR,
     VOCABULARY,
@@ -29,7 +30,7 @@ from sessions.importers.csv_table import (
     split_lines,
 )
 from sessions.importers.wall_clock import wall_clock_ns
-from sessions.input_files import check_encoding, named_encoding, open_input
+from sessions.input_files import check_encoding, open_input
 
 HEAD_BYTES: Final = 200_000
 FIRST_ROWS: Final = 200

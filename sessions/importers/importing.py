@@ -158,8 +158,9 @@ def _taken_for(format: str, path: Path, *, is_mapped: bool = False) -> tuple[str
             check_regular(path, "recording", ImportFileError)
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
     if path.is_file():
-        with open_input(path, "recording", ImportFileError):
-            pass
+        with open_input(path, "recording", ImportFileError) as stream:
+            if not stream.read(1) and format in (*IMPORTERS, AUTO):
+                raise ImportFileError(f"recording {path} is empty; copy or record it again")
     if format == AUTO:
         return recognised_format(path)
     joints = joints_in(path) if format == "csv" and not is_mapped else ""

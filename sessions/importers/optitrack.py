@@ -16,6 +16,7 @@ from sessions.importers.csv_columns_and_units import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
 from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger
+from sessions.input_files import FIRST_BYTES, check_encoding, open_input
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.session import Session
 
@@ -73,6 +74,8 @@ def _rotation_assumptions(rotation_type: str) -> tuple[Assumption, ...]:
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
     """The fields of line 1, the number of lines above those that name columns, and the number of these."""
+    with open_input(source, "recording", ImportFileError) as stream:
+        check_encoding(source, stream.read(FIRST_BYTES))
     try:
         with source.open(encoding="utf-8-sig", newline="") as file:
             lines = iter(lambda: file.readline(LONGEST_LINE), "")

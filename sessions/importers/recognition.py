@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
+from sessions.file_kinds import file_kind
 from sessions.importers.csv_head import read_head
 from sessions.importers.hands.hand_columns import hand_layout
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
-from sessions.input_files import other_file
 
 STARTS: Final = (
     (b"\x89MCAP0\r\n", "mcap", "it is an MCAP file"),
@@ -47,8 +47,8 @@ def recognised_format(source: Path) -> tuple[str, str]:
             return name, why
     if head.startswith(b"PK\x03\x04") and source.suffix.lower() == ".usdz":
         return "usd", "it is a package of USD"
-    if other := other_file(head):
-        raise ImportFileError(f"{source}: it is {other}")
+    if kind := file_kind(head):
+        raise ImportFileError(f"{source}: it is {kind}")
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
     if b"\x00" not in head and (joints := joints_in(source)):
         return "hands", joints

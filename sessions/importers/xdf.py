@@ -31,7 +31,7 @@ from sessions.importers.importing import (
     session_of_tables,
 )
 from sessions.importers.ledger import Ledger, Numbers, Stamps, stamps_of
-from sessions.input_files import nearest
+from sessions.input_files import kind_of_file, nearest
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Confidence
 from sessions.model.event import Event
@@ -318,6 +318,8 @@ def _streams(source: Path, ledger: Ledger) -> tuple[list[_LslStream], list[str]]
     try:
         streams, _ = load_xdf(str(source), dejitter_timestamps=False)
     except Exception as error:  # the reader of a foreign file raises errors of any kind; each means: damaged
+        if kind := kind_of_file(source):
+            raise ImportFileError(f"{source} is no XDF file that can be read but {kind}") from None
         why = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
         raise ImportFileError(f"{source} is no whole XDF file ({why}); record it again") from None
     finally:

@@ -30,6 +30,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
 from sessions.errors import SessionFileError
+from sessions.file_kinds import HEAD_BYTES, file_kind
 from sessions.mcap.refusals import refusal
 from sessions.mcap.schemas import PROFILE_FAMILY, TF, channel_spec
 
@@ -378,10 +379,13 @@ def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Cata
     """
     catalogue = Catalogue(path, stream.seek(0, io.SEEK_END), strict)
     stream.seek(0)
-    if stream.read(len(MAGIC)) != MAGIC:
-        if not catalogue.size:
+    head = stream.read(HEAD_BYTES)
+    stream.seek(len(MAGIC))
+    if not head.startswith(MAGIC):
+        if not head:
             raise refusal(path, "not-mcap", "it is empty", "record it or copy it again")
-        raise refusal(path, "not-mcap", "it is not an MCAP file")
+        kind = file_kind(head)
+        raise refusal(path, "not-mcap", f"it is {kind.noun}, not an MCAP file" if kind else "it is not an MCAP file")
     record = RecordSpan(0, 0, len(MAGIC))
     for record in record_spans(stream):
         catalogue.enter(stream, record)

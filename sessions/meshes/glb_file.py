@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.errors import MeshFileError
+from sessions.errors import EmptyMeshError, MeshFileError
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -89,6 +89,8 @@ class GlbFile:
     """
 
     def __init__(self, data: bytes) -> None:
+        if not data:
+            raise EmptyMeshError("the mesh file is empty; export it again")
         if data[:4] != b"glTF":
             raise MeshFileError("it does not begin as a GLB; export it as binary glTF")
         if len(data) < FILE_HEADER.size:

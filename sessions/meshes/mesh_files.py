@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import EmptyMeshError, MeshFileError
+from sessions.file_kinds import file_kind
 from sessions.input_files import read_bytes
 from sessions.mesh_data import MeshData, concatenated_meshes, has_consistent_winding, least_area
 from sessions.meshes.glb_tree import GlbTree, read_glb
@@ -75,13 +76,22 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str =
         with np.errstate(all="ignore"):  # what is not finite is refused, and no warning about it helps
             vertices, faces = _read(data, kind, node)
     except MeshFileError:
+        _refuse_other_kind(data, kind)
         raise
     except Exception as error:  # parsers of foreign files raise errors of any kind; each means: damaged
+        _refuse_other_kind(data, kind)
         reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error) or type(error).__name__
         raise MeshFileError(f"this is no readable {kind.upper()} ({reason}); export it again") from error
     if kind == "stl":
         vertices, faces = _weld_equal_vertices(vertices, faces)
     return MeshData(vertices * scale, faces)
+
+
+def _refuse_other_kind(data: bytes, kind: str) -> None:
+    """Refuse the bytes of another kind of file by name; ``kind`` is what the file's name says."""
+    other = file_kind(data)
+    if other is not None and not (kind == "glb" and data.startswith(b"glTF")):
+        raise MeshFileError(f"it is {other.noun}, no {kind.upper()}; {other.cure}")
 
 
 def _read(data: bytes, kind: str, node: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import MeshFileError
+from sessions.file_kinds import file_kind
 from sessions.input_files import check_regular, open_input, read_bytes
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb_tree import COLLIDER_NAME, GlbTree, read_glb, rigid_of
@@ -236,7 +237,9 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> ColliderFile:
     try:
         tree = read_glb(data)
     except MeshFileError as error:
-        raise MeshFileError(f"collider file {path}: {error}") from None
+        kind = None if data.startswith(b"glTF") else file_kind(data)
+        reason = f"it is {kind.noun}, no GLB; {kind.cure}" if kind else str(error)
+        raise MeshFileError(f"collider file {path}: {reason}") from None
     except Exception as error:  # as in mesh files: any error means damaged
         raise MeshFileError(f"collider file {path}: this is no readable GLB ({error}); export it again") from error
     prefixed = {named[2] for named in map(COLLIDER_NAME.fullmatch, tree.names) if named}

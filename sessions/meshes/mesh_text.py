@@ -9,14 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import MeshFileError
-
-WIDE_MARKS: Final = {
-    codecs.BOM_UTF32_LE: "UTF-32",
-    codecs.BOM_UTF32_BE: "UTF-32",
-    codecs.BOM_UTF16_LE: "UTF-16",
-    codecs.BOM_UTF16_BE: "UTF-16",
-}
-"""Byte order mark -> encoding; those of UTF-32 first, since they begin as those of UTF-16 do."""
+from sessions.file_kinds import named_encoding
 
 SIGN_ALONE: Final = re.compile(rb"[+-](?![0-9.a-zA-Z])")
 """A sign without a number behind it."""
@@ -27,9 +20,8 @@ FIRST_BYTES: Final = 64
 
 def ascii_text(data: bytes) -> bytes:
     """Return the bytes without a byte order mark of UTF-8; raises ``MeshFileError`` for text of UTF-16 or UTF-32."""
-    for mark, encoding in WIDE_MARKS.items():
-        if data.startswith(mark):
-            raise MeshFileError(f"its text is in {encoding}; save it as UTF-8")
+    if encoding := named_encoding(data):
+        raise MeshFileError(f"its text is in {encoding}; save it as UTF-8")
     start = data[:FIRST_BYTES]
     for zeros, others in ((start[1::2], start[::2]), (start[::2], start[1::2])):
         if len(start) > 4 and not any(zeros) and all(others):

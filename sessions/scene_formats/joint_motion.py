@@ -12,13 +12,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
-from zipfile import BadZipFile
+from zipfile import BadZipFile, is_zipfile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SceneSourceError
-from sessions.input_files import read_text
+from sessions.input_files import kind_of_file, open_input, read_text
 from sessions.scene_formats.mjcf import mujoco_of
 
 Numbers = NDArray[np.float64]
@@ -103,6 +103,11 @@ def _of_npz(path: Path, model: Any) -> JointMotion:
 
 
 def _arrays(path: Path) -> dict[str, Numbers]:
+    with open_input(path, "joint motion", SceneSourceError) as stream:
+        is_empty = not stream.read(1)
+    kind = kind_of_file(path)
+    if is_empty or (kind is not None and not is_zipfile(path)):
+        raise SceneSourceError(f"joint motion {path} is {kind or 'empty; save it again'}")
     try:
         with np.load(path, allow_pickle=False) as archive:
             for name in archive.files:

@@ -5,7 +5,8 @@ from typing import Final
 from xml.etree import ElementTree
 
 from sessions.errors import SceneSourceError
-from sessions.input_files import check_regular
+from sessions.file_kinds import XML
+from sessions.input_files import check_regular, kind_of_file
 
 MOST_XML_BYTES: Final = 32_000_000
 MOST_FILE_BYTES: Final = 256_000_000
@@ -70,13 +71,17 @@ class SceneFiles:
         try:
             text = real.read_bytes().decode("utf-8-sig")
         except UnicodeDecodeError as error:
-            raise SceneSourceError(f"{path} is no XML in UTF-8; save it so") from error
+            kind = kind_of_file(real)
+            reason = f" but {kind}" if kind else "; save it so"
+            raise SceneSourceError(f"{path} is no XML in UTF-8{reason}") from error
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise SceneSourceError(f"{path} declares a document type or entities, which no scene needs; take them out")
         try:
             element = ElementTree.fromstring(text)
         except ElementTree.ParseError as error:
-            raise SceneSourceError(f"{path} is no readable XML ({error}); correct it") from error
+            kind = kind_of_file(real)
+            reason = f"({error}); correct it" if kind in (None, XML) else f"but {kind}"
+            raise SceneSourceError(f"{path} is no readable XML {reason}") from error
         if _depth(element) > MOST_DEPTH:
             raise SceneSourceError(f"{path} has more than {MOST_DEPTH} elements within each other; no scene has")
         return element

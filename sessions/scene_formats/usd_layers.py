@@ -13,6 +13,7 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 from sessions.errors import SceneSourceError
+from sessions.input_files import kind_of_file
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.usd_trial import try_scene
 
@@ -138,7 +139,9 @@ class _Layers:
         try:
             layer = self.usd.Sdf.Layer.FindOrOpen(identifier)
         except Exception as error:  # of another package: any error means that it cannot be read
-            raise SceneSourceError(f"{named} is no readable USD ({_reason(error)}); export it again") from error
+            kind = kind_of_file(outer)
+            reason = f"but {kind}" if kind else f"({_reason(error)}); export it again"
+            raise SceneSourceError(f"{named} is no readable USD {reason}") from error
         if layer is None:
             raise SceneSourceError(f"{named} is no readable USD; export it again")
         self._opened[identifier] = layer

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.errors import StudyError
-from sessions.input_files import TomlTable
+from sessions.input_files import TomlTable, read_text
 
 DEFAULT_SCALE: Final = (1.0, 5.0)
 """Ends of the scale where the codebook names none."""
@@ -56,12 +56,12 @@ def read_codebook(path: Path) -> Codebook:
     import yaml
 
     try:
-        codebook_text = path.read_text(encoding="utf-8")
+        codebook_text = read_text(path, "codebook", StudyError)
         # A few lines of aliases of aliases unfold to gigabytes.
         if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(codebook_text)):
             raise StudyError(f"{path.name}: aliases (*name) are not read; write out what they stand for")
         content = _with_labels(yaml.safe_load(codebook_text))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+    except (yaml.YAMLError, RecursionError) as error:
         raise StudyError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
         raise StudyError(f"{path.name}: must be a table of names and values, not {content!r:.60}")

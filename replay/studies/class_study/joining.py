@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Final
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import StudyRefusedError
+from sessions.file_kinds import file_kind, named_encoding
 from sessions.importers.csv_head import spreadsheet_rows
+from sessions.input_files import read_bytes
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -48,8 +50,12 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     than the heading, or two columns of one name.
     """
     try:
-        lines = spreadsheet_rows(path.read_bytes())
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        data = read_bytes(path, "table", StudyError)
+        kind = file_kind(data)
+        if kind is not None and not named_encoding(data):
+            raise StudyError(f"table {path} is {kind}")
+        lines = spreadsheet_rows(data)
+    except (UnicodeDecodeError, csv.Error) as error:
         raise StudyError(f"{path} cannot be read as CSV: {error}") from error
     if not lines:
         return []

@@ -15,6 +15,7 @@ import numpy as np
 from replay.errors import StudyError
 from replay.studies.class_study.refusals import PERSONS_PER_ITEM
 from replay.studies.class_study.reliability import kaiser_word
+from sessions.input_files import kind_of_file, read_text
 
 FIT_TOLERANCE: Final = 0.0035
 """An adjusted fit printed to three places may differ by this much from what its coefficient gives (measured on the
@@ -48,9 +49,11 @@ def check_published(path: Path) -> list[Remark]:
     Raises ``StudyError``: the file cannot be read, or a field is missing or no number.
     """
     try:
-        published_tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise StudyError(f"{path} cannot be read as TOML: {error}") from error
+        published_tables = tomllib.loads(read_text(path, "table file", StudyError))
+    except tomllib.TOMLDecodeError as error:
+        kind = kind_of_file(path)
+        reason = f"is {kind}" if kind else f"cannot be read as TOML: {error}"
+        raise StudyError(f"{path} {reason}") from error
     students = _required_number(published_tables, "n", path.name)
     remarks: list[Remark] = []
     if "reliability" in published_tables:

@@ -90,7 +90,10 @@ def test_other_bags_are_refused_with_the_converting_command(tmp_path, start):
 @pytest.mark.parametrize(
     ("start", "text"),
     [
-        (b"PK\x03\x04" + bytes(200), "a workbook of a spreadsheet, or another archive; save its table as CSV"),
+        (
+            b"PK\x03\x04" + bytes(200),
+            "a workbook of a spreadsheet, or another archive; unpack it",
+        ),
         (b"PAR1" + bytes(200), "a Parquet file; write its table as CSV"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
     ],

@@ -147,10 +147,10 @@ def test_a_binary_body_of_another_length_is_refused(order):
 
 
 REFUSED = {
-    "UTF-16": ("obj", (SQUARE + "f 1 2 3").encode("utf-16"), "its text is in UTF-16; save it as UTF-8"),
+    "UTF-16": ("obj", (SQUARE + "f 1 2 3").encode("utf-16"), "it is text in UTF-16, no OBJ; save it as UTF-8"),
     "UTF-16 without a mark": ("off", (OFF + "3 0 1 2").encode("utf-16-be"), "its text is in UTF-16"),
-    "UTF-32": ("ply", (PLY + FACES).encode("utf-32"), "its text is in UTF-32"),
-    "UTF-16 in an STL": ("stl", "solid a\nfacet".encode("utf-16"), "its text is in UTF-16"),
+    "UTF-32": ("ply", (PLY + FACES).encode("utf-32"), "it is text in UTF-32, no PLY"),
+    "UTF-16 in an STL": ("stl", "solid a\nfacet".encode("utf-16"), "it is text in UTF-16, no STL"),
     "a decimal comma": ("obj", "v 0,5 0 0\n" * 3 + "f 1 2 3", "a vertex holds '0,5', which is no number"),
     "digits in groups": ("obj", "v 1_0 0 0\n" * 3 + "f 1 2 3", "a vertex holds '1_0', which is no number"),
     "two numbers without a blank": (
