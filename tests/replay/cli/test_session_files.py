@@ -49,7 +49,7 @@ def test_unreachable_store_in_a_list_is_one_clear_error(folder_with_two_sessions
     [
         (b"a.mcap\ngone.mcap\n", r"list.txt, line 2: .*gone.mcap is no file"),
         (b"# nothing yet\n", "holds no line with a session file"),
-        (b"\xff\xfe", "is no text in UTF-8"),
+        (b"\x80\xfe", "is no text in UTF-8"),
     ],
 )
 def test_list_without_a_session_is_named_with_its_mistake(folder_with_two_sessions, text, message):
