@@ -29,7 +29,7 @@ from sessions.importers.given_meshes import (
     PlacedMeshes,
     placed_meshes,
 )
-from sessions.importers.ledger import FACT, Ledger, Numbers, Rows, Stamps, increasing_rows, ledger_of
+from sessions.importers.ledger import FACT, FLAGGED, POSES, Ledger, Numbers, Rows, Stamps, increasing_rows, ledger_of
 from sessions.importers.unstated_units import room_radius, unstated_length_unit, usual_length_unit
 from sessions.input_files import check_regular, open_input, parse_toml, read_text
 from sessions.mesh_data import MeshData
@@ -289,8 +289,9 @@ def session_of_tables(
     done += notes
     tracks: dict[str, Track] = dict(made or {})
     for name, table in tables.items():
-        tracks[name], texts = track_of(name, table, frame, ledger)
-        done += texts
+        tracks[name] = track_of(name, table, frame, ledger)
+        if not len(table.times_ns):
+            done.append(f"{name}: there is no sample of it")
     scalars: dict[str, ScalarTrack] = {}
     for stream in streams:
         name = numbered_name(stream.name, scalars)
@@ -312,36 +313,33 @@ def session_of_tables(
     return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
 
 
-def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) -> tuple[Track, list[str]]:
-    """The rows whose stamps increase, in the canonical frame, and sentences about rows that are flagged.
+def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) -> Track:
+    """The rows whose stamps increase, in the canonical frame.
 
-    Rows that hold no rotation are flagged as lost, and keep their numbers.
+    Rows that hold no rotation are flagged as lost, and keep their numbers; the account of ``poses`` says why.
     """
-    notes = [] if len(table.times_ns) else [f"{name}: there is no sample of it"]
     keep = increasing_rows(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
     positions = frame.axes.points(table.positions[keep]) * METRES_PER_UNIT[frame.units]
     quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
     claimed = np.ones(len(positions), dtype=np.bool_) if table.valid is None else table.valid[keep]
     pose = np.isfinite(positions).all(axis=1) & is_rotation(quaternions)
-    flagged = claimed & ~pose
-    if flagged.any():
-        why = _no_pose_reasons(positions[flagged], quaternions[flagged])
-        count = int(flagged.sum())
-        notes.append(f"{name}: {count:,} row{'s' if count > 1 else ''} flagged as lost that hold no pose ({why})")
-    return Track(table.times_ns[keep], positions, quaternions, claimed & pose), notes
+    reasons = _no_pose_reasons(positions[claimed & ~pose], quaternions[claimed & ~pose])
+    lost = {FLAGGED: int((~claimed).sum()), **reasons}
+    ledger.book(POSES, name, read=len(pose), kept=int((claimed & pose).sum()), dropped=lost)
+    return Track(table.times_ns[keep], positions, quaternions, claimed & pose)
 
 
-def _no_pose_reasons(positions: Numbers, quaternions: Numbers) -> str:
+def _no_pose_reasons(positions: Numbers, quaternions: Numbers) -> dict[str, int]:
     """Why rows hold no pose, each reason with its count: positions (n, 3) and quaternions (n, 4)."""
     is_missing = ~(np.isfinite(positions).all(axis=1) & np.isfinite(quaternions).all(axis=1))
-    reasons = [f"{int(is_missing.sum()):,} with a missing number"] if is_missing.any() else []
+    reasons = {"with a missing number": int(is_missing.sum())}
     if not is_missing.all():
         with np.errstate(over="ignore"):
             lengths = np.sqrt((quaternions[~is_missing] ** 2).sum(axis=1))
         shortest, longest = (number_text(float(value), digits=4) for value in (lengths.min(), lengths.max()))
         span = shortest if shortest == longest else f"{shortest} to {longest}"
-        reasons.append(f"{len(lengths):,} with a quaternion of length {span} in place of 1")
-    return ", ".join(reasons)
+        reasons[f"with a quaternion of length {span} in place of 1"] = len(lengths)
+    return reasons
 
 
 def is_rotation(quaternions: Numbers) -> Rows:
@@ -528,8 +526,9 @@ def _refuse_without_usable_poses(session: Session, source: Path) -> None:
     if (status == Status.ABSENT).all():
         raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
     if np.isin(status, (Status.ABSENT, Status.LOST)).all():
-        conversions = session.facts.get("conversions", "").split("; ")
-        why = "; ".join(conversion for conversion in conversions if "lost" in conversion) or "the source flags them"
+        ledger = ledger_of(session.facts)
+        poses = [] if ledger is None else [entry for entry in ledger if entry.kind == POSES]
+        why = "; ".join(Ledger(source, poses).sentences()) or "the source flags them"
         raise ImportFileError(
             f"{source}: every pose in it is lost ({why}); record it again, or choose other columns or topics"
         )

@@ -31,6 +31,7 @@ LARGEST_UNREPORTED_LOSS: Final = 0.01
 KINDS: Final = (
     "rows",
     "samples",
+    "poses",
     "transforms",
     "messages",
     "streams",
@@ -41,7 +42,7 @@ KINDS: Final = (
     "faces",
     "nodes",
 )
-"""What is counted; a stamp is counted as the sample that bears it."""
+"""What is counted; a stamp is counted as the sample that bears it, and of the samples kept some hold a pose."""
 MOST_ENTRIES: Final = 100_000
 """Entries that are read back from a file: more than a kind each of as many bodies as a session may have."""
 LARGEST_SECONDS: Final = 9.0e9  # Just below what int64 nanoseconds hold
@@ -50,6 +51,9 @@ RESTART_ROWS: Final = 10
 OUT_OF_ORDER: Final = "with a stamp out of order"
 REPEATED: Final = "with the stamp of another sample"
 SAME_SAMPLE: Final = "that repeat a sample"
+POSES: Final = "poses"
+"""The kind of the samples kept: those that hold no pose are dropped by every run, unless its policy says otherwise."""
+FLAGGED: Final = "flagged as lost"
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sessions.errors import ImportFileError
-from sessions.importers.ledger import Ledger, increasing_rows
+from sessions.importers.ledger import POSES, Ledger, increasing_rows
 from sessions.importers.scene_motion import session_of_scene
 from sessions.model.session import Session, Track
 from sessions.scene_formats.joint_motion import body_poses, posed_bodies, read_joint_motion
@@ -48,9 +48,9 @@ def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surf
             Rotation.from_matrix(rotations).as_quat(),
             valid[:, column],
         )
-        lost = int((~valid[:, column]).sum())
-        if lost:
-            notes.append(f"{name}: {lost} of {len(valid)} rows flagged as lost, since a joint above it has no position")
+        kept = int(valid[:, column].sum())
+        lost = {"below a joint that has no position": len(valid) - kept}
+        ledger.book(POSES, name, read=len(valid), kept=kept, dropped=lost)
     scene = replace(scene, notes=(*scene.notes, *notes))
     clock = "time of the motion, from its first row"
     return session_of_scene(scene, tracks, ledger, name=source.stem, clock=clock, surface=Surface(surface))

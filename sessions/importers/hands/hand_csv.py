@@ -21,7 +21,7 @@ from sessions.importers.hands.hand_joints import HandJoints, read_joints
 from sessions.importers.hands.hand_mapping import HandMapping, hand_draft, hand_file_error, read_hand_mapping
 from sessions.importers.hands.joint_names import PALM, RADII_M, RADII_SOURCE, Bone, bones_of, side_in
 from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, session_of_tables
-from sessions.importers.ledger import Ledger
+from sessions.importers.ledger import FLAGGED, POSES, Ledger
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.conventions import convention as convention_named
@@ -31,6 +31,8 @@ from sessions.model.session import Session
 
 LOSS_TOKENS: Final = frozenset(VOCABULARY["seen"])
 LARGEST_RADIUS_M: Final = 0.1
+JOINTS_ODD: Final = "whose joints are too near or too far from each other"
+JOINT_MISSING: Final = "of which a joint has no position"
 """A radius above it is that of no hand; it is left out, as one that is not above 0."""
 
 
@@ -62,7 +64,7 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     frame = _source_frame(table, layout, hands, given, convention)
     notes = [*table.notes, *_unread_flags(table, layout)]
     moved = {hand.name: _in_metres(hand, frame) for hand in hands}
-    motions = {hand.name: _motions(moved[hand.name], notes) for hand in hands}
+    motions = {hand.name: _motions(moved[hand.name], notes, ledger) for hand in hands}
     if not any(motions.values()):
         raise hand_file_error(source, "no two neighbouring joints of a hand have positions in one row")
     radii = {hand.name: _radii(moved[hand.name], motions[hand.name]) for hand in hands}
@@ -248,8 +250,8 @@ def _body(hand: HandJoints, bone: Bone) -> str:
     return f"{hand.side} {bone.name}".strip()
 
 
-def _motions(hand: HandJoints, notes: list[str]) -> dict[str, BoneMotion]:
-    """Body -> motion of its capsule; ``notes`` gets what is missing, and what does not fit."""
+def _motions(hand: HandJoints, notes: list[str], ledger: Ledger) -> dict[str, BoneMotion]:
+    """Body -> motion of its capsule; ``notes`` gets what is missing, ``ledger`` the poses of the hand's capsules."""
     motions = dict[str, BoneMotion]()
     for bone in bones_of(hand.positions):
         motion = bone_motion(hand.times_ns, hand.positions[bone.parent], hand.positions[bone.child], hand.valid)
@@ -257,9 +259,10 @@ def _motions(hand: HandJoints, notes: list[str]) -> dict[str, BoneMotion]:
             notes.append(f"{_body(hand, bone)}: no row has both of its joints, so that it has no capsule")
             continue
         motions[_body(hand, bone)] = motion
-        if motion.lost:
-            lost = f"{motion.lost:,} samples flagged as lost"
-            notes.append(f"{_body(hand, bone)}: {lost}, whose joints are too near or too far from each other")
+        kept, untracked = int(motion.track.valid.sum()), int((~hand.valid).sum())
+        unplaced = len(hand.valid) - kept - untracked - motion.lost
+        lost = {FLAGGED: untracked, JOINTS_ODD: motion.lost, JOINT_MISSING: unplaced}
+        ledger.book(POSES, hand.name, read=len(hand.valid), kept=kept, dropped=lost)
     missing = _missing_joints(hand)
     if missing:
         notes.append(f"{hand.name}: no capsule ends at joints that the file lacks: {', '.join(missing)}")

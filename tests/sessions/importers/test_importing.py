@@ -3,13 +3,13 @@ from importlib.metadata import EntryPoint, EntryPoints
 
 import numpy as np
 import pytest
-from support.mutants import books, refused
+from support.mutants import refused
 
 from sessions import MeshData, Session, Track
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names, importing
 from sessions.importers.given_meshes import MeshOptions
 from sessions.importers.importing import PoseTable, SourceFrame, finish_import, session_of_tables
-from sessions.importers.ledger import Ledger
+from sessions.importers.ledger import Ledger, ledger_of
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.scene_toml import parse_scene
 
@@ -33,8 +33,11 @@ def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
     assert track.times_ns.tolist() == [0, 5, 7, 10, 11, 12, 13]
     assert track.valid.tolist() == [True, True, True, True, False, False, True]
     assert track.quaternions_xyzw[4].tolist() == [0, 0, 0, 1.1]
-    assert "cup: 2 rows flagged" in result.facts["conversions"]
-    assert books(result) == "cup: 1 of 8 samples merged: that repeat a sample"
+    why = "1 with a missing number; 1 with a quaternion of length 1.1 in place of 1"
+    assert ledger_of(result.facts).sentences() == [
+        "cup: 1 of 8 samples merged: that repeat a sample",
+        f"cup: 2 of 7 poses dropped: {why}",
+    ]
 
 
 def test_meshes_of_the_user_override_scene_and_stand_ins(tmp_path):
@@ -60,7 +63,7 @@ def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
     log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind,tracked", *(f"{row},pose,1" for row in rows), ""]))
-    refused("csv", log, r"every pose in it is lost \(cup: 5 rows .*of length 0 in place of 1")
+    refused("csv", log, r"every pose in it is lost \(cup: 5 of 5 poses dropped: with a quaternion of length 0 ")
     log.write_text(log.read_text().replace("0,0,0,0,0,0,0,pose", "0,0,0,0,0,0,1,pose", 1))
     assert import_session("csv", log).tracks["cup"].valid.tolist() == [True, False, False, False, False]
 

@@ -9,6 +9,7 @@ from support.mutants import books
 from support.second_opinions import has_poses
 
 from sessions.importers import import_session
+from sessions.importers.ledger import ledger_of
 
 FOLDER = Path(__file__).with_name("optitrack")
 POSES = dict(zip(("Cup", "Left hand"), np.loadtxt(FOLDER / "poses.txt").reshape(2, 8, 7), strict=True))
@@ -46,7 +47,8 @@ def test_frames_without_a_pose_are_lost(tmp_path):
     (tmp_path / "take.csv").write_text("\r\n".join([*lines, ""]), newline="")
     session = import_session("optitrack", tmp_path / "take.csv")
     assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == blank
-    assert "Cup, Left hand: 2 rows flagged as lost that hold no pose" in session.facts["conversions"]
+    lost = f"Cup, Left hand: 2 of {len(STAMPS)} poses dropped: with a missing number"
+    assert lost in ledger_of(session.facts).sentences()
 
 
 def test_rows_that_are_too_short_are_dropped_and_counted(tmp_path):

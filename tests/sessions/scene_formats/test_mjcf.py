@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from sessions.errors import SceneSourceError, SessionError
 from sessions.importers import import_session
+from sessions.importers.ledger import ledger_of
 from sessions.model.assumption import Origin
 from sessions.scene_formats.scene_source import Surface, read_scene_source, surface_assumptions
 
@@ -400,7 +401,8 @@ def test_bodies_below_a_joint_without_position_are_flagged_lost(tmp_path, column
     for name, track in session.tracks.items():
         assert np.flatnonzero(~track.valid).tolist() == ([4, 5, 6] if name in lost else [])
         assert np.isfinite(track.positions).all() and name in session.names
-    assert f"{lost[0]}: 3 of 12 rows flagged as lost" in session.facts["conversions"]
+    why = "3 of 12 poses dropped: below a joint that has no position"
+    assert f"{', '.join(lost)}: {why}" in ledger_of(session.facts).sentences()
 
 
 def test_angles_in_degrees_are_refused(tmp_path):
