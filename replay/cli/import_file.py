@@ -275,7 +275,9 @@ def _names_by_group(session: "Session") -> list[str]:
 
 
 def _import_notes(session: "Session") -> Iterator[str]:
+    from sessions.doctor.finding import CODES
     from sessions.importers.ledger import ledger_of
+    from sessions.meshes.separate_surfaces import separate_surfaces_text
     from sessions.model.assumption import DRAFTED, Origin, Subject
     from sessions.scene_files.answers import recording_assumptions
 
@@ -287,6 +289,9 @@ def _import_notes(session: "Session") -> Iterator[str]:
     ledger = ledger_of(session.facts)
     if ledger is not None:
         yield from ledger.sentences()
+    for name, mesh in session.meshes.items():
+        if text := separate_surfaces_text(mesh):
+            yield f"mesh of {name}: {text}; {CODES['mesh-apart'].fix}"
     for row in recording_assumptions(session):
         of_mesh = row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES) and row.origin is not Origin.FORMAT
         if (

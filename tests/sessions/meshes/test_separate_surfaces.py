@@ -1,0 +1,47 @@
+"""Surfaces far apart in one mesh are told from lids, walls within walls and the parts of a device."""
+
+import numpy as np
+import pytest
+from support.optional import DATA
+
+from sessions import load_mesh, make_shape
+from sessions.doctor.meshes import mesh_findings
+from sessions.glassware.catalogue import make_instrument
+from sessions.mesh_data import MeshData, concatenated_meshes
+from sessions.meshes.separate_surfaces import separate_surfaces
+
+JAR = make_shape("cylinder", {"radius": 0.04, "length": 0.12}, 200)
+TUBE = make_shape("cylinder", {"radius": 0.008, "length": 0.15}, 200)
+
+
+def moved(mesh, *offset):
+    return MeshData(mesh.vertices + np.array(offset), mesh.faces)
+
+
+@pytest.mark.parametrize(
+    ("meshes", "surfaces", "gap"),
+    [
+        ([JAR, moved(JAR, 2.08, 0, 0)], 2, 2.0),
+        ([TUBE, moved(TUBE, 0.116, 0, 0)], 2, 0.1),
+        ([TUBE, moved(TUBE, 0.3, 0, 0), moved(TUBE, 0, 0, 0.4)], 3, 0.284),
+        ([JAR, MeshData(np.eye(3) * 1e-3 + 1.0, [[0, 1, 2]])], 2, 1.67),  # a face that was left over
+        ([JAR, moved(make_shape("cylinder", {"radius": 0.04, "length": 0.01}, 200), 0, 0.095, 0)], 1, 0.0),  # a lid
+        ([JAR, MeshData(0.9 * JAR.vertices, JAR.faces[:, ::-1])], 1, 0.0),
+        ([JAR, moved(JAR, 0.09, 0, 0)], 1, 0.0),
+    ],
+)
+def test_surfaces_far_apart_are_counted_with_their_distance(meshes, surfaces, gap):
+    mesh = concatenated_meshes(meshes)
+    count, distance = separate_surfaces(mesh)
+    assert count == surfaces and distance == pytest.approx(gap, rel=0.03)
+    turned = MeshData(mesh.vertices @ np.linalg.qr(np.arange(9.0).reshape(3, 3) + np.eye(3))[0], mesh.faces)
+    assert separate_surfaces(turned)[0] == surfaces
+    codes = [finding.code for finding in mesh_findings("jar", mesh)]
+    assert codes.count("mesh-apart") == (surfaces > 1)
+
+
+def test_instruments_and_devices_of_others_are_one_surface():
+    meshes = [make_instrument(name, 500).mesh for name in ("beaker_250", "hand_left", "proxy_wand")]
+    files = [*DATA.rglob("*.obj"), *DATA.rglob("htc*.glb")]
+    meshes += [load_mesh(file) for file in files]
+    assert [separate_surfaces(mesh)[0] for mesh in meshes] == [1] * len(meshes)
