@@ -1,8 +1,9 @@
 """Adds contacts that an engine reported to a session: their clock is fitted to true contacts, with a residual."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -21,11 +22,17 @@ from replay.engine import compute
 from replay.errors import AuditError
 from replay.prepare.assemble import RESIDUAL_FACT
 from replay.prepare.frame_times import frame_ends
+from replay.words import plural
 from sessions import Session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.ledger import FACT as LEDGER_FACT
 from sessions.importers.ledger import Ledger, ledger_of
+from sessions.input_files import nearest
 from sessions.model.event import LiveContact
+from sessions.quantities import duration
+
+MOST_TIMES_LONGER: Final = 10.0
+"""Reports that last so many times as long as the session are not on a clock of seconds."""
 
 Moments = dict[tuple[str, str, str], list[float]]
 
@@ -41,18 +48,18 @@ def import_contacts(
     session : with the meshes, so that true contacts can be found.
     offset : seconds to add to the CSV's times, so that 0 is the first frame; ``None``: estimated.
 
-    Raises ``ImportFileError``: a file that is not what it should be; names the line; ``AuditError``: no body of the
-    file is in the session, or nothing to estimate the offset from.
+    Raises ``ImportFileError``: a file that is not what it should be; names the line; ``AuditError``: no report is of
+    two bodies of the session, nothing to estimate the offset from, or reports before the session or all after it.
     """
     ledger = ledger_of(session.facts) or Ledger(source)
     contacts = read_contacts(source, ledger)
-    body_names = {name for contact in contacts for name in (contact.body_a, contact.body_b)} & set(session.meshes)
-    if not body_names:
-        raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
+    _check_names(source, contacts, session)
     result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
-    clock_fit = estimate_offset(
-        _reported_moments(contacts), _true_moments(result), offset, _clock_facts(contacts, result)
-    )
+    facts_of_clocks = _clock_facts(contacts, result)
+    try:
+        clock_fit = estimate_offset(_reported_moments(contacts), _true_moments(result), offset, facts_of_clocks)
+    except AuditError as error:
+        raise AuditError(f"{error}{_unit_hint(contacts, session)}") from None
     contacts_on_session_clock = tuple(
         replace(
             contact,
@@ -60,6 +67,7 @@ def import_contacts(
         )
         for contact in contacts
     )
+    _check_times(source, contacts_on_session_clock, session, _unit_hint(contacts, session))
     if clock_fit.is_own_clock:
         clock, residual = ReportClock.OWN, "0"
     else:
@@ -74,6 +82,42 @@ def import_contacts(
         LEDGER_FACT: ledger.as_text(),
     }
     return replace(session, live_contacts=contacts_on_session_clock, facts=facts), clock_fit
+
+
+def _check_names(source: str | Path, contacts: Sequence[LiveContact], session: Session) -> None:
+    """Refuse reports of which none is of two bodies of the session."""
+    if any({contact.body_a, contact.body_b} <= session.meshes.keys() for contact in contacts):
+        return
+    reported = dict.fromkeys(name for contact in contacts for name in (contact.body_a, contact.body_b))
+    unknown = [name for name in reported if name not in session.meshes]
+    if len(unknown) == len(reported):
+        raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
+    raise AuditError(
+        f"{source}: no report is of two bodies of the session: there is no {unknown[0]!r}"
+        f"{nearest(unknown[0], session.meshes)}"
+    )
+
+
+def _unit_hint(contacts: Sequence[LiveContact], session: Session) -> str:
+    """A sentence where reports last many times as long as the session, as in another unit than seconds, or ``""``."""
+    reported = (contacts[-1].time_ns - contacts[0].time_ns) / 1e9
+    recorded = float(session.frames.stamp_ns[-1] - session.frames.stamp_ns[0]) / 1e9
+    if reported <= MOST_TIMES_LONGER * recorded:
+        return ""
+    lengths = f"the reports last {duration(reported)}, the session {duration(recorded)}"
+    return f"; {lengths}: write seconds, not milliseconds or frames"
+
+
+def _check_times(source: str | Path, contacts: Sequence[LiveContact], session: Session, hint: str) -> None:
+    """Refuse reports before the first frame of which a file can hold no stamp, and those of which none is in time."""
+    first, last = int(session.frames.stamp_ns[0]), int(session.frames.stamp_ns[-1])
+    earliest, latest = contacts[0].time_ns, contacts[-1].time_ns
+    outside = f"{source}: {plural(len(contacts), 'report')}"
+    cure = f"check the offset, and that begin and end are not exchanged{hint}"
+    if earliest > last:
+        raise AuditError(f"{outside}, the first {duration((earliest - last) / 1e9)} after the last frame; {cure}")
+    if earliest < 0 or latest < first:
+        raise AuditError(f"{outside}, the first {duration((first - earliest) / 1e9)} before the first frame; {cure}")
 
 
 def _clock_facts(contacts: Iterable[LiveContact], result: RunResult) -> ClockFacts:

@@ -56,9 +56,30 @@ def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
     assert session.live_contacts[1].time_ns == 5_200_000_000
 
 
-def test_without_a_partner_the_residual_is_unknown(log_100_s_ahead):
-    session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS), offset=50.0)
+def test_without_a_partner_the_residual_is_unknown(tmp_path):
+    (tmp_path / "x.csv").write_text("0.3,a,b,begin\n0.31,a,b,end\n")
+    world = cubes({"a": [0] * 5, "b": [3, 0.9, 3, 3, 3]}, step_ns=100_000_000)
+    session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
     assert (fit.residual, session.facts[RESIDUAL_FACT]) == (None, "unknown")
+
+
+@pytest.mark.parametrize(
+    ("rows", "offset", "message"),
+    [
+        ("100.04,a,b,begin\n100.05,a,b,end", 0.0, "2 reports, the first 99.9 s after the last frame; check the offset"),
+        ("100.04,a,b,begin\n100.05,a,b,end", -101.0, "2 reports, the first 960 ms before the first frame"),
+        (
+            "40,a,b,begin\n50,a,b,end\n80,a,b,begin",
+            None,
+            "the reports last 40 s, the session 130 ms: write seconds",
+        ),
+        ("0.04,a,bb,begin\n0.05,a,bb,end", None, "of two bodies of the session: there is no 'bb'; did you mean 'b'"),
+    ],
+)
+def test_reports_that_cannot_be_the_sessions_are_refused(tmp_path, rows, offset, message):
+    (tmp_path / "x.csv").write_text(rows)
+    with pytest.raises(AuditError, match=message):
+        import_contacts(tmp_path / "x.csv", cubes(POSITIONS), offset=offset)
 
 
 def test_a_file_about_other_bodies_is_refused(tmp_path):

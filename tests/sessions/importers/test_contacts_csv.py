@@ -1,0 +1,54 @@
+"""A file of an engine's contacts in the dialects of spreadsheets, and what its header says."""
+
+import pytest
+
+from sessions.errors import ImportFileError
+from sessions.importers.contacts_csv import read_contacts
+from sessions.importers.ledger import Ledger
+
+ROWS = ("0.5,cup,rod,begin", "1.25,cup,rod,end")
+
+
+def contacts_of(tmp_path, text):
+    path = tmp_path / "c.csv"
+    path.write_text(text, encoding="utf-8")
+    ledger = Ledger(path)
+    return [(row.time_ns, row.body_a, row.body_b, row.phase) for row in read_contacts(path, ledger)], ledger.sentences()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\n".join(ROWS),
+        "\ufeffTIMESTAMP,BodyA,BodyB,Event\r\n" + "\r\n".join(reversed(ROWS)),
+        "# of the engine\nsep=;\n".replace("# of the engine\n", "") + "\n".join(ROWS).replace(",", ";"),
+        "time;a;b;what\n0,5;cup;rod;begin\n1,25;cup;rod;end\n",
+        "# of the engine\n\nwhat\tb\ta\tt [ms]\nenter\trod\tcup\t500\nexit\trod\tcup\t1250\n",
+        "time_us,a,b,what\n500000,cup,rod,OnCollisionEnter\n1250000,cup,rod,OnTriggerExit2D\n",
+        "when,one,two,what\n0.5,cup,rod,Begin_Overlap\n1.25,cup,rod,OnComponentEndOverlap\n",
+    ],
+)
+def test_same_contacts_are_read_from_every_dialect(tmp_path, text):
+    contacts, sentences = contacts_of(tmp_path, text)
+    assert contacts == [(500_000_000, "cup", "rod", "enter"), (1_250_000_000, "cup", "rod", "exit")]
+    assert sentences == []
+
+
+def test_repeated_reports_are_merged_and_booked(tmp_path):
+    contacts, sentences = contacts_of(tmp_path, "\n".join([*ROWS, "0.5,rod,cup,begin"]))
+    assert len(contacts) == 2 and sentences == ["c.csv: 1 of 3 contacts merged: that repeat a report"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time,a,b\n0.5,cup,rod\n", "line 1: the header names 'time', 'a', 'b', and 'what' not; write four"),
+        ("time,a,b,what,impulse\n0.5,cup,rod,begin,1\n", "line 1: the header names .*'impulse'; write four"),
+        ("time [days],a,b,what\n0.5,cup,rod,begin\n", "'days' is no unit of time; write seconds"),
+        ("0.5,cup,cup,begin\n", "line 1: the bodies are 'cup' and 'cup'; name two bodies"),
+        ("0.5,cup,rod\n", "line 1: 3 columns; write four: time, a, b, begin or end"),
+    ],
+)
+def test_wrong_header_or_row_is_refused_with_its_cause(tmp_path, text, message):
+    with pytest.raises(ImportFileError, match=message):
+        contacts_of(tmp_path, text)
