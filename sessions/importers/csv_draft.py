@@ -6,7 +6,7 @@ for a person.
 
 import json
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice, pairwise
@@ -60,6 +60,9 @@ QUATERNION: Final = frozenset(VOCABULARY[XYZW])
 NEARLY_AT_REST: Final = 0.9
 """The size of a quaternion's scalar in the first row from which a body has hardly turned: 52 degrees."""
 
+
+LARGEST_CLOCK_DIFFERENCE: Final = 0.03
+"""Fraction of the time by which two clocks of one recording differ at most: more than any drifts."""
 
 AXES_UNKNOWN: Final = "the axes (convention)"
 UNIT_UNKNOWN: Final = "the unit of lengths (m unless you say otherwise)"
@@ -117,6 +120,10 @@ def _columns_with_words(head: CsvHead, names: frozenset[str]) -> list[str]:
     return [name for name in head.columns if not names.isdisjoint(word.lower() for word in name_tokens_of(name))]
 
 
+WHOLE: Final = {POSITION: "xyz", XYZW: "xyzw"}
+"""Kind of column -> the axes of a whole one."""
+
+
 @dataclass
 class _Body:
     """The columns of a body by what they hold and their axis."""
@@ -133,6 +140,17 @@ class _Body:
     @property
     def position(self) -> list[str]:
         return self.columns_of(POSITION, "xyz")
+
+    @property
+    def lack(self) -> str:
+        """What nearly a whole pose lacks: an axis of its position, or a number of its quaternion; else ``""``."""
+        missing = {kind: [axis for axis in axes if (kind, axis) not in self.columns] for kind, axes in WHOLE.items()}
+        has_rotation = bool(self.rotation[1])
+        if has_rotation and 0 < len(missing[POSITION]) < len(WHOLE[POSITION]):
+            return f"its position has no {' and no '.join(missing[POSITION])}"
+        if self.position and not has_rotation and 0 < len(missing[XYZW]) < len(WHOLE[XYZW]):
+            return f"its quaternion has no {' and no '.join(missing[XYZW])}"
+        return ""
 
     @property
     def rotation(self) -> tuple[str, list[str]]:
@@ -291,6 +309,13 @@ def incomplete_poses(columns: Sequence[str]) -> dict[str, str]:
     return reasons
 
 
+def _lacks(bodies: Mapping[str, _Body], posed: Container[str]) -> Iterator[str]:
+    """Yields words on the bodies whose pose is nearly whole."""
+    for name, body in bodies.items():
+        if name not in posed and (lack := body.lack):
+            yield f"the pose of {name or 'the body'!r}, for {lack}"
+
+
 def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     """How to read the file, as TOML; what the file does not tell is a commented line, and goes to ``gaps``."""
     bodies, clock = _bodies(head.columns), clock_of(head)
@@ -305,6 +330,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     yield from ("", "[time]", *_clock(head, clock, gaps))
     for first, second in [pair for body in posed.values() for pair in body.repeated][:1]:
         gaps.unknown.append(f"which of the columns {first!r} and {second!r} is meant")
+    gaps.unknown += _lacks(bodies, posed)
     names = [name for name in _columns_with_words(head, NAMES) if not head.numbers(name)]
     lost = ""
     if ("" in posed or len(posed) == 1) and clock.column:
@@ -508,10 +534,32 @@ def _clock(head: CsvHead, clock: Clock, gaps: _Gaps) -> Iterator[str]:
         gaps.unknown.append(f"the unit of time{_unclear_clock(head, clock.column)}")
     elif clock.unit != head.stated_unit(clock.column):
         gaps.guessed.append(Guessable.TIME_UNIT)
+    if clock.unit and (other := _other_clock(head, clock)):
+        gaps.unknown.append(f"which of the columns {clock.column!r} and {other!r} is the clock")
+        yield f"# column = {json.dumps(other)}   # or this one, with its unit: it runs at another rate"
     yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns, min, h or ticks (.NET)'
     values = head.numbers(clock.column)
     if values and values[0] < 0:
         yield f"offset = {-values[0]!r}   # in that unit: no stamp of a session lies before 0"
+
+
+def _other_clock(head: CsvHead, clock: Clock) -> str:
+    """Another column that is called like a time and runs at another rate than the clock, or ``""``."""
+    elapsed_ns = _elapsed_ns(head, clock.column, clock.unit)
+    for column in _columns_with_words(head, TIME):
+        unit = head.stated_unit(column) or time_unit_by_steps(head.numbers(column))
+        if column == clock.column or unit not in CLOCK_NS or not _increases(head, column):
+            continue
+        other_ns = _elapsed_ns(head, column, unit)
+        if abs(other_ns - elapsed_ns) > LARGEST_CLOCK_DIFFERENCE * max(other_ns, elapsed_ns):
+            return column
+    return ""
+
+
+def _elapsed_ns(head: CsvHead, column: str, unit: str) -> float:
+    """Nanoseconds from the first to the last of the first rows by a clock in this unit."""
+    values = head.numbers(column)
+    return (values[-1] - values[0]) * CLOCK_NS[unit]
 
 
 def _unclear_clock(head: CsvHead, column: str) -> str:

@@ -59,6 +59,10 @@ NAMED_COLUMNS: Final = 12
 """Columns without a role that a note names."""
 MOST_BODIES: Final = 1000
 """More names than a laboratory has bodies: then the column holds something else."""
+RECORDINGS: Final = frozenset(
+    ("participant", "subject", "user", "student", "person", "session", "recording", "trial", "take", "block", "run")
+)
+"""Words in the name of a column that tells recordings apart, and no bodies."""
 LAST_ROW_TOLERANCE: Final = 1e-6
 """By which the last row of a matrix of a pose may be off 0, 0, 0."""
 
@@ -186,6 +190,11 @@ class _CsvLog:
             return
         used = [plan.time, *(column for body in plan.bodies.values() for column in body.numbers)]
         column = column_of_bodies(table, stamps, used)
+        if column and not RECORDINGS.isdisjoint(word.lower() for word in name_tokens_of(column)):
+            raise ImportFileError(
+                f"{table.source}: {lost:,} of {len(stamps):,} rows repeat a stamp or go back; column {column!r} tells "
+                f"{table.count_different(column)} recordings apart: keep the rows of one of them in the file"
+            )
         if column:
             raise ImportFileError(
                 f"{table.source}: {lost:,} of {len(stamps):,} rows repeat a stamp or go back; column {column!r} tells "

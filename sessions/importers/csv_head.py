@@ -33,6 +33,8 @@ from sessions.importers.wall_clock import wall_clock_ns
 from sessions.input_files import check_encoding, open_input
 
 HEAD_BYTES: Final = 200_000
+VECTOR: Final = re.compile(r"[(\[]\s*-?[0-9.eE+-]+(?:\s*[,; ]\s*-?[0-9.eE+-]+){1,3}\s*[)\]]")
+"""Numbers of a vector in brackets, as Unity prints one."""
 FIRST_ROWS: Final = 200
 """Rows by which a draft tells units and kinds of columns."""
 LINES_ABOVE: Final = 50
@@ -115,6 +117,11 @@ def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
         first = next((k for k, row in enumerate(cells) if len(row) > 1 and _numbers(row) * 2 >= len(row)), None)
         if first is not None:
             return _of_rows(source, lines[skipped:], cells, first, delimiter, skipped)
+    for number, line in enumerate(lines[: skipped + FIRST_ROWS], 1):
+        if vector := VECTOR.search(line):
+            raise ImportFileError(
+                f"{source}: line {number}: {vector[0][:40]!r} is several numbers in one cell; export a column for each"
+            )
     columns = tuple(re.split("[,;\t]", lines[skipped])) if lines[skipped:] else ()
     return CsvHead(source, _layout(separator or ",", (), skipped), columns)
 

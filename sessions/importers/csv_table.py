@@ -51,6 +51,8 @@ NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
 GROUPS: Final = re.compile("[-+]?[0-9]{1,3}([.,'’ ][0-9]{3})+([.,][0-9]*)?")
 """A number with separators between groups of three digits."""
+THOUSANDS: Final = "^[-+]?[1-9][0-9]{0,2}([.][0-9]{3})+$"
+"""A number whose points may part thousands."""
 EMPTY_LINE: Final = re.compile(rb"\n[ \t]*\r?\n")
 SPACES: Final = re.compile(rb"[ \t]+")
 ENDS_OF_LINES: Final = re.compile(rb"^ | (?=\r?$)", re.MULTILINE)
@@ -369,12 +371,18 @@ class CsvTable:
         return 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
 
     def _refuse_two_decimals(self, column: str, cells: Any, rows: Rows | None) -> None:
-        """Refuse a column with decimal commas and points: ``1.500`` beside ``1,5`` is likely fifteen hundred."""
+        """Refuse decimal commas beside points, and points alone that may part thousands, as in ``1.500``."""
         has_point = bool_values(pc.match_substring(cells, "."))
-        if has_point.any() and pc.any(pc.match_substring(cells, self._layout.decimal)).as_py():
-            row = int(has_point.argmax())
-            text = self.texts(column, rows)[row]
+        if not has_point.any():
+            return
+        row = int(has_point.argmax())
+        text = self.texts(column, rows)[row]
+        if pc.any(pc.match_substring(cells, self._layout.decimal)).as_py():
             message = f"{text[:40]!r} has a point, and other cells of the column decimal commas; export one of them"
+            raise self._cell_error(column, rows, row, message)
+        may_be_grouped = pc.match_substring_regex(cells, THOUSANDS)
+        if bool_values(may_be_grouped)[has_point].all():
+            message = f"{text[:40]!r} is of two readings where decimals have commas; export it without a point"
             raise self._cell_error(column, rows, row, message)
 
     def _cell_error(self, column: str, rows: Rows | None, index: int, message: str) -> ImportFileError:

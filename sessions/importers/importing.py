@@ -7,7 +7,7 @@ stand-ins. Everything that was assumed is recorded with who says it.
 """
 
 import math
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -307,10 +307,20 @@ def session_of_tables(
         "clock": frame.clock,
         FACT: ledger.as_text(),
     }
-    if frame.assumed:
-        facts["assumed"] = "; ".join(frame.assumed)
+    assumed = [*frame.assumed, *_names_alike(tracks)]
+    if assumed:
+        facts["assumed"] = "; ".join(assumed)
     facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, tracks.values()))
     return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
+
+
+def _names_alike(names: Iterable[str]) -> Iterator[str]:
+    """Yields a sentence on each two bodies whose names differ in nothing but small and capital letters, and spaces."""
+    known: dict[str, str] = {}
+    for name in names:
+        first = known.setdefault("".join(name.split()).casefold(), name)
+        if first != name:
+            yield f"{first!r} and {name!r} are two bodies"
 
 
 def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) -> Track:

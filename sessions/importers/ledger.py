@@ -48,6 +48,8 @@ MOST_ENTRIES: Final = 100_000
 LARGEST_SECONDS: Final = 9.0e9  # Just below what int64 nanoseconds hold
 RESTART_ROWS: Final = 10
 """So many samples in a row that increase among themselves and fit in nowhere are no wild stamps: a clock began anew."""
+LARGEST_DISORDER: Final = 0.5
+"""Fraction of samples out of order above which the whole series is in none."""
 OUT_OF_ORDER: Final = "with a stamp out of order"
 REPEATED: Final = "with the stamp of another sample"
 SAME_SAMPLE: Final = "that repeat a sample"
@@ -200,7 +202,7 @@ def increasing_rows(
     The account of this ``kind`` and name says what became of the others. ``values``: what the samples hold, arrays
     (n,) or (n, k); they tell a sample that is there twice from two samples of one stamp.
 
-    Raises ``ImportFileError``: the clock starts again.
+    Raises ``ImportFileError``: the clock starts again, or most samples are out of order.
     """
     keep = longest_increasing(stamps)
     repeated = np.zeros(len(stamps), dtype=np.bool_)
@@ -211,6 +213,7 @@ def increasing_rows(
         repeated = ~keep & (stamps[match] == stamps)
         same[repeated] = _equal(values, np.flatnonzero(repeated), match[repeated])
         _refuse_restart(name, stamps, ~keep & ~same, ledger)
+        _refuse_disorder(name, int((~keep & ~repeated).sum()), len(stamps), ledger)
     lost = {REPEATED: int((repeated & ~same).sum()), OUT_OF_ORDER: int((~keep & ~repeated).sum())}
     ledger.book(kind, name, read=len(stamps), kept=int(keep.sum()), dropped=lost, merged={SAME_SAMPLE: int(same.sum())})
     return keep
@@ -299,6 +302,15 @@ def _refuse_restart(name: str, stamps: Stamps, outside: Rows, ledger: Ledger) ->
         f"{ledger.source}: the clock of {name!r} starts again: its samples {first + 1:,} to {last + 1:,} are stamped "
         f"{begin:.3f} s to {end:.3f} s, between others of other times; split the recording there, or correct the stamps"
     )
+
+
+def _refuse_disorder(name: str, unordered: int, count: int, ledger: Ledger) -> None:
+    """Refuse a series of which most samples are out of order: nothing is wrong with them but their order."""
+    if unordered > LARGEST_DISORDER * count:
+        raise ImportFileError(
+            f"{ledger.source}: the samples of {name!r} are in no order of time, {unordered:,} of {count:,} of them out "
+            "of order; sort the rows of the file by their stamps"
+        )
 
 
 def stamps_of(times: Numbers, unit_ns: float, where: str) -> Stamps:

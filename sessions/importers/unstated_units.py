@@ -68,9 +68,9 @@ def room_radius(tracks: Iterable[Track]) -> float:
 
 def time_unit_by_steps(values: Sequence[float]) -> str:
     """Returns the unit in which the first numbers of a clock step as a recording does; ``""``: no step tells."""
-    steps = [step for step in np.diff(values) if step > 0]
-    if not steps:
+    if not (np.diff(values) > 0).any():
         return ""
+    steps = np.diff(np.unique(values))  # of rows in any order
     if TICKS[0] <= values[0] < TICKS[1]:
         return "ticks"
     step = float(np.median(steps))

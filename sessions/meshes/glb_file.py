@@ -117,8 +117,13 @@ class GlbFile:
 
     @property
     def scene(self) -> list[int] | None:
-        """The roots of the default scene; ``None`` where there is no scene."""
+        """The roots of the default scene; ``None`` where there is no scene.
+
+        Raises MeshFileError: there are several, and none is the default.
+        """
         scenes = self.rows("scenes")
+        if len(scenes) > 1 and "scene" not in self._json:
+            raise MeshFileError(f"it has {len(scenes)} scenes, and none is the default; export one scene")
         return at(scenes, self._json.get("scene", 0)).get("nodes", []) if scenes else None
 
     def count(self, number: int) -> int:

@@ -71,7 +71,7 @@ class GlbTree:
         self._refuse_levels(surface.node for surface in self.surfaces)
         mesh = _joined_meshes(self.in_frame(np.eye(4), surface) for surface in self._in_file_order())
         if mesh is None:
-            raise EmptyMeshError("the file holds no triangle; export the surface as triangles")
+            raise EmptyMeshError("its scene holds no triangle; export the surface as triangles, in the scene")
         return mesh
 
     def below(self, name: str) -> MeshData | None:

@@ -1,0 +1,99 @@
+"""What a CSV leaves in doubt is asked or refused, and nothing of it is guessed in silence."""
+
+import numpy as np
+import pytest
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+
+MAPPING = """
+convention = "openxr"
+units = "m"
+[time]
+column = "time"
+unit = "s"
+[body]
+name = "name"
+position = ["x", "y", "z"]
+quaternion_xyzw = ["qx", "qy", "qz", "qw"]
+"""
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+
+
+def imported(tmp_path, header, rows, delimiter=",", **options):
+    path = tmp_path / "log.csv"
+    lines = [header, *rows]
+    path.write_text("\n".join(delimiter.join(map(str, line)) for line in lines) + "\n", encoding="utf-8")
+    return import_session("csv", path, **options)
+
+
+def rows_of(times, *before):
+    return [(*(value[k] for value in before), time, 0.001 * k, 1, 0, 0, 0, 0, 1) for k, time in enumerate(times)]
+
+
+def test_two_clocks_of_other_rates_are_asked_about(tmp_path):
+    times = np.arange(60) / 60
+    header = ("device_time", "time", *(f"cup_{name}" for name in POSE))
+    with pytest.raises(UnknownColumnsError) as raised:
+        imported(tmp_path, header, rows_of(times, 100 + 1.5 * times))
+    assert "which of the columns 'device_time' and 'time' is the clock" in raised.value.unknown
+    assert '# column = "time"' in raised.value.draft
+    with pytest.raises(UnknownColumnsError) as raised:
+        imported(tmp_path, header, rows_of(times, 100 + times))
+    assert not any("clock" in text for text in raised.value.unknown)
+
+
+@pytest.mark.parametrize(
+    ("absent", "lack"), [("cup_z", "its position has no z"), ("cup_qy", "its quaternion has no y")]
+)
+def test_pose_that_lacks_a_column_is_asked_about(tmp_path, absent, lack):
+    header = ("time", *(f"{body}_{name}" for body in ("rod", "cup") for name in POSE))
+    rows = [(k / 60, 0.001 * k, 1, 0, 0, 0, 0, 1, 0.002 * k, 1, 0, 0, 0, 0, 1) for k in range(60)]
+    column = header.index(absent)
+    first, *others = (line[:column] + line[column + 1 :] for line in (header, *rows))
+    with pytest.raises(UnknownColumnsError) as raised:
+        imported(tmp_path, first, others)
+    assert f"the pose of 'cup', for {lack}" in raised.value.unknown
+
+
+def test_rows_in_no_order_of_time_are_refused(tmp_path):
+    times = np.random.default_rng(0).permutation(60) / 60
+    rows = [("cup", *row) for row in rows_of(times)]
+    (tmp_path / "m.toml").write_text(MAPPING)
+    with pytest.raises(ImportFileError, match=r"'cup' are in no order of time, .* of 60 .*; sort the rows"):
+        imported(tmp_path, ("name", "time", *POSE), rows, mapping=tmp_path / "m.toml")
+
+
+def test_points_of_thousands_beside_decimal_commas_are_refused(tmp_path):
+    rows = [("cup", f"{5 + k // 1000}.{k % 1000:03d}", "0,1", 1, 0, 0, 0, 0, 1) for k in range(0, 600, 10)]
+    mapping = MAPPING.replace('units = "m"', 'units = "m"\ndelimiter = ";"\ndecimal = ","').replace('"s"', '"ms"')
+    (tmp_path / "m.toml").write_text(mapping)
+    with pytest.raises(ImportFileError, match=r"line 2, column 'time': '5.000' is of two readings where decimals have"):
+        imported(tmp_path, ("name", "time", *POSE), rows, ";", mapping=tmp_path / "m.toml")
+    seconds = [(name, f"0.{k:03d}", *rest) for k, (name, _, *rest) in enumerate(rows)]  # no thousands begin with 0
+    assert imported(tmp_path, ("name", "time", *POSE), seconds, ";", mapping=tmp_path / "m.toml").names == ("cup",)
+
+
+def test_vectors_in_a_cell_are_refused_by_name(tmp_path):
+    rows = [(k / 60, f'"({0.001 * k:.3f}, 1.000, 0.000)"', '"(0, 0, 0, 1)"') for k in range(9)]
+    with pytest.raises(ImportFileError, match=r"line 2: '\(0.000, 1.000, 0.000\)' is several numbers in one cell"):
+        imported(tmp_path, ("time", "cup_position", "cup_rotation"), rows)
+
+
+def test_recordings_in_one_table_are_told_from_bodies(tmp_path):
+    header = ("participant", "time", *(f"cup_{name}" for name in POSE))
+    rows = [(student, *row) for student in ("S01", "S02") for row in rows_of(np.arange(60) / 60)]
+    mapping = MAPPING.replace('[body]\nname = "name"', "[bodies.cup]")
+    for name in POSE:
+        mapping = mapping.replace(f'"{name}"', f'"cup_{name}"')
+    (tmp_path / "m.toml").write_text(mapping)
+    with pytest.raises(ImportFileError, match="column 'participant' tells 2 recordings apart: keep the rows of one"):
+        imported(tmp_path, header, rows, mapping=tmp_path / "m.toml")
+
+
+def test_names_that_differ_in_case_are_named_as_two_bodies(tmp_path):
+    rows = [(("rod", "Rod")[k % 2], *row) for k, row in enumerate(rows_of(np.arange(60) / 60))]
+    (tmp_path / "m.toml").write_text(MAPPING)
+    session = imported(tmp_path, ("name", "time", *POSE), rows, mapping=tmp_path / "m.toml")
+    assert "'rod' and 'Rod' are two bodies" in session.facts["assumed"]
