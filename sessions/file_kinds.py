@@ -79,7 +79,7 @@ BLANKS: Final = FileKind("a file of blanks or zeros alone", "copy or record it a
 
 
 def substitute(head: bytes) -> FileKind | None:
-    """What stands in place of the file that was meant, by its first bytes; ``None``: nothing known."""
+    """Returns what stands in place of the file that was meant, by its first bytes; ``None``: nothing known."""
     text = _stripped(head)
     if text.startswith(b"<") and _PAGE.search(text):
         return HTML
@@ -91,7 +91,7 @@ def substitute(head: bytes) -> FileKind | None:
 
 
 def file_kind(head: bytes) -> FileKind | None:
-    """What a file is by its first bytes; ``None``: no kind that is known here."""
+    """Returns the kind of a file by its first bytes; ``None``: none that is known here."""
     text = _stripped(head)
     kind = substitute(head) or _by_start(DATA_FILES, head)
     if kind is not None:
@@ -104,7 +104,7 @@ def file_kind(head: bytes) -> FileKind | None:
 
 
 def named_encoding(data: bytes) -> str:
-    """The encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
+    """Returns the encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
     return next((name for mark, name in ENCODINGS.items() if data.startswith(mark)), "")
 
 

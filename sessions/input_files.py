@@ -81,7 +81,7 @@ def read_bytes(path: str | Path, what: str, error: type[Exception]) -> bytes:
 
 
 def kind_of_file(path: str | Path) -> FileKind | None:
-    """What a file is by its first bytes, for the sentence of a reader that failed; ``None``: no kind known here."""
+    """Returns the kind of a file, for the sentence of a reader that failed; ``None``: none that is known here."""
     with _as_path(path).open("rb") as stream:
         return file_kind(stream.read(HEAD_BYTES))
 

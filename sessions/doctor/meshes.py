@@ -35,12 +35,12 @@ def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
     doubles = faces - int(row_numbers(np.sort(welded, axis=1)).max(initial=-1)) - 1
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     is_odd = not SMALL_M <= size <= LARGE_M
-    apart = separate_surfaces_text(mesh)
+    separation = separate_surfaces_text(mesh)
     rows: list[Row] = [
         ("mesh-degenerate", flat, f"{flat} of {faces} faces have no area"),
         ("mesh-duplicate", doubles, f"{doubles} of {faces} faces repeat another"),
         *_edges(mesh, welded),
-        ("mesh-apart", bool(apart), apart),
+        ("mesh-apart", bool(separation), separation),
         ("mesh-units", is_odd, f"it is {length(size)} long: drawn in other units?"),
     ]
     for code, count, message in rows:

@@ -101,18 +101,20 @@ def _is_remark(line: str) -> bool:
 
 
 def _phase(word: str) -> str:
-    """What a word of the last column means, or ``""``."""
+    """Returns the phase that a word of the last column means, or ``""``."""
     match = ENGINE_WORD.fullmatch(word.lower().replace("_", ""))
     return PHASE_OF[match[1]] if match else ""
 
 
 def _layout_of(where: str, row: list[str]) -> _Layout | None:
-    """What a header says; ``None``: the row is none. Where it names no column, its columns are in the usual order.
+    """Returns the layout that a header names; ``None``: the row is none.
+
+    Where it names no column, its columns are in the usual order.
 
     Raises ImportFileError: it names a column twice, too few or too many.
     """
     names = [name_and_unit(cell) for cell in row]
-    plain = ["".join(words).lower() for words, _ in names]
+    plain = ["".join(tokens).lower() for tokens, _ in names]
     matches = {column: [k for k, name in enumerate(plain) if name in COLUMN_NAMES[column]] for column in COLUMNS}
     if not any(matches.values()):
         is_header = len(row) == len(COLUMNS) and not _phase(row[-1]) and not any(map(_is_number, row))

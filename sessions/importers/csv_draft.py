@@ -143,7 +143,7 @@ class _Body:
 
     @property
     def lack(self) -> str:
-        """What nearly a whole pose lacks: an axis of its position, or a number of its quaternion; else ``""``."""
+        """Returns words on what nearly a whole pose lacks, in its position or its quaternion; else ``""``."""
         missing = {kind: [axis for axis in axes if (kind, axis) not in self.columns] for kind, axes in WHOLE.items()}
         has_rotation = bool(self.rotation[1])
         if has_rotation and 0 < len(missing[POSITION]) < len(WHOLE[POSITION]):

@@ -41,14 +41,14 @@ def separate_surfaces(mesh: MeshData) -> tuple[int, float]:
     """
     heights = mesh.vertices @ DIRECTIONS.T
     a, b, c = (heights[corner] for corner in mesh.faces.T)
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    if not _has_thick_gap(low, high):
+    lower, upper = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    if not _has_thick_gap(lower, upper):
         return 1, 0.0
     triangles = mesh.triangles
     waiting, count, narrowest = [np.arange(len(triangles))], 0, np.inf
     while waiting and count + len(waiting) < MOST_GROUPS:
         faces = waiting.pop()
-        below, gap = _halves(triangles[faces], low[faces], high[faces])
+        below, gap = _halves(triangles[faces], lower[faces], upper[faces])
         if below is None:
             count += 1
             continue
@@ -64,13 +64,13 @@ def separate_surfaces_text(mesh: MeshData) -> str:
     return f"{count} separate surfaces, {length(gap)} or more apart" if count > 1 else ""
 
 
-def _has_thick_gap(low: Numbers, high: Numbers) -> bool:
-    """Whether some direction has an empty slab of a thickness that can set groups apart, by bins; low, high (f, 13).
+def _has_thick_gap(lower: Numbers, upper: Numbers) -> bool:
+    """Whether some direction has an empty slab of a thickness that can set groups apart, by bins; lower, upper (f, 13).
 
     The groups of a slab are projected onto lengths of at most twice and ten times its thickness: it is thicker than a
     13th of all, which are four of the bins, of which two at least are empty.
     """
-    for start, end in zip(low.T, high.T, strict=True):
+    for start, end in zip(lower.T, upper.T, strict=True):
         base, extent = float(start.min()), float(end.max() - start.min())
         if extent == 0.0:
             continue
@@ -83,10 +83,10 @@ def _has_thick_gap(low: Numbers, high: Numbers) -> bool:
     return False
 
 
-def _halves(triangles: Numbers, low: Numbers, high: Numbers) -> tuple[NDArray[np.bool_] | None, float]:
+def _halves(triangles: Numbers, lower: Numbers, upper: Numbers) -> tuple[NDArray[np.bool_] | None, float]:
     """The faces (f,) on one side of the thickest empty slab that sets two groups apart, and its thickness."""
     thickest, below = 0.0, None
-    for start, end in zip(low.T, high.T, strict=True):
+    for start, end in zip(lower.T, upper.T, strict=True):
         order = np.argsort(start)
         reach = np.maximum.accumulate(end[order])
         gaps = start[order][1:] - reach[:-1]

@@ -1,4 +1,4 @@
-"""What a CSV leaves in doubt is asked or refused, and nothing of it is guessed in silence."""
+"""Doubts about a CSV are asked or refused, and nothing of it is guessed in silence."""
 
 import numpy as np
 import pytest
@@ -45,16 +45,16 @@ def test_two_clocks_of_other_rates_are_asked_about(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("absent", "lack"), [("cup_z", "its position has no z"), ("cup_qy", "its quaternion has no y")]
+    ("absent", "missing"), [("cup_z", "its position has no z"), ("cup_qy", "its quaternion has no y")]
 )
-def test_pose_that_lacks_a_column_is_asked_about(tmp_path, absent, lack):
+def test_pose_that_lacks_a_column_is_asked_about(tmp_path, absent, missing):
     header = ("time", *(f"{body}_{name}" for body in ("rod", "cup") for name in POSE))
     rows = [(k / 60, 0.001 * k, 1, 0, 0, 0, 0, 1, 0.002 * k, 1, 0, 0, 0, 0, 1) for k in range(60)]
     column = header.index(absent)
-    first, *others = (line[:column] + line[column + 1 :] for line in (header, *rows))
+    names, *rest = (line[:column] + line[column + 1 :] for line in (header, *rows))
     with pytest.raises(UnknownColumnsError) as raised:
-        imported(tmp_path, first, others)
-    assert f"the pose of 'cup', for {lack}" in raised.value.unknown
+        imported(tmp_path, names, rest)
+    assert f"the pose of 'cup', for {missing}" in raised.value.unknown
 
 
 def test_rows_in_no_order_of_time_are_refused(tmp_path):

@@ -30,12 +30,12 @@ def moved(mesh, *offset):
         ([JAR, moved(JAR, 0.09, 0, 0)], 1, 0.0),
     ],
 )
-def test_surfaces_far_apart_are_counted_with_their_distance(meshes, surfaces, gap):
+def test_distant_surfaces_are_counted_with_their_distance(meshes, surfaces, gap):
     mesh = concatenated_meshes(meshes)
     count, distance = separate_surfaces(mesh)
     assert count == surfaces and distance == pytest.approx(gap, rel=0.03)
-    turned = MeshData(mesh.vertices @ np.linalg.qr(np.arange(9.0).reshape(3, 3) + np.eye(3))[0], mesh.faces)
-    assert separate_surfaces(turned)[0] == surfaces
+    rotated = MeshData(mesh.vertices @ np.linalg.qr(np.arange(9.0).reshape(3, 3) + np.eye(3))[0], mesh.faces)
+    assert separate_surfaces(rotated)[0] == surfaces
     codes = [finding.code for finding in mesh_findings("jar", mesh)]
     assert codes.count("mesh-apart") == (surfaces > 1)
 
