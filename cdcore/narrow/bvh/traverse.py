@@ -16,7 +16,7 @@ from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_i
 from cdcore.kernels.memory import Memory, doubles_of, fetch_early, integers_of
 from cdcore.kernels.simd import LANES, dot, first3, fused, load4, load8, minus, splat8, store
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
-from cdcore.narrow.bvh.boxes_and_faces import box_lanes_that_may_meet, survivors_of_leaves
+from cdcore.narrow.bvh.boxes_and_faces_of_eight_frames import box_lanes_that_may_meet, survivors_of_leaves
 from cdcore.narrow.bvh.frame_skips import next_frame_to_search, poses_repeat, size_at
 from cdcore.narrow.bvh.tree_memory import (
     AT_FRAME,

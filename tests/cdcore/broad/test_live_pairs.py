@@ -65,5 +65,5 @@ def test_pairs_are_tested_again_once_points_moved_by_the_margin():
         ]
         moved = sum(np.linalg.norm(item[1] - item[0], axis=1).max() for item in ends)
         samples.verdict[0] = Verdict.CLEAR
-        samples.keep_margin(0, moved, True)
+        samples.skips.keep_margin(0, moved, True)
         assert samples.near(close.frames(frame, frame + 1)) == [0]

@@ -9,7 +9,11 @@ from support.second_opinions import faces_below
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, integers_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.bvh.boxes_and_faces import box_lanes_that_may_meet, certain_lanes, survivors_of_leaves
+from cdcore.narrow.bvh.boxes_and_faces_of_eight_frames import (
+    box_lanes_that_may_meet,
+    certain_lanes,
+    survivors_of_leaves,
+)
 from cdcore.narrow.bvh.tree_memory import Block, pair_at
 from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES

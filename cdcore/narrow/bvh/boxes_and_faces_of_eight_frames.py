@@ -1,4 +1,6 @@
-"""Two boxes, two leaves and two faces in eight frames: which frames keep them apart, or let them meet, for certain.
+"""Two boxes, two leaves and two faces in eight frames at once: in which they are apart, or meet, for certain.
+
+Two boxes in one pose are tested by ``cdcore.kernels.box_against_box``.
 
 **Boxes.** Centres are exact in every lane. Radii are those of the block's middle frame, widened by how far the relative
 rotation strays from it; any direction separates if the widened radii say so.
