@@ -396,8 +396,8 @@ class ContainmentStage:
     def _inside(self, motion: Motion, nesting: Nesting, frames: IntArray) -> ByteArray:
         """1 where the part is inside the other body, else 0, (K,) for K frames without contact."""
         inner, outer, component, boxes, _, size = nesting
-        rotations, translations, states = motion.rotations, motion.translations, np.zeros(len(frames), dtype=np.uint8)
-        if mark_fitting(rotations, translations, frames, inner, outer, component.extremes, boxes, size, states):
+        poses, states = (motion.rotations, motion.translations), np.zeros(len(frames), dtype=np.uint8)
+        if mark_fitting(poses, frames, (inner, outer), component.extremes, boxes, size, states):
             self._decide_fitting(motion, nesting, frames, states)
         return states
 
@@ -413,7 +413,7 @@ class ContainmentStage:
         """Say where ``states`` (K,) are UNCERTAIN whether the part is inside; exactly where rounding leaves it open."""
         inner, outer, component, _, grid, size = nesting
         rotations, translations = motion.rotations, motion.translations
-        decide_by_rays(rotations, translations, frames, inner, outer, component.probes, grid, size, states)
+        decide_by_rays((rotations, translations), frames, (inner, outer), component.probes, grid, size, states)
         for k in np.flatnonzero(states == UNCERTAIN).tolist():
             (point,), surface = (
                 place_points(points, rotations[frames[k], body], translations[frames[k], body])
@@ -474,19 +474,19 @@ def doubt(mesh: TriangleMesh) -> str:
 
 @kernel
 def mark_fitting(
-    rotations: FloatArray,
-    translations: FloatArray,
+    poses: tuple[FloatArray, FloatArray],
     frames: IntArray,
-    inner: int,
-    outer: int,
+    ends: tuple[int, int],
     extremes: FloatArray,
     boxes: FloatArray,
     size: float,
     states: ByteArray,
 ) -> int:
     """Mark as UNCERTAIN in ``states`` (K,) where boxes (B, 2, 3) of the outer body may hold all points (E, 3) of the
-    inner one, as in a ``Nesting``; returns how often. Poses (F, n, 3, 3), (F, n, 3); ``size``: of both bodies.
+    inner one, as in a ``Nesting``; returns how often. Poses (F, n, 3, 3), (F, n, 3); ``ends``: the inner and the outer
+    body; ``size``: of both.
     """
+    (rotations, translations), (inner, outer) = poses, ends
     count = 0
     for k in range(len(frames)):
         margin = margin_at(translations, frames[k], inner, outer, size)
@@ -526,19 +526,18 @@ def box_holds(
 
 @kernel
 def decide_by_rays(
-    rotations: FloatArray,
-    translations: FloatArray,
+    poses: tuple[FloatArray, FloatArray],
     frames: IntArray,
-    inner: int,
-    outer: int,
+    ends: tuple[int, int],
     probes: FloatArray,
     grid: InsideGrid,
     size: float,
     states: ByteArray,
 ) -> None:
     """Say in ``states`` (K,), where they are UNCERTAIN, on which side of the outer body's surface the inner one's part
-    is: it meets no surface, so any of its ``probes`` (n, 3) tells.
+    is: it meets no surface, so any of its ``probes`` (n, 3) tells. ``poses`` and ``ends``: as of ``mark_fitting``.
     """
+    (rotations, translations), (inner, outer) = poses, ends
     point = np.empty(3)
     for k in range(len(frames)):
         margin = margin_at(translations, frames[k], inner, outer, size)
