@@ -388,7 +388,7 @@ def pose_assumptions(frame: SourceFrame, tracks: Iterable[Track]) -> tuple[Assum
         value=frame.axes.name,
         origin=frame.axes_origin,
         confidence=frame.axes_confidence,
-        description=_description(frame.axes),
+        description="" if frame.axes.description == frame.axes.name else frame.axes.description,
         reason=frame.axes_reason if is_guess else "",
         alternatives=alternatives if is_guess else (),
     )
@@ -398,10 +398,6 @@ def pose_assumptions(frame: SourceFrame, tracks: Iterable[Track]) -> tuple[Assum
     handedness = Assumption(Subject.HANDEDNESS, frame.axes.handedness, handed_origin, reason=reason)
     clock = Assumption(Subject.CLOCK, frame.clock, frame.clock_origin)
     return axes, handedness, length_unit(frame, tracks), clock, *frame.others
-
-
-def _description(axes: Convention) -> str:
-    return "" if axes.description == axes.name else axes.description
 
 
 def length_unit(frame: SourceFrame, tracks: Iterable[Track]) -> Assumption:
