@@ -336,3 +336,10 @@ def test_page_lists_eight_unmatched_codes_and_counts_the_rest(class_runs, class_
     page = unescape(study_html(class_runs, places(class_runs, tmp_path), replace(class_study, unmatched=codes)))
     assert "Code 'X7' matches no recording." in page and "'X8'" not in page
     assert "2 more codes match nothing." in page
+
+
+@pytest.mark.parametrize("emptied", ["misses", "false_contacts"])
+def test_mistakes_of_a_single_kind_are_reported(runs, study, tmp_path, emptied):
+    fewer = replace(runs, tables=runs.tables | {emptied: runs.tables[emptied].slice(0, 0)})
+    why = rows_of(fewer, study, tmp_path)["Why"]
+    assert "slow missed " in f"{why.text} {why.figures} {why.details}"

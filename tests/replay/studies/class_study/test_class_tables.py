@@ -10,7 +10,14 @@ import pytest
 from support.study_samples import made_class
 
 from replay.studies.class_study.class_runs import read_class
-from replay.studies.class_study.class_tables import ClassTables, class_counts, places, sessions_table
+from replay.studies.class_study.class_tables import (
+    NO_NAME,
+    NOT_STATED,
+    ClassTables,
+    class_counts,
+    places,
+    sessions_table,
+)
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -207,3 +214,12 @@ def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
     rows = [{"detector": "slow", "what": "samples at 20 Hz"}, {"detector": "bare", "what": None}]
     pq.write_table(pa.Table.from_pylist(rows), tmp_path / "runs" / "run000" / "ranking.parquet")
     assert read_class(tmp_path / "runs").titles == {"slow": "samples at 20 Hz"}
+
+
+def test_contacts_are_grouped_by_every_task_stage_and_vr_type(tables_of):
+    runs, made = tables_of(12, 12, detectors={"slow": 0.9}, contacts=20)
+    episodes = runs.tables["episodes"].to_pylist()
+    names = {("task", row["task"] or NO_NAME) for row in episodes}
+    names |= {("stage", row["stage"] or NO_NAME) for row in episodes}
+    names |= {("VR type", row["vr_type"] or NOT_STATED) for row in episodes}
+    assert {row[:2] for row in made.activity_table().rows} == names and ("task", NO_NAME) in names
