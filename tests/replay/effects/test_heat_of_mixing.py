@@ -179,3 +179,12 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
     assert energy == pytest.approx(60.0 * 60.0, rel=1e-9)
     # At every rate and in both orders the same: 37.02 degC as the steps get short.
     assert celsius["c"] == pytest.approx(37.02, rel=0.005)
+
+
+def test_water_comes_in_wrong_order_while_the_acid_is_strong():
+    """5 mL of 18 mol/L are below 5 mol/L, which is no strong acid, from 18 mL on."""
+    bodies = (vessel("a", 60.0, "", 0.0), vessel("b", 5.0, "H2SO4", 18.0))
+    effects = poured([0.0, *([120.0] * 10)], bodies, MIX, ("heat", HEAT))
+    (event,) = effects["heat"].output.events_named("wrong-order")
+    volume = effects["mixing"].series["b/volume"].values
+    assert event.values["volume_ml"] == pytest.approx(np.diff(volume)[volume[:-1] < 18.0].sum())
