@@ -1,0 +1,65 @@
+"""An indicator turns where the pH leaves one end of its range and reaches the other."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from replay.effects.colour import compute
+from replay.effects.output import Series
+
+OWN = {
+    "in": "flask", "indicator": "mine", "species": "", "from_ph": 6.0, "to_ph": 8.0, "acid_colour": "red",
+    "base_colour": "blue", "colour": "", "full_mol_l": None,
+}  # fmt: skip
+
+
+class Inputs(SimpleNamespace):
+    """Inputs of an effect, with as many frames as times."""
+
+    def __len__(self):
+        return len(self.times)
+
+
+def coloured(ph, step_s=0.1):
+    """The effect of an indicator that is red below pH 6 and blue above 8, of a pH at times so far from each other."""
+    times = step_s * np.arange(len(ph))
+    outputs = {
+        "reaction": SimpleNamespace(series={"flask/pH": Series(times, np.array(ph, dtype=float), "pH")}),
+        "mixing": SimpleNamespace(liquids={}),
+    }
+    return compute(Inputs(declared=[OWN], times=times, output=outputs.get))
+
+
+TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns from blue to red"
+
+
+@pytest.mark.parametrize(
+    ("ph", "events"),
+    [
+        ([5, 7, 9], [(TO_BLUE, 0.1, 0.2)]),
+        ([9, 7, 5], [(TO_RED, 0.1, 0.2)]),
+        ([6, 8], [(TO_BLUE, 0.1, 0.1)]),
+        ([5, 9, 5], [(TO_BLUE, 0.1, 0.1), (TO_RED, 0.2, 0.2)]),
+        ([5, 7, 7.9], [(TO_BLUE + ", not wholly by the end", 0.1, None)]),
+        ([5, 7, 5], []),
+        ([7, 7, 9], []),
+        ([5, 5.9], []),
+    ],
+    ids=["acid to base", "base to acid", "at its ends", "there and back", "halfway", "returns", "from within", "acid"],
+)
+def test_indicator_changes_from_one_end_of_its_range_to_the_other(ph, events):
+    changes = coloured(ph).events
+    assert [(event.text, event.time) for event in changes] == [(text, pytest.approx(time)) for text, time, _ in events]
+    assert [event.end for event in changes] == [end if end is None else pytest.approx(end) for *_, end in events]
+
+
+def test_slow_change_states_when_it_is_complete():
+    (event,) = coloured([5, 7, 7, 7, 9], step_s=10.0).events
+    assert event.text == f"{TO_BLUE}, wholly at 40.000 s" and (event.time, event.end) == (10.0, 40.0)
+
+
+def test_lane_has_both_colours_and_what_is_between():
+    lanes = coloured([5, 7, 9]).lanes["flask"]
+    assert [span.word for span in lanes] == ["red", "red to blue", "blue"]
+    assert coloured([5, 7, 9]).series["flask/mine colour"].values.tolist() == [0.0, 0.5, 1.0]
