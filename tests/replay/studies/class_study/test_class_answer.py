@@ -339,7 +339,7 @@ def test_page_lists_eight_unmatched_codes_and_counts_the_rest(class_runs, class_
 
 
 @pytest.mark.parametrize("emptied", ["misses", "false_contacts"])
-def test_mistakes_of_a_single_kind_are_reported(runs, study, tmp_path, emptied):
-    fewer = replace(runs, tables=runs.tables | {emptied: runs.tables[emptied].slice(0, 0)})
-    why = rows_of(fewer, study, tmp_path)["Why"]
+def test_mistakes_of_a_single_kind_are_reported(class_runs, class_study, tmp_path, emptied):
+    fewer = replace(class_runs, tables=class_runs.tables | {emptied: class_runs.tables[emptied].slice(0, 0)})
+    why = rows_of(fewer, class_study, tmp_path)["Why"]
     assert "slow missed " in f"{why.text} {why.figures} {why.details}"
