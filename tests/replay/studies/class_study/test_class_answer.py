@@ -14,7 +14,7 @@ from support.study_samples import a_class, codebook, made_class, questionnaire
 from replay import words
 from replay.auditing.fault import FaultKind
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.class_answer import class_answer
+from replay.studies.class_study.class_answer import MOST_REFUSED, class_answer
 from replay.studies.class_study.class_reasons import CAUSE_CLAUSES
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables, places
@@ -343,3 +343,12 @@ def test_mistakes_of_a_single_kind_are_reported(class_runs, class_study, tmp_pat
     fewer = replace(class_runs, tables=class_runs.tables | {emptied: class_runs.tables[emptied].slice(0, 0)})
     why = rows_of(fewer, class_study, tmp_path)["Why"]
     assert "slow missed " in f"{why.text} {why.figures} {why.details}"
+
+
+@pytest.mark.parametrize("more", [0, 2])
+def test_refused_results_are_listed_up_to_a_few(class_runs, class_study, tmp_path, more):
+    refusals = (StudyRefusedError("small-cell", "the comparison of ease"),) * (MOST_REFUSED + more)
+    sure = rows_of(class_runs, replace(class_study, refusals=refusals), tmp_path)["Sure"]
+    text = f"{sure.text} {sure.figures} {sure.details}"
+    assert text.count("the comparison of ease (") == MOST_REFUSED
+    assert (f"; {more} more under Method" in text) == bool(more) == ("under Method" in text)

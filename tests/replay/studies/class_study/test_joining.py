@@ -117,3 +117,16 @@ def test_students_are_joined_by_pseudonym_and_never_by_order():
     table = metrics(contacts)
     result = means_of_students(table[::-1], questionnaire(answers), ["contacts_per_min"])
     assert result["contacts_per_min"].to_numpy() == pytest.approx(contacts)
+
+
+@pytest.mark.parametrize(("answer", "is_refused"), [(1.0, False), (5.0, False), (0.9, True), (5.1, True)])
+def test_answer_beyond_its_scale_is_refused_with_its_row(tmp_path, answer, is_refused):
+    """Items are answered from 1 to 5."""
+    answers, _ = a_class(4)
+    answers[1, 0] = answer
+    file = write_answers(tmp_path / "q.csv", answers)
+    if is_refused:
+        with pytest.raises(StudyError, match=rf"data row 2, column e1: '{answer}' is not between 1 and 5"):
+            read_questionnaire(file, codebook())
+    else:
+        assert read_questionnaire(file, codebook())["e1"].iloc[1] == answer
