@@ -20,6 +20,17 @@ def test_time_in_contact_is_drawn_from_enough_students_only():
     assert class_charts(class_of(LEAST_IN_CELL, seconds=float("nan")), None) == []
 
 
+def test_time_in_contact_has_a_row_for_each_group_of_its_members():
+    queried = []
+    study = study_of()
+    study.group_of = {"S1": "first", "S2": "second", "S3": "first"}
+    estimate = SimpleNamespace(students=LEAST_IN_CELL, value=1.5, low=1.0, high=2.0)
+    tables = SimpleNamespace(contact_seconds_a_minute=lambda members: queried.append(members) or estimate)
+    *_, chart = class_charts(tables, study)
+    assert queried == [{"S1", "S3"}, {"S2"}]
+    assert [dot.name.partition(":")[0] for dot in chart.dots] == ["group first", "group second"]
+
+
 def finding_of_grasps(beta=0.2, kind="multiple", p=0.5):
     """Finding of a regression of grasps and motivation of 40 students."""
     ends = {"beta": beta, "low": beta - 0.1, "high": beta + 0.1, "p": p, "p_holm": p}
