@@ -100,7 +100,7 @@ def manifold_of(mesh: TriangleMesh) -> Manifold | None:
 
 
 def enclosed_solid(mesh: TriangleMesh) -> Manifold | None:
-    """What a closed mesh encloses, for the library manifold, whichever way its faces look; ``None``: it is no solid."""
+    """Solid within a closed mesh, for the library manifold, whichever way its faces look; ``None``: it is no solid."""
     solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
     return None if solid is None or solid.volume() <= 0.0 else solid
 

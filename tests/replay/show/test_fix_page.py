@@ -160,9 +160,9 @@ def test_seam_is_named_by_kind_width_pieces_and_place():
     assert seam_line(seam) == "slit of 0.4 mm: pieces 3 and 7, at 12.0, -40.0, 3.0 mm"
 
 
-def test_report_cards_have_a_row_for_pieces_of_cut_bodies_only():
-    shares = dict.fromkeys(("beyond", "missing", "false", "missed", "ms"))
-    card = {**shares, "triangles": 12, "reach_mm": 0.0, "overlap_mm": 0.0, "slit_mm": 0.0}
+def test_report_cards_list_pieces_of_cut_bodies_only():
+    fractions = dict.fromkeys(("beyond", "missing", "false", "missed", "ms"))
+    card = {**fractions, "triangles": 12, "reach_mm": 0.0, "overlap_mm": 0.0, "slit_mm": 0.0}
     hull, cut = {**card, "pieces": 1}, {**card, "pieces": 4}
     bodies = [
         {"body": "cup", "how": "planes", "before": hull, "after": cut, "others": []},
