@@ -97,7 +97,11 @@ def test_text_in_another_encoding_is_refused(tmp_path):
             check_encoding(tmp_path, data)
 
 
-def test_line_ends_of_text_are_line_feeds_and_folders_are_named(tmp_path):
+def test_line_ends_of_text_become_line_feeds(tmp_path):
     (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
     assert read_text(tmp_path / "scene.toml", "scene", SceneError) == "a\nb\nc\n"
-    assert special_kind(tmp_path) == "a folder" and special_kind(tmp_path / "scene.toml") == ""
+
+
+def test_folder_is_no_regular_file(tmp_path):
+    (tmp_path / "scene.toml").touch()
+    assert (special_kind(tmp_path), special_kind(tmp_path / "scene.toml")) == ("a folder", "")

@@ -111,7 +111,7 @@ def test_epsilon_skips_queries_of_pairs_that_move_together():
     assert work(motion, epsilon=1e-9) == (1, 39)
 
 
-def test_epsilon_skips_queries_of_a_body_that_rotates_about_its_middle():
+def test_epsilon_skips_queries_of_a_body_turning_about_its_middle():
     """The middle of the ball is 10 m from its origin; its points move by 0.25 mm, and both bodies drift by 0.5 m."""
     middle, drift = np.array([10.0, 0.0, 0.0]), 0.01 * np.arange(50)[:, None] * [0.0, 1.0, 0.0]
     motion = motion_along_x(np.zeros(50), turns=1e-5 * np.arange(50))
