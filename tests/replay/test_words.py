@@ -36,6 +36,15 @@ def test_a_duration_has_the_unit_of_its_size(seconds, text):
     assert words.duration(seconds) == text
 
 
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(9.996, "10"), (0.04123, "0.0412"), (12345.6, "12,346"), (-1e-13, "0"), (None, "not measured")]
+    + [(float(word), "not measured") for word in ("nan", "inf")],
+)
+def test_number_has_three_digits_and_no_unit(value, text):
+    assert words.number(value) == text
+
+
 @given(MEASURED)
 def test_a_number_is_its_decimal_rounded_to_three_digits(value):
     exact = Decimal(value)
