@@ -52,6 +52,14 @@ def test_long_recording_keeps_fewer_poses_over_its_whole_length(monkeypatch):
     assert 300 <= len(at) <= 600 and at == sorted(at) and at[0] == 0 and at[-1] >= 896 and max(np.diff(at)) <= 4
 
 
+@pytest.mark.parametrize(("size", "samples"), [(30, 80), (300, 30)])
+def test_small_blocks_are_joined_and_large_blocks_are_not(size, samples, monkeypatch):
+    """Ten samples of each joined block of 900 frames: of seven blocks of 120 and one of 60, or of three of 300."""
+    monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
+    monkeypatch.setattr(pose_pass, "SAMPLES_PER_BLOCK", 10)
+    assert len(run_pose_pass(clean().session().frames.blocks(size)).position) == samples
+
+
 def findings(draft, code):
     return [item for item in examine(draft.session()) if item.code == code]
 
