@@ -127,7 +127,7 @@ def nearly_flat(rng, step):
     return p
 
 
-@pytest.mark.slow
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
 def test_sign_of_four_nearly_coplanar_points_is_exact(step):
     rng, w = np.random.default_rng(3), new_digits()
@@ -138,7 +138,7 @@ def test_sign_of_four_nearly_coplanar_points_is_exact(step):
         assert orientation_filtered(p, 0, 1, 2, 3) in (want, 2)
 
 
-@pytest.mark.slow
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
     rng, w = np.random.default_rng(5), new_digits()

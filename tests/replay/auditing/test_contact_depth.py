@@ -74,7 +74,7 @@ def spiked(frames, at, shallow, deep):
     return cubes({"a": [0.0] * (frames + 4), "b": [3, 3, *(1 - depths).tolist(), 3, 3]})
 
 
-@pytest.mark.parametrize("at", [1, 18, 59])
+@pytest.mark.parametrize("at", [18, *(pytest.param(frame, marks=pytest.mark.slow) for frame in (1, 59))])
 def test_single_deep_frame_of_a_long_contact_is_found(at):
     result = run(spiked(60, at, 0.1, 0.35), detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact")
     (row,) = result.tables["episodes"].where(detector="exact").plain()

@@ -77,6 +77,7 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
     assert "Noise leaves open whether the bodies of 1 pair at rest touch." in " ".join(notes_of(result))
 
 
+@pytest.mark.slow
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
     session = gaps(WAVERING)
     whole = noisy_run(session, noise_copies=16).noise

@@ -49,7 +49,7 @@ def test_cutter_table_has_a_row_for_every_method():
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=() if name in ("hull", "box", "sectors") else pytest.mark.slow) for name in METHODS],
+    [pytest.param(name, marks=() if name in ("hull", "box") else pytest.mark.slow) for name in METHODS],
 )
 def test_pieces_of_each_method_are_closed_few_and_repeat(name, monkeypatch, tmp_path):
     first = convex_pieces(Cut(BEAKER, name, 8))

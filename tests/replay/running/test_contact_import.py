@@ -139,7 +139,12 @@ def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
 
 @pytest.mark.parametrize(
     ("clock", "delay"),
-    [("the recording's", 0.0), ("from its first frame", 0.04), ("another", 0.0), ("another", 0.04)],
+    [
+        ("the recording's", 0.0),
+        ("from its first frame", 0.04),
+        pytest.param("another", 0.0, marks=pytest.mark.slow),
+        ("another", 0.04),
+    ],
 )
 def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
     stamps, begins, ends = taps(7)

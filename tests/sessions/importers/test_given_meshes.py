@@ -56,6 +56,7 @@ def stand_alike(result, truth):
     )
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("convention", "kind", "exported"),
     [(name, FORMATS[(k + exported) % 4], exported) for exported in (False, True) for k, name in enumerate(TO_SOURCE)],

@@ -145,6 +145,7 @@ VISIBLE_FROM = {
 VIEWS = [*VISIBLE_FROM]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("name", "form", "view"),
     [(name, form, VIEWS[(k + m) % 2]) for k, name in enumerate(POLYGONS) for m, form in enumerate(FORMATS)],
