@@ -112,6 +112,19 @@ doubles_of, integers_of = _of(types.float64), _of(types.int64)
 """In a kernel: the memory of a contiguous array that the kernel was handed as such."""
 
 
+def _memory_from(_context: Any, memory: Any, _first: Any) -> Any:
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.gep(arguments[0], [arguments[1]])
+
+    return memory(memory, types.int64), generate
+
+
+memory_from: Callable[[Memory, int], Memory] = machine_operation(
+    _memory_from, lambda memory, first: memory[int(first) :]
+)
+"""``memory_from(memory, first)``: the same memory, numbered from this entry on."""
+
+
 def _fetch_early(_context: Any, memory: Any, _index: Any) -> Any:
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         number, address = ir.IntType(32), ir.IntType(8).as_pointer()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import near_faces
 from cdcore.narrow.bvh.box_tree import box_trees_of
-from cdcore.narrow.continuous.clearance import certainly_separated
+from cdcore.narrow.continuous.clearance import ClearanceSearch
 from cdcore.narrow.margins import can_be_separated, overlap_bounds, shell_vectors, triangle_margins
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.poses import place_points
@@ -72,7 +72,7 @@ class MarginStage:
         trees = [self._tree(body) for body in pair]
         size = np.abs(translations).sum(axis=(1, 2)) + trees[0].reach + trees[1].reach
         pose_a, pose_b = ((rotations[:, side], translations[:, side]) for side in (0, 1))
-        answer = ~certainly_separated(trees, pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
+        answer = ~ClearanceSearch(*trees).separated(pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
         for row in np.flatnonzero(answer):
             first, second = (
                 self._placed_triangles(body, rotations[row, side], translations[row, side])

@@ -9,19 +9,28 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
-from cdcore.kernels.memory import integers_of
+from cdcore.kernels.memory import (
+    Doubles,
+    Integers,
+    Integers64,
+    Memory,
+    doubles_of,
+    integers_of,
+    integers_of_rows,
+    memory_from,
+    reader,
+    row_of,
+)
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.continuous.motion_segments import pose_at
+from cdcore.narrow.bvh.tree_memory import TreeMemory
+from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, pose_at
 from cdcore.narrow.continuous.swept import CORNERS, angle_between, boxes_stay_separated, faces_stay_separated
 from cdcore.narrow.descent import CLOSED, DESCENT_STATES, SECOND, WIDTH, descend, start_at
 from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.poses.kernels import placed_by_row, relative_row
-from cdcore.triangles.decide import new_digits, placed_pair_meets
-
-Items = NDArray[np.int32]
+from cdcore.triangles.decide import new_digits, pair_meets
 
 FREE: Final = 0
 """Proven apart all the way."""
@@ -43,25 +52,25 @@ SPEED, ACCELERATION, PAD, SHORTEST = range(4)
 """Places of what bounds one leg of A seen from B, per unit of the leg; parts as short as the last are never halved."""
 
 BOX_TESTS, FACE_TESTS, MEETING_TESTS, INTERVALS = range(4)
-"""Places of the counters in ``Scratch.work``."""
+"""Places of the counters in ``Room.work``."""
 COUNTERS: Final = 4
 
 END: Final = DESCENT_STATES
-"""Place of ``Scratch.state`` behind those of the descent: how many items there are, -1 if too many."""
+"""Place of ``Room.state`` behind those of the descent: how many items there are, -1 if too many."""
 STATES: Final = DESCENT_STATES + 1
 
 
-class Scratch(NamedTuple):
-    """Memory that a search works in, made once for a pair.
+class Room(NamedTuple):
+    """Memory that searches between two trees work in, either way round.
 
     ``items`` (n, 3) kind, A, B; ``stack`` (n,) and ``state`` (STATES,) of the descent;
-    ``intervals`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their first item
-    and the one after their last; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is
-    tested, two to build them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``impacts`` (4,) lo, hi, and
-    the faces (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
+    ``intervals`` (MOST_INTERVALS, 2) start and end of parts still to be tested; ``spans`` (MOST_INTERVALS, 2) their
+    first item and the one after their last; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant
+    that is tested, two to build them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``impacts`` (4,) lo,
+    hi, and the faces (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
     """
 
-    items: Items
+    items: Int32Array
     stack: IntArray
     state: IntArray
     intervals: FloatArray
@@ -73,11 +82,38 @@ class Scratch(NamedTuple):
     impacts: FloatArray
     work: IntArray
 
+    def search_row(self, tree_a: BoxTree, tree_b: BoxTree) -> IntArray:
+        """The row (1, words) of a ``Search`` between two trees, which are to outlive it as this room is."""
+        sides = {"tree_a": tree_a.memory_row, "tree_b": tree_b.memory_row}
+        return integers_of_rows(row_of(Search, **sides, **self._asdict(), most_items=len(self.items)))
 
-def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) -> Scratch:
+
+class Search(NamedTuple):
+    """Two trees and the ``Room`` in which they are searched, as kernels see them; ``most_items`` have room."""
+
+    tree_a: TreeMemory
+    tree_b: TreeMemory
+    items: Integers
+    stack: Integers64
+    state: Integers64
+    intervals: Doubles
+    spans: Integers64
+    poses: Doubles
+    corners: Doubles
+    pair: Doubles
+    digits: Integers64
+    impacts: Doubles
+    work: Integers64
+    most_items: int
+
+
+search_at = reader(Search)
+
+
+def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) -> Room:
     """Memory for searches between two trees, either way round."""
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
-    return Scratch(
+    return Room(
         np.empty((most_items, 3), dtype=np.int32),
         np.empty(WIDTH * depth, dtype=np.int64),
         np.zeros(STATES, dtype=np.int64),
@@ -93,76 +129,65 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) ->
 
 
 @hot_kernel
-def keep_item(items: Items, end: int, kind: int, a: int, b: int) -> int:
+def pose_of(search: Search, row: int) -> Memory:
+    """A pose of ``Room.poses`` (12,)."""
+    always_inlined()
+    return memory_from(search.poses, 12 * row)
+
+
+@hot_kernel
+def keep_item(search: Search, end: int, kind: int, a: int, b: int) -> int:
     """Append an item; the new end, -1 if there is no room."""
-    if end >= len(items):
+    if end >= search.most_items:
         return -1
-    items[end, 0], items[end, 1], items[end, 2] = kind, a, b
+    items = search.items
+    items[3 * end], items[3 * end + 1], items[3 * end + 2] = kind, a, b
     return end + 1
 
 
 @hot_kernel
-def load_corners(faces: FloatArray, face: int, pose: FloatArray, corners: FloatArray, at: int) -> None:
+def load_corners(placed: Memory, face: int, pose: Memory, corners: Memory, at: int) -> None:
     """Corners of a face at a pose (12,) to ``corners[at:at + 9]``, rounded as ``place_points`` rounds."""
+    row = 12 * face
     for k in range(3):
-        corner = placed_by_row(pose, (faces[face, k], faces[face, 4 + k], faces[face, 8 + k]))
+        corner = placed_by_row(pose, (placed[row + k], placed[row + 4 + k], placed[row + 8 + k]))
         corners[at + 3 * k], corners[at + 3 * k + 1], corners[at + 3 * k + 2] = corner
 
 
 @hot_kernel
-def face_pair_separated(
-    placed_a: FloatArray,
-    face_a: int,
-    placed_b: FloatArray,
-    face_b: int,
-    margin: float,
-    poses: FloatArray,
-    corners: FloatArray,
-) -> bool:
+def face_pair_separated(search: Search, face_a: int, face_b: int, margin: float) -> bool:
     """Whether two faces certainly stay apart in the part whose end poses are the first two of ``poses``."""
-    # Not the whole room: eighty numbers a call took a sixth of the search (2026-11).
     never_inlined()
-    load_corners(placed_a, face_a, poses[0], corners, 0)
-    load_corners(placed_a, face_a, poses[1], corners, 9)
+    corners, placed_b = search.corners, search.tree_b.placed
+    load_corners(search.tree_a.placed, face_a, pose_of(search, 0), corners, 0)
+    load_corners(search.tree_a.placed, face_a, pose_of(search, 1), corners, 9)
     for corner in range(3):
         for k in range(3):
-            corners[18 + 3 * corner + k] = placed_b[face_b, 4 * k + corner]
+            corners[18 + 3 * corner + k] = placed_b[12 * face_b + 4 * k + corner]
     return bool(faces_stay_separated(corners, margin))
 
 
 class Interval(NamedTuple):
-    """Two trees in an interval at whose ends A is seen from B at the first two of ``poses``.
+    """A search in an interval at whose ends A is seen from B at the first two of ``poses``.
 
     ``motion``: metres that no point moves beyond; ``margin``: metres by which surfaces must be apart; ``chord``: bound
-    of the norm of the difference of the rotations at both ends. The rest is that of the trees and of ``Scratch``.
+    of the norm of the difference of the rotations at both ends.
     """
 
-    boxes_a: FloatArray
-    child_a: Int32Array
-    start_a: Int32Array
-    stop_a: Int32Array
-    placed_a: FloatArray
-    boxes_b: FloatArray
-    child_b: Int32Array
-    start_b: Int32Array
-    stop_b: Int32Array
-    placed_b: FloatArray
+    search: Search
     motion: float
     margin: float
     chord: float
-    items: Items
-    state: IntArray
-    poses: FloatArray
-    corners: FloatArray
-    work: IntArray
 
 
 @hot_kernel
 def boxes_may_meet(interval: Interval, a: int, b: int, lanes: int) -> int:
     """The lane, unless the boxes of two nodes certainly stay apart."""
     always_inlined()
-    before, after, box_a, box_b = interval.poses[0], interval.poses[1], interval.boxes_a[a], interval.boxes_b[b]
-    interval.work[BOX_TESTS] += 1
+    search = interval.search
+    box_a, box_b = memory_from(search.tree_a.boxes, 16 * a), memory_from(search.tree_b.boxes, 16 * b)
+    search.work[BOX_TESTS] += 1
+    before, after = pose_of(search, 0), pose_of(search, 1)
     return 0 if boxes_stay_separated(box_a, box_b, before, after, interval.chord, interval.margin) else lanes
 
 
@@ -170,8 +195,9 @@ def boxes_may_meet(interval: Interval, a: int, b: int, lanes: int) -> int:
 def larger_opened(interval: Interval, a: int, b: int) -> tuple[int, int]:
     """The larger of two nodes opens; a leaf does not, nor do boxes that something outruns."""
     always_inlined()
-    child_a, child_b = interval.child_a[a], interval.child_b[b]
-    size_a, size_b = interval.boxes_a[a, 15], interval.boxes_b[b, 15]
+    tree_a, tree_b = interval.search.tree_a, interval.search.tree_b
+    child_a, child_b = tree_a.child[a], tree_b.child[b]
+    size_a, size_b = tree_a.boxes[16 * a + 15], tree_b.boxes[16 * b + 15]
     if (child_a < 0 and child_b < 0) or interval.motion > size_a + size_b:
         return CLOSED, CLOSED
     if child_b < 0 or (child_a >= 0 and size_a > size_b):
@@ -186,66 +212,50 @@ def keep_nodes(interval: Interval, a: int, b: int, lanes: int) -> int:
     Where something moves further than the boxes are large, the pair of boxes is kept for a shorter interval instead.
     """
     always_inlined()
-    items, poses, corners, end = interval.items, interval.poses, interval.corners, interval.state[END]
-    if interval.motion > interval.boxes_a[a, 15] + interval.boxes_b[b, 15]:
-        end = keep_item(items, end, BOXES, a, b)
+    search = interval.search
+    tree_a, tree_b, end = search.tree_a, search.tree_b, search.state[END]
+    if interval.motion > tree_a.boxes[16 * a + 15] + tree_b.boxes[16 * b + 15]:
+        end = keep_item(search, end, BOXES, a, b)
     else:
-        for i in range(interval.start_a[a], interval.stop_a[a]):
-            for j in range(interval.start_b[b], interval.stop_b[b]):
+        for i in range(tree_a.start[a], tree_a.stop[a]):
+            for j in range(tree_b.start[b], tree_b.stop[b]):
                 if end < 0:
                     break
-                interval.work[FACE_TESTS] += 1
-                if not face_pair_separated(interval.placed_a, i, interval.placed_b, j, interval.margin, poses, corners):
-                    end = keep_item(items, end, FACES, i, j)
-    interval.state[END] = end
+                search.work[FACE_TESTS] += 1
+                if not face_pair_separated(search, i, j, interval.margin):
+                    end = keep_item(search, end, FACES, i, j)
+    search.state[END] = end
     return lanes if end < 0 else 0
 
 
 @hot_kernel
-def nodes_left(
-    tree_a: BoxTree,
-    tree_b: BoxTree,
-    motion: float,
-    margin: float,
-    chord: float,
-    room: Scratch,
-    a: int,
-    b: int,
-    end: int,
-) -> int:
+def nodes_left(search: Search, motion: float, margin: float, chord: float, a: int, b: int, end: int) -> int:
     """Append what may meet at or below two nodes; returns the new end of the items, -1 if too many.
 
     ``motion``, ``margin``, ``chord``: of an ``Interval`` between the first two poses of the room.
     """
     never_inlined()
-    side_a = tree_a.boxes, tree_a.child, tree_a.start, tree_a.stop, tree_a.placed
-    side_b = tree_b.boxes, tree_b.child, tree_b.start, tree_b.stop, tree_b.placed
-    items, states, poses, corners, work = room.items, room.state, room.poses, room.corners, room.work
-    interval = Interval(*side_a, *side_b, motion, margin, chord, items, states, poses, corners, work)
-    pairs, state = integers_of(room.stack), integers_of(states)
-    state[END] = end
-    start_at(a, b, 1, pairs, state)
-    descend(interval, pairs, state, boxes_may_meet, larger_opened, keep_nodes, SECOND)
-    return state[END]
+    search.state[END] = end
+    start_at(a, b, 1, search.stack, search.state)
+    interval = Interval(search, motion, margin, chord)
+    descend(interval, search.stack, search.state, boxes_may_meet, larger_opened, keep_nodes, SECOND)
+    return search.state[END]
 
 
 @hot_kernel
-def items_left(
-    tree_a: BoxTree, tree_b: BoxTree, first: int, after: int, motion: float, margin: float, room: Scratch
-) -> int:
+def items_left(search: Search, first: int, after: int, motion: float, margin: float) -> int:
     """Append what of the items ``first`` to ``after`` may meet in the part; new end or -1."""
     never_inlined()
-    items, end = room.items, after
-    chord = angle_between(room.poses[0], room.poses[1])
+    items, end = search.items, after
+    chord = angle_between(pose_of(search, 0), pose_of(search, 1))
     for k in range(first, after):
-        a, b = int(items[k, 1]), int(items[k, 2])
-        if items[k, 0] == BOXES:
-            end = nodes_left(tree_a, tree_b, motion, margin, chord, room, a, b, end)
+        a, b = int(items[3 * k + 1]), int(items[3 * k + 2])
+        if items[3 * k] == BOXES:
+            end = nodes_left(search, motion, margin, chord, a, b, end)
         else:
-            room.work[FACE_TESTS] += 1
-            placed_a, placed_b = tree_a.placed, tree_b.placed
-            if not face_pair_separated(placed_a, a, placed_b, b, margin, room.poses, room.corners):
-                end = keep_item(items, end, FACES, a, b)
+            search.work[FACE_TESTS] += 1
+            if not face_pair_separated(search, a, b, margin):
+                end = keep_item(search, end, FACES, a, b)
         if end < 0:
             return end
     return end
@@ -253,98 +263,80 @@ def items_left(
 
 @hot_kernel
 def first_meeting(
-    tree_a: BoxTree,
-    leg_a: FloatArray,
-    tree_b: BoxTree,
-    leg_b: FloatArray,
-    start: float,
-    stop: float,
-    first: int,
-    end: int,
-    room: Scratch,
+    search: Search, leg_a: Memory, leg_b: Memory, start: float, stop: float, first: int, end: int
 ) -> float:
     """When faces of an item meet in a part that is not halved, asked in its middle and at its end; -1.0: at neither.
 
     Faces whose exponents lie too far apart for exact sums do not count as meeting.
     """
     never_inlined()
+    items, pair = search.items, search.pair
+    pose_a, pose_b = pose_of(search, 2), pose_of(search, 3)
     for fraction in (0.5 * (start + stop), stop):
-        pose_at(leg_a, fraction, room.poses[2])
-        pose_at(leg_b, fraction, room.poses[3])
+        pose_at(leg_a, fraction, pose_a)
+        pose_at(leg_b, fraction, pose_b)
         for k in range(first, end):
-            room.work[MEETING_TESTS] += 1
-            load_corners(tree_a.placed, int(room.items[k, 1]), room.poses[2], room.pair, 0)
-            load_corners(tree_b.placed, int(room.items[k, 2]), room.poses[3], room.pair, 9)
-            if placed_pair_meets(room.pair, room.digits) == 1:
-                room.impacts[2], room.impacts[3] = room.items[k, 1], room.items[k, 2]
+            search.work[MEETING_TESTS] += 1
+            load_corners(search.tree_a.placed, items[3 * k + 1], pose_a, pair, 0)
+            load_corners(search.tree_b.placed, items[3 * k + 2], pose_b, pair, 9)
+            if pair_meets(pair, search.digits) == 1:
+                search.impacts[2], search.impacts[3] = items[3 * k + 1], items[3 * k + 2]
                 return fraction
     return -1.0
 
 
 @hot_kernel
-def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Scratch) -> None:
-    """A seen from B at both ends of a part, to the first two rows of ``room.poses``."""
+def place_ends(search: Search, leg_a: Memory, leg_b: Memory, start: float, stop: float) -> None:
+    """A seen from B at both ends of a part, to the first two poses."""
+    pose_a, pose_b = pose_of(search, 4), pose_of(search, 5)
     for k, fraction in enumerate((start, stop)):
-        pose_at(leg_a, fraction, room.poses[4])
-        pose_at(leg_b, fraction, room.poses[5])
-        relative_row(room.poses[5], room.poses[4], room.poses[k])
+        pose_at(leg_a, fraction, pose_a)
+        pose_at(leg_b, fraction, pose_b)
+        relative_row(pose_b, pose_a, pose_of(search, k))
 
 
 @hot_kernel
-def keep_interval(room: Scratch, depth: int, start: float, stop: float, first: int, after: int) -> int:
+def keep_interval(search: Search, depth: int, start: float, stop: float, first: int, after: int) -> int:
     """Put a part with items ``first`` to ``after`` on the stack; its new depth."""
-    room.intervals[depth, 0], room.intervals[depth, 1] = start, stop
-    room.spans[depth, 0], room.spans[depth, 1] = first, after
+    search.intervals[2 * depth], search.intervals[2 * depth + 1] = start, stop
+    search.spans[2 * depth], search.spans[2 * depth + 1] = first, after
     return depth + 1
 
 
 @hot_kernel
-def first_contact(
-    tree_a: BoxTree,
-    leg_a: FloatArray,
-    tree_b: BoxTree,
-    leg_b: FloatArray,
-    bounds: FloatArray,
-    tolerance: float,
-    effort: int,
-    room: Scratch,
-) -> int:
-    """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.impacts``.
+def first_contact(search: Search, leg_a: Memory, leg_b: Memory, bounds: Memory, tolerance: float, effort: int) -> int:
+    """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``impacts``.
 
     Parts in which something moves further than ``tolerance``, metres, are always halved; ``effort``: box and face tests
     spent on the others. ``bounds`` (4,). A contact at the very start is not looked for: who asks knows it.
     """
     never_inlined()
-    items, impacts = room.items, room.impacts
-    depth = keep_interval(room, 0, 0.0, 1.0, 0, keep_item(items, 0, BOXES, 0, 0))
+    impacts, work = search.impacts, search.work
+    depth = keep_interval(search, 0, 0.0, 1.0, 0, keep_item(search, 0, BOXES, 0, 0))
     state, spent = FREE, 0
     while depth > 0:
         depth -= 1
-        start, stop, first, after = (
-            room.intervals[depth, 0],
-            room.intervals[depth, 1],
-            room.spans[depth, 0],
-            room.spans[depth, 1],
-        )
+        start, stop = search.intervals[2 * depth], search.intervals[2 * depth + 1]
+        first, after = search.spans[2 * depth], search.spans[2 * depth + 1]
         width = stop - start
         motion = bounds[SPEED] * width
         slow = motion <= tolerance
         last = width <= bounds[SHORTEST] or (slow and spent > effort)
-        room.work[INTERVALS] += 1
-        place_ends(leg_a, leg_b, start, stop, room)
-        before = room.work[BOX_TESTS] + room.work[FACE_TESTS]
+        work[INTERVALS] += 1
+        place_ends(search, leg_a, leg_b, start, stop)
+        before = work[BOX_TESTS] + work[FACE_TESTS]
         margin = bounds[PAD] + 0.125 * width * width * bounds[ACCELERATION]
-        end = items_left(tree_a, tree_b, first, after, 0.0 if last else motion, margin, room)
+        end = items_left(search, first, after, 0.0 if last else motion, margin)
         if slow:
-            spent += room.work[BOX_TESTS] + room.work[FACE_TESTS] - before
+            spent += work[BOX_TESTS] + work[FACE_TESTS] - before
         if end == after:
             continue
         if end >= 0 and not last:
             middle = 0.5 * (start + stop)
-            depth = keep_interval(room, depth, middle, stop, after, end)
-            depth = keep_interval(room, depth, start, middle, after, end)
+            depth = keep_interval(search, depth, middle, stop, after, end)
+            depth = keep_interval(search, depth, start, middle, after, end)
             continue
-        fraction = first_meeting(tree_a, leg_a, tree_b, leg_b, start, stop, after, end, room) if end >= 0 else -1.0
+        fraction = first_meeting(search, leg_a, leg_b, start, stop, after, end) if end >= 0 else -1.0
         if state == FREE:
             impacts[0] = start
         if fraction >= 0.0:
@@ -352,29 +344,30 @@ def first_contact(
             return HIT
         impacts[1] = stop
         if end >= 0:
-            impacts[2], impacts[3] = items[after, 1], items[after, 2]
+            impacts[2], impacts[3] = search.items[3 * after + 1], search.items[3 * after + 2]
         state = max(state, TOO_CLOSE if width <= bounds[SHORTEST] else TOO_LONG)
     return state
 
 
 @kernel
 def search_legs(
-    tree_a: BoxTree,
+    search_row: IntArray,
     legs_a: FloatArray,
-    tree_b: BoxTree,
     legs_b: FloatArray,
     bounds: FloatArray,
     tolerance: float,
     effort: int,
-    room: Scratch,
     states: ByteArray,
     impacts: FloatArray,
 ) -> None:
     """Fill ``states`` (K,) and ``impacts`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs
-    with their ``bounds`` (K, 4).
+    (K, 28) with their ``bounds`` (K, 4).
     """
+    search = search_at(integers_of(search_row), 0)
+    rows_a, rows_b, bounds_rows = doubles_of(legs_a), doubles_of(legs_b), doubles_of(bounds)
     for k in range(len(bounds)):
-        states[k] = first_contact(tree_a, legs_a[k], tree_b, legs_b[k], bounds[k], tolerance, effort, room)
+        leg_a, leg_b = memory_from(rows_a, LEG_WIDTH * k), memory_from(rows_b, LEG_WIDTH * k)
+        states[k] = first_contact(search, leg_a, leg_b, memory_from(bounds_rows, 4 * k), tolerance, effort)
         if states[k] != FREE:
             for number in range(4):
-                impacts[k, number] = room.impacts[number]
+                impacts[k, number] = search.impacts[number]

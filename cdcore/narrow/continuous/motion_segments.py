@@ -19,12 +19,16 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, never_inlined
+from cdcore.kernels.memory import Memory
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
 from cdcore.numerics import FloatArray, IntArray
 
 ANGLE: Final = 27
 """Where the angle stands in a leg, radians: rotation 9 and place 3 at the start, the same at the end, axis (body frame)
 3, angle."""
+
+LEG_WIDTH: Final = ANGLE + 1
+"""Doubles of a leg."""
 
 LEG_ULPS: Final = 512.0
 """Twice what a pose between the ends may be off, in 2^-53 of the size: the axis and the angle from two rotations 24
@@ -81,7 +85,7 @@ def _length(vectors: FloatArray) -> FloatArray:
 
 
 @hot_kernel
-def pose_at(leg: FloatArray, fraction: float, pose: FloatArray) -> None:
+def pose_at(leg: Memory, fraction: float, pose: Memory) -> None:
     """Rotation 9 and place 3 at a share 0 to 1 of the leg, to ``pose`` (12,)."""
     never_inlined()
     if fraction <= 0.0 or fraction >= 1.0:

@@ -99,14 +99,15 @@ class SegmentStage:
             # Each leg is seen from the body that turns less.
             a_moves, searched, room = angles[0] >= angles[1], states[rows] == FREE, make_room(*trees)
             for a, b, chosen in ((0, 1, searched & a_moves), (1, 0, searched & ~a_moves)):
+                if not chosen.any():
+                    continue
                 chosen_rows, legs_a, legs_b = rows[chosen], legs[a][:, chosen], legs[b][:, chosen]
                 shortest = np.minimum(1.0, SHORTEST / steps[chosen_rows])
                 bounds = np.column_stack([*leg_bounds(legs_a, trees[a].reach, legs_b), pads[chosen], shortest])
                 answers, impacts = states[chosen_rows], np.tile([0.0, 1.0, 0.0, 0.0], (len(chosen_rows), 1))
                 rows_a, rows_b = np.ascontiguousarray(legs_a.T), np.ascontiguousarray(legs_b.T)
-                search_legs(
-                    trees[a], rows_a, trees[b], rows_b, bounds, self._tolerance, self._effort, room, answers, impacts
-                )
+                row = room.search_row(trees[a], trees[b])
+                search_legs(row, rows_a, rows_b, bounds, self._tolerance, self._effort, answers, impacts)
                 states[chosen_rows], fractions[chosen_rows], hit = answers, impacts[:, :2], answers == HIT
                 for side, meeting in ((a, impacts[hit, 2]), (b, impacts[hit, 3])):
                     faces[chosen_rows[hit], side] = trees[side].faces[meeting.astype(np.int64)]

@@ -16,6 +16,7 @@ import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
+from cdcore.kernels.memory import Memory
 from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, rotated_vector, vector_at
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.poses import place_points
@@ -87,7 +88,7 @@ def _least_distance(translations: FloatArray) -> FloatArray:
 
 
 @hot_kernel
-def separates(c: FloatArray, direction: Vector, margin: float) -> bool:
+def separates(c: Memory, direction: Vector, margin: float) -> bool:
     """Whether the direction keeps the corners ``c`` (27,) apart by more than ``margin`` at both ends.
 
     Compared as squares, so that no direction need be divided by its length; where a square underflows, the answer is
@@ -117,7 +118,7 @@ def edges_of(corners: Three) -> Three:
 
 
 @hot_kernel
-def faces_stay_separated(c: FloatArray, margin: float) -> bool:
+def faces_stay_separated(c: Memory, margin: float) -> bool:
     """Whether the faces with corners ``c`` (27,) are certainly apart all the way.
 
     Directions are those of the middle of the way: both planes, pairs of edges, the nearest points of edges.
@@ -139,7 +140,7 @@ def faces_stay_separated(c: FloatArray, margin: float) -> bool:
 
 
 @hot_kernel
-def direction_halfway(c: FloatArray, k: int) -> Vector:
+def direction_halfway(c: Memory, k: int) -> Vector:
     """The corner ``c[k:k + 3]`` of A in the middle of its way."""
     always_inlined()
     return 0.5 * (c[k] + c[9 + k]), 0.5 * (c[k + 1] + c[10 + k]), 0.5 * (c[k + 2] + c[11 + k])
@@ -172,7 +173,7 @@ def direction_between_edges(corners_a: Three, edges_a: Three, corners_b: Three, 
 
 
 @hot_kernel
-def axis_of(box: FloatArray, n: int) -> Vector:
+def axis_of(box: Memory, n: int) -> Vector:
     """An axis of a node box (16,), in its body's frame."""
     always_inlined()
     return box[3 + n], box[6 + n], box[9 + n]
@@ -180,7 +181,7 @@ def axis_of(box: FloatArray, n: int) -> Vector:
 
 @hot_kernel
 def boxes_stay_separated(
-    box_a: FloatArray, box_b: FloatArray, before: FloatArray, after: FloatArray, chord: float, margin: float
+    box_a: Memory, box_b: Memory, before: Memory, after: Memory, chord: float, margin: float
 ) -> bool:
     """Whether node boxes (16,) of A and B are certainly apart while A goes from pose ``before`` to ``after`` (12,).
 
@@ -221,7 +222,7 @@ def separated_along(axis: Vector, reach: float, first: Vector, last: Vector) -> 
 
 
 @hot_kernel
-def angle_between(before: FloatArray, after: FloatArray) -> float:
+def angle_between(before: Memory, after: Memory) -> float:
     """Bound of the norm of the difference of two rotations (first 9 of each): the Frobenius norm, rounded up."""
     total = 0.0
     for k in range(9):

@@ -10,7 +10,7 @@ from support.shapes import box_mesh, merge_meshes, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces
 from cdcore.narrow.bvh.box_tree import build_box_trees
-from cdcore.narrow.continuous.clearance import certainly_separated
+from cdcore.narrow.continuous.clearance import ClearanceSearch
 from cdcore.narrow.margins import can_be_separated, overlap_bounds, shell_vectors, triangle_margins, unit
 from replay.studies.stress.families import FAMILIES
 
@@ -90,7 +90,7 @@ def keep_separate(first, second, reach):
     """Whether two triangles that stand unmoved certainly keep each of some distances."""
     trees = build_box_trees([np.array([corners], dtype=float) for corners in (first, second)])
     pose = np.tile(np.eye(3), (len(reach), 1, 1)), np.zeros((len(reach), 3))
-    return certainly_separated(trees, pose, pose, reach).tolist()
+    return ClearanceSearch(*trees).separated(pose, pose, reach).tolist()
 
 
 def test_gap_is_exact_for_every_kind_of_nearest_feature():

@@ -130,7 +130,8 @@ def searched(leg, bounds, tolerance, effort, room):
     """State of one leg of the ball, by the kernel of the stage: another one would compile for seconds."""
     moving, resting = (np.ascontiguousarray(poses.T) for poses in (leg, REST))
     states, impacts = np.full(1, FREE, dtype=np.uint8), np.zeros((1, 4))
-    search_legs(BALL, moving, PLATE, resting, np.array([bounds]), tolerance, effort, room, states, impacts)
+    row = room.search_row(BALL, PLATE)
+    search_legs(row, moving, resting, np.array([bounds]), tolerance, effort, states, impacts)
     return states[0]
 
 
