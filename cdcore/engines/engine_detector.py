@@ -86,7 +86,7 @@ class EngineDetector(PairDetector[SettingsT]):
         self._refused: BoolArray = np.zeros(len(pairs), dtype=np.bool_)
         if not self.meshes_meet:
             self._refused |= meshes[self._columns].all(axis=1)
-        self._world = self.World(self._solids, self._columns, settings)
+        self.world = self.World(self._solids, self._columns, settings)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the engine lists the pair there; ``None``: not supported."""
@@ -105,7 +105,7 @@ class EngineDetector(PairDetector[SettingsT]):
         # A pose that is not valid may hold anything.
         rotations = np.where(valid[:, None, None], motion.rotations[frame, self._order], np.eye(3))
         translations = np.where(valid[:, None], motion.translations[frame, self._order], 0.0)
-        touching = self._world.touching(*engine_poses(self._solids, rotations, translations), valid)
+        touching = self.world.touching(*engine_poses(self._solids, rotations, translations), valid)
         hits = np.zeros((len(valid), len(valid)), dtype=np.bool_)
         lower, upper = np.sort(np.reshape(touching, (-1, 2)).astype(np.int64), axis=1).T
         hits[lower, upper] = True

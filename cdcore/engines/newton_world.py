@@ -47,9 +47,9 @@ class NewtonWorld:
             import warp
         self._engine, self._warp = newton, warp
         self._pairs = pairs.astype(np.int32)
-        self._contact_room = max(LEAST_ROOM, CONTACTS_PER_PAIR * len(pairs))
-        self._triangle_room = TRIANGLE_PAIRS
-        with _reporting_compilation(warp), mesh_may_be_refused("Newton", ValueError):
+        self.contact_room = max(LEAST_ROOM, CONTACTS_PER_PAIR * len(pairs))
+        self.triangle_room = TRIANGLE_PAIRS
+        with reporting_compilation(warp), mesh_may_be_refused("Newton", ValueError):
             builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
             config = newton.ModelBuilder.ShapeConfig(gap=settings.gap_m, margin=0.0, density=0.0)
             for solid in solids:
@@ -80,8 +80,8 @@ class NewtonWorld:
             self._model,
             broad_phase="explicit",
             shape_pairs_filtered=self._warp.array(self._pairs, dtype=self._warp.vec2i, device="cpu"),
-            rigid_contact_max=self._contact_room,
-            max_triangle_pairs=self._triangle_room,
+            rigid_contact_max=self.contact_room,
+            max_triangle_pairs=self.triangle_room,
             verify_buffers=False,  # it prints, which nobody reads; ``_has_overflowed`` compares the same counters
         )
         self._contacts = self._pipeline.contacts()
@@ -94,13 +94,13 @@ class NewtonWorld:
         reducer = narrow.global_contact_reducer
         dropped = reducer is not None and _count(reducer.ht_insert_failures) + _count(reducer.buffer_overflows) > 0
         # A full list is too small as well: Newton does not count the contacts of hulls that it drops.
-        contacts_fit = contacts < self._contact_room
-        triangles_fit = triangles <= self._triangle_room and not dropped
+        contacts_fit = contacts < self.contact_room
+        triangles_fit = triangles <= self.triangle_room and not dropped
         if not contacts_fit:
-            self._contact_room = max(2 * self._contact_room, contacts)
+            self.contact_room = max(2 * self.contact_room, contacts)
         if not triangles_fit:
-            self._triangle_room = max(2 * self._triangle_room, triangles)
-        if max(self._contact_room, self._triangle_room) > LARGEST_ROOM:
+            self.triangle_room = max(2 * self.triangle_room, triangles)
+        if max(self.contact_room, self.triangle_room) > LARGEST_ROOM:
             raise InvalidMeshError(
                 f"Newton has no room for the contacts of these meshes, more than {LARGEST_ROOM:,} in one frame; "
                 "give it simpler meshes, or hulls"
@@ -125,7 +125,7 @@ def _add(engine: Any, builder: Any, solid: EngineSolid, config: Any) -> None:
 
 
 @contextmanager
-def _reporting_compilation(warp: Any) -> Iterator[None]:
+def reporting_compilation(warp: Any) -> Iterator[None]:
     """Warp logs nothing in this context; each kernel that it compiles is reported to ``compiling_reported``.
 
     MissingEngineError where it can write its kernels nowhere.

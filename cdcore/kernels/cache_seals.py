@@ -80,7 +80,7 @@ class KernelCache:
 
         False: damaged files are left, since the folder cannot be changed.
         """
-        _remove_outdated(self.folder)
+        remove_outdated(self.folder)
         try:
             if self._seal_of_content() != self._written_seal():
                 for file in self._files("nb?"):
@@ -154,7 +154,7 @@ def _identity(folder: Path) -> str:
 
 
 @cache
-def _remove_outdated(folder: Path) -> None:
+def remove_outdated(folder: Path) -> None:
     """Remove what earlier sources, or another numba, left in a folder."""
     with suppress(OSError):
         for seal in folder.glob(f"*{PYTHON}*{SEAL}"):

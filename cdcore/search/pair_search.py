@@ -102,18 +102,18 @@ class PairSearch:
 
     def __init__(self, first: Features, second: Features, names: tuple[str, str], settings: SearchSettings) -> None:
         self.first, self.second, self.names, self.settings = first, second, names, settings
-        self._states = records(np.zeros(2, dtype=SEARCH_RECORD))
-        self._state, self._fresh = self._states
+        self.states = records(np.zeros(2, dtype=SEARCH_RECORD))
+        self.state, self._fresh = self.states
         self._key = np.uint64(key_of(settings.seed, "qaco", *sorted(names)) % 2**64)
         # Views of the record: to ask it for a field takes longer than to write one.
         self.relative: FloatArray = self._fresh["relative"]
         """(13,) pose of the first body as the second sees it: rotation by rows, translation, largest coordinate."""
         self._placed = self._fresh["world_a"], self._fresh["world_b"]
-        self._result = self._states[list(ANSWER)][:1]
-        self._swarm = records(np.zeros(settings.ants, dtype=ANT))
+        self._result = self.states[list(ANSWER)][:1]
+        self.swarm = records(np.zeros(settings.ants, dtype=ANT))
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
         self._contacts = np.zeros((256, 2), dtype=np.int64)
-        self._faces = Faces(
+        self.faces = Faces(
             first.pick, second.pick, first.rows, second.rows, first.near_picked, second.near_picked, self._table
         )
         self._set_constants()
@@ -137,7 +137,7 @@ class PairSearch:
 
     def set_poses(self, pose_a: Pose, pose_b: Pose) -> None:
         """Take new poses, for the search that begins next."""
-        take_poses(*pose_a, *pose_b, self._states)
+        take_poses(*pose_a, *pose_b, self.states)
 
     def pose_bits(self) -> bytes:
         """The poses taken last, every bit of them."""
@@ -151,16 +151,16 @@ class PairSearch:
 
     def search_further(self) -> SearchResult:
         """Search on from a hit for one outside the contacts so far, within the same budget; counts go on too."""
-        self._state["hit_a"] = -1
-        self._state["quiet"] = 0
-        return self._search(SEARCH_ON, NO_PAIR, int(self._state["budget"]))
+        self.state["hit_a"] = -1
+        self.state["quiet"] = 0
+        return self._search(SEARCH_ON, NO_PAIR, int(self.state["budget"]))
 
     def curve(self, seeds: IntArray) -> IntArray:
         """Every pair that meets and hangs together with the hit or with a seed that still meets, (k, 2), sorted.
 
         Pairs found by an earlier call at these poses are kept. ``seeds`` (n, 2): indices, of the frame before.
         """
-        state = self._state
+        state = self.state
         if state["undecided"]:
             state["by_corners"] = 1
         if state["hit_a"] >= 0:
@@ -168,9 +168,9 @@ class PairSearch:
         # All faces with their neighbours on the mesh, whatever is sampled.
         near_a, near_b, links = self.first.near, self.second.near, (self.first.links, self.second.links)
         while True:
-            faces = self._faces._replace(near_a=near_a, near_b=near_b)
+            faces = self.faces._replace(near_a=near_a, near_b=near_b)
             # read-only whoever gave them: else the kernel would be compiled for both kinds
-            outcome = flood(readonly(seeds[:]), self._contacts, links, faces, self._states)
+            outcome = flood(readonly(seeds[:]), self._contacts, links, faces, self.states)
             if outcome == DONE:
                 break
             if outcome == FULL:
@@ -183,7 +183,7 @@ class PairSearch:
     @property
     def flood_tests(self) -> int:
         """Triangle tests of the flood fill at these poses."""
-        return int(self._state["flood_tests"])
+        return int(self.state["flood_tests"])
 
     def _set_constants(self) -> None:
         """The numbers of the settings, and the counters of a search that has not begun."""
@@ -216,10 +216,10 @@ class PairSearch:
         if task == SEARCH_ON:
             return False
         self._run(task, NO_PAIR, 0)
-        state, first, second = self._state, self.first.pick, self.second.pick
+        state, first, second = self.state, self.first.pick, self.second.pick
 
         def evaluate(i: int, j: int) -> float:
-            distance = follow(int(first[i]), int(second[j]), self._faces, self._states)
+            distance = follow(int(first[i]), int(second[j]), self.faces, self.states)
             if self._resolve() or state["evaluations"] >= budget:
                 raise SearchOverError
             return distance
@@ -236,7 +236,7 @@ class PairSearch:
     def _run(self, task: int, start: Pair, budget: int) -> None:
         """Serve the kernel with what it asks for until it has a hit or its budget is spent."""
         while True:
-            outcome = advance(task, *start, budget, self._swarm, self._faces, self._states)
+            outcome = advance(task, *start, budget, self.swarm, self.faces, self.states)
             if outcome == FULL:
                 self._grow()
             elif outcome != UNSURE or self._resolve():
@@ -245,7 +245,7 @@ class PairSearch:
 
     def _resolve(self) -> bool:
         """Ask the exact predicate about the pairs left open; whether there is a hit now."""
-        meeting, state = self._ask_open(), self._state
+        meeting, state = self._ask_open(), self.state
         if len(meeting) and state["hit_a"] < 0:
             state["hit_a"], state["hit_b"] = meeting[0]
             meeting = meeting[1:]
@@ -255,26 +255,26 @@ class PairSearch:
 
     def _ask_open(self) -> IntArray:
         """Pairs left open that meet, (k, 2); none is open after this."""
-        keys = self._state["open_keys"][: self._state["open"]].copy()
-        self._state["open"] = 0
+        keys = self.state["open_keys"][: self.state["open"]].copy()
+        self.state["open"] = 0
         if not len(keys):
             return np.zeros((0, 2), dtype=np.int64)
         pairs = np.stack(np.divmod(keys, len(self.second)), axis=1)
-        return meeting_pairs(self.first, self.second, self._state, pairs)
+        return meeting_pairs(self.first, self.second, self.state, pairs)
 
     def _add(self, pairs: IntArray) -> None:
         """Put pairs that meet where the flood fill starts from."""
-        before = int(self._state["contact_count"])
+        before = int(self.state["contact_count"])
         after = before + len(pairs)
         while after > len(self._contacts):
             self._contacts = np.concatenate([self._contacts, np.zeros_like(self._contacts)])
         self._contacts[before:after] = pairs
-        self._state["contact_count"] = after
+        self.state["contact_count"] = after
 
     def _grow(self) -> None:
         larger = np.zeros((2 * len(self._table), 2), dtype=np.int64)
-        grow_table(self._table, larger, self._states)
-        self._table, self._faces = larger, self._faces._replace(table=larger)
+        grow_table(self._table, larger, self.states)
+        self._table, self.faces = larger, self.faces._replace(table=larger)
 
 
 @kernel

@@ -142,7 +142,7 @@ class Ladder:
     """Pieces of one mesh, from its hull to at most so many; ``reason`` is why it is not cut, ``""`` where it is."""
 
     def __init__(self, mesh: TriangleMesh, deadline: Deadline, most_pieces: int | None = None) -> None:
-        self.mesh, self._deadline = mesh, deadline
+        self.mesh, self.deadline = mesh, deadline
         self.reason = why_not_cut(mesh)
         hull = hull_collider(mesh)
         is_convex = not self.reason and abs(volume_of(mesh)) >= SOLID_HULL_FRACTION * volume_of(hull)
@@ -225,7 +225,7 @@ class Ladder:
         if step in self._unlimited:
             self._made[step] = [within_triangles(piece) for piece in self._unlimited.pop(step)]
         elif step not in self._made:
-            watch, cut = self._deadline.check if step else None, self.cut(step)
+            watch, cut = self.deadline.check if step else None, self.cut(step)
             assert isinstance(cut, Cut)  # pieces that no cut gives are kept
             self._made[step] = convex_pieces(cut, watch)
         return self._made[step]
@@ -258,7 +258,7 @@ class ColliderSearch:
         limits: Limits,
         deadline: Deadline,
     ) -> None:
-        self.time_up, self._deadline, self._limits = False, deadline, limits
+        self.time_up, self.deadline, self._limits = False, deadline, limits
         self._assembly, self._scoring, self._rate = assembly, scoring, dict(rate_setting)
         by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
         ladders = {content_hash: Ladder(mesh, deadline, limits.pieces) for content_hash, mesh in by_mesh.items()}
@@ -276,8 +276,8 @@ class ColliderSearch:
         cuts = [Cut(ladder.mesh, ladder.method, count) for ladder in ladders for count in ladder.counts[1:]]
         # The middle numbers of pieces first: they are the ones that are shipped most often.
         cuts.sort(key=lambda cut: abs(cut.most - 12))
-        time_limit = max(0.0, self._deadline.left(CUTTING_TIME_FRACTION))
-        not_cut_by_key = cut_ahead(cuts, self._deadline.report, time_limit)
+        time_limit = max(0.0, self.deadline.left(CUTTING_TIME_FRACTION))
+        not_cut_by_key = cut_ahead(cuts, self.deadline.report, time_limit)
         for ladder in ladders:
             ladder.keep_cut_steps(not_cut_by_key)
         self.time_up = any(not_cut.late for not_cut in not_cut_by_key.values())
@@ -294,13 +294,13 @@ class ColliderSearch:
                 "take a session in which bodies touch or are put into each other"
             )
         # The first detection of a machine compiles for seconds to minutes: a search would find nothing in what is left.
-        self._deadline.begin()
+        self.deadline.begin()
         try:
             if not self._is_enough(hulls):
                 self._cut_ahead(hulls.false_frames)
                 self._add_pieces()
-                self._descend()
-                self._join_by_motion(hulls)
+                self.descend()
+                self.join_by_motion(hulls)
                 self._try_other_methods()
         except TimeUpError:
             self.time_up = True
@@ -329,10 +329,10 @@ class ColliderSearch:
     def cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
         """Cut what there is time for; a cut that takes longer than the time left is not begun."""
         # Pieces that are kept take no time, and are there when it is used up.
-        remaining_seconds = max(0.0, self._deadline.left(TRIAL_TIME_FRACTION))
+        remaining_seconds = max(0.0, self.deadline.left(TRIAL_TIME_FRACTION))
         not_cut_by_key = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > remaining_seconds}
         cuts_in_time = [cut for cut in cuts if cut.key not in not_cut_by_key]
-        return not_cut_by_key | cut_ahead(cuts_in_time, self._deadline.report, remaining_seconds)
+        return not_cut_by_key | cut_ahead(cuts_in_time, self.deadline.report, remaining_seconds)
 
     def _is_enough(self, tried: Tried) -> bool:
         """Whether a choice keeps to the limits."""
@@ -357,7 +357,7 @@ class ColliderSearch:
                 continue
             tried, self.steps = best_choice
 
-    def _descend(self) -> None:
+    def descend(self) -> None:
         """Take fewer pieces of each body where that costs nothing, the body of most pieces first."""
         current_choice = self._measure(self.steps)
         for name in sorted(self.steps, key=lambda body: -len(self.ladders[body].pieces(self.steps[body]))):
@@ -392,7 +392,7 @@ class ColliderSearch:
                     steps = {**self.steps, name: ladder.add_step(cut)}
                     self.steps = min(self.steps, steps, key=self._merit)
 
-    def _join_by_motion(self, hulls: Tried) -> None:
+    def join_by_motion(self, hulls: Tried) -> None:
         """Take finest pieces, joined where the motion does not notice, in place of those of a body that are worse.
 
         The bodies with most false contact come first: their pieces may leave others nothing to do.
@@ -415,7 +415,7 @@ class ColliderSearch:
 
     def _joined_steps(self, name: str, cut: Cut) -> Iterator[int]:
         """Steps of a body with pieces joined by its motion: as many as it has now, or fewer where that is free."""
-        ladder, check_time = self.ladders[name], self._deadline.check
+        ladder, check_time = self.ladders[name], self.deadline.check
         steps_with_hull = {**self.steps, name: 0}
         assembly, detection = self._with_pieces(steps_with_hull), self._at_every_frame(steps_with_hull)
         false_contact = self._scoring.reference.compare(detection).outcome == Outcome.FALSE_CONTACT
@@ -470,7 +470,7 @@ class ColliderSearch:
         if step_key not in self._tried:
             # The hulls are counted whatever it takes: they are what is written where nothing else was tried in time.
             if self._tried:
-                self._deadline.check()
+                self.deadline.check()
             pieces, detection = self.pieces(steps), self._at_every_frame(steps)
             rate_hz = self._rate.get("rate_hz")
             comparison = self._scoring.reference.compare(sampled_at_rate(detection, rate_hz))

@@ -33,20 +33,20 @@ class ColliderVerdicts:
     def __init__(self, assembly: Assembly, skin_m: float = 0.0) -> None:
         self._assembly = assembly
         self._spec = DetectorSpec("colliders", "collider", {"shape": "shipped", "skin_m": skin_m})
-        self._kept: dict[tuple[int, TriangleMesh, TriangleMesh], ByteArray] = {}
+        self.verdict_by_key: dict[tuple[int, TriangleMesh, TriangleMesh], ByteArray] = {}
 
     def at_every_frame(self, colliders: Mapping[str, Solids]) -> Detection:
         """The detection of every frame; ``colliders``: name of a body -> its solids, for all bodies."""
         assembly = self._assembly
         surfaces = [colliders[name].surface for name in assembly.names]
         keys = [(column, surfaces[a], surfaces[b]) for column, (a, b) in enumerate(assembly.pairs.tolist())]
-        missing_columns = [column for column, key in enumerate(keys) if key not in self._kept]
+        missing_columns = [column for column, key in enumerate(keys) if key not in self.verdict_by_key]
         verdicts_of_key = {
             keys[column]: verdict for column, verdict in self._detect_columns(missing_columns, colliders).items()
         }
         verdict = np.empty((len(assembly.motion), len(keys)), dtype=np.uint8)
         for column, key in enumerate(keys):
-            verdict[:, column] = verdicts_of_key[key] if key in verdicts_of_key else self._kept[key]
+            verdict[:, column] = verdicts_of_key[key] if key in verdicts_of_key else self.verdict_by_key[key]
         self._keep(verdicts_of_key)
         return Detection("collider", assembly.names, assembly.pairs, assembly.motion.times, verdict)
 
@@ -61,10 +61,10 @@ class ColliderVerdicts:
 
     def _keep(self, verdicts_of_key: Mapping[tuple[int, TriangleMesh, TriangleMesh], ByteArray]) -> None:
         """Keep verdicts; of too many those that were kept first are dropped."""
-        self._kept.update(verdicts_of_key)
+        self.verdict_by_key.update(verdicts_of_key)
         most_kept = max(len(self._assembly.pairs), MOST_BYTES // max(1, len(self._assembly.motion)))
-        for key in list(self._kept)[: max(0, len(self._kept) - most_kept)]:
-            del self._kept[key]
+        for key in list(self.verdict_by_key)[: max(0, len(self.verdict_by_key) - most_kept)]:
+            del self.verdict_by_key[key]
 
 
 def sampled_at_rate(frame_by_frame: Detection, rate_hz: float | None, offset_s: float = 0.0) -> Detection:

@@ -127,7 +127,7 @@ def joined_by_motion(
     They have any number of triangles, as hulls do. ``check_time`` is called before each join; what it raises ends the
     joining.
     """
-    joins = _Joins(pieces, false_contacts)
+    joins = Joins(pieces, false_contacts)
     levels = {len(pieces): joins.pieces}
     while joins.join_next(check_time):
         levels[len(joins.pieces)] = joins.pieces
@@ -148,7 +148,7 @@ class _Join:
     was_tested: bool = False
 
 
-class _Joins:
+class Joins:
     """Pieces of a body, and the pairs of them that may be joined.
 
     The hull of two pieces touches what both touch. So most joins are never tested: another one adds no false contact
@@ -162,7 +162,7 @@ class _Joins:
         self._volumes = [volume_of(piece) for piece in pieces]
         self._touches = list(false_contacts.of(self._made))
         self._current = list(range(len(pieces)))
-        self._joins = self._joins_of([(a, b) for k, a in enumerate(self._current) for b in self._current[k + 1 :]])
+        self.candidates = self._joins_of([(a, b) for k, a in enumerate(self._current) for b in self._current[k + 1 :]])
 
     @property
     def pieces(self) -> list[TriangleMesh]:
@@ -174,17 +174,17 @@ class _Joins:
 
         False: no two can be joined. ``check_time`` is called before; what it raises is raised here.
         """
-        if not self._joins:
+        if not self.candidates:
             return False
         check_time()
-        join = self._best_join()
+        join = self.best_join()
         first, second = join.numbers
         new_number = len(self._made)
         self._made.append(join.hull)
         self._boxes.append(join.hull.bounds)
         self._volumes.append(volume_of(join.hull))
         self._touches.append(join.touches)
-        replaced_joins = [other for other in self._joins if set(other.numbers) & {first, second}]
+        replaced_joins = [other for other in self.candidates if set(other.numbers) & {first, second}]
         self._current = [other for other in self._current if other not in (first, second)]
         new_joins = self._joins_of([(other, new_number) for other in self._current])
         # The joined piece with a neighbour holds what each of both had held with it.
@@ -193,32 +193,34 @@ class _Joins:
             for other in replaced_joins:
                 if neighbour in other.numbers:
                     new_join.touches = new_join.touches | other.touches
-        self._joins = [other for other in self._joins if not set(other.numbers) & {first, second}] + new_joins
+        self.candidates = [other for other in self.candidates if not set(other.numbers) & {first, second}] + new_joins
         self._current.append(new_number)
         return True
 
-    def _best_join(self) -> _Join:
+    def best_join(self) -> _Join:
         """The join to be taken; joins are tested until no other one can be better."""
         touches = np.array(self._touches, dtype=np.int16)
-        first_numbers, second_numbers = np.array([join.numbers for join in self._joins]).T
+        first_numbers, second_numbers = np.array([join.numbers for join in self.candidates]).T
         other_touches = touches[self._current].sum(axis=0) - touches[first_numbers] - touches[second_numbers]
-        added_volumes = np.array([join.added for join in self._joins])
-        false_counts = ((other_touches + np.array([join.touches for join in self._joins])) > 0).sum(axis=1)
+        added_volumes = np.array([join.added for join in self.candidates])
+        false_counts = ((other_touches + np.array([join.touches for join in self.candidates])) > 0).sum(axis=1)
         while True:
             join_order = np.lexsort((added_volumes, false_counts)).tolist()
-            if self._joins[join_order[0]].was_tested:
-                return self._joins[join_order[0]]
-            untested_numbers = [number for number in join_order if not self._joins[number].was_tested][:PIECES_AT_ONCE]
+            if self.candidates[join_order[0]].was_tested:
+                return self.candidates[join_order[0]]
+            untested_numbers = [number for number in join_order if not self.candidates[number].was_tested][
+                :PIECES_AT_ONCE
+            ]
             for number, exact_touches in zip(
-                untested_numbers, self._false_contact_of_joins(untested_numbers), strict=True
+                untested_numbers, self.false_contact_of_joins(untested_numbers), strict=True
             ):
                 false_counts[number] = ((other_touches[number] + exact_touches) > 0).sum()
 
-    def _false_contact_of_joins(self, numbers: Sequence[int]) -> BoolArray:
+    def false_contact_of_joins(self, numbers: Sequence[int]) -> BoolArray:
         """Return where the hulls of joins report false contact, (k, M); the joins keep it."""
-        touches = self._false_contacts.of([self._joins[number].hull for number in numbers])
+        touches = self._false_contacts.of([self.candidates[number].hull for number in numbers])
         for number, row in zip(numbers, touches, strict=True):
-            self._joins[number].touches, self._joins[number].was_tested = row, True
+            self.candidates[number].touches, self.candidates[number].was_tested = row, True
         return touches
 
     def _joins_of(self, pairs: Sequence[tuple[int, int]]) -> list[_Join]:

@@ -85,13 +85,14 @@ def command(
     except KeyboardInterrupt:
         people.say("the pieces that are cut are kept: the same command goes on from them")
         raise
-    answer(as_json, fix.as_json() | {"limits": asdict(limits)}, lambda: _fix_screen(fix, people))
+    answer(as_json, fix.as_json() | {"limits": asdict(limits)}, lambda: fix_screen(fix, people))
     if not as_json:
         show(_fix_sentences(fix, str(session)))
     return EXIT_OK if fix.reached else EXIT_FAILURE
 
 
-def _fix_screen(fix: "ColliderFix", people: People) -> Any:
+def fix_screen(fix: "ColliderFix", people: People) -> Any:
+    """The tables that a terminal shows of the colliders that were found."""
     from replay.cli.terminal import stacked
     from replay.document.cost import busy_text
     from replay.show.fix_table import before_after_table, card_table, front_table

@@ -206,20 +206,20 @@ def _cached_file(file_name: str) -> Path:
 def _ladder(cut: Cut) -> Ladder:
     """The pieces of a cut that is kept, or that needs no process of its own."""
     if cut.row.seconds:
-        return _in_memory.get(cut.key) or _read_ladder(ladder_file(cut))
+        return in_memory.get(cut.key) or _read_ladder(ladder_file(cut))
     ladder = cut.row.cut(cut.mesh, cut.most)
     assert ladder is not None  # every solid has a hull, a box, a sphere and a capsule
     return ladder
 
 
-_in_memory: dict[str, Ladder] = {}
+in_memory: dict[str, Ladder] = {}
 """Pieces that could not be kept: their file cannot be written."""
 
 
 def _is_kept(cut: Cut) -> bool:
     """Whether the pieces are kept, in a file that is whole."""
     file = ladder_file(cut)
-    if cut.key in _in_memory:
+    if cut.key in in_memory:
         return True
     try:
         _read_ladder(file)
@@ -239,7 +239,7 @@ def _store_cut(cut: Cut, folder: Path) -> None:
         with whole_file(file, OSError, parents=True) as stream:
             stream.write(unfinished_file.read_bytes())
     except OSError:
-        _in_memory[cut.key] = _read_ladder(unfinished_file)
+        in_memory[cut.key] = _read_ladder(unfinished_file)
 
 
 def _read_ladder(file: Path) -> Ladder:

@@ -16,7 +16,7 @@ from replay.cli.commands import COMMANDS
 from replay.cli.main import cli, main
 from replay.cli.project_settings import read_settings
 from replay.guide.pages import INDEX_PAGE, PAGES_FOLDER, page, topics
-from replay.show.rerun_log.viewer import _target_ns as target_of
+from replay.show.rerun_log.viewer import target_ns as target_of
 from replay.show.results.run_folder import read_run_folder
 from sessions import mesh_to_glb
 

@@ -105,7 +105,7 @@ def shared_of(word):
 
 def list_of(word):
     runs = [RunFolder(Path(word), compute(hostile(word), detectors="slow=discrete[rate_hz=20]").document)] * 2
-    return folder._list_page(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
+    return folder.list_page(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
 
 
 PAGES = {

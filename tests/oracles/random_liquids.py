@@ -294,7 +294,7 @@ def check_scene(seed):
     poses, bodies, tables, hz = planned_scene(seed)
     ledgers = []
 
-    def kept(inputs, make=matter_room._matter):
+    def kept(inputs, make=matter_room.new_matter):
         ledgers.append(make(inputs))
         return ledgers[-1]
 
@@ -302,7 +302,7 @@ def check_scene(seed):
         return poses, bodies, tables
 
     step_ns = round(1e9 / hz)
-    with patch.object(matter_room, "_matter", kept):
+    with patch.object(matter_room, "new_matter", kept):
         whole = printed(make, step_ns=step_ns)
     check_sums(ledgers[0], seed)
     assert printed(make, lambda rows: rows[::-1], step_ns=step_ns) == whole, seed

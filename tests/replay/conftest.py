@@ -81,11 +81,11 @@ def quickest_cutter_only():
     How far pieces reach beyond a mesh is sampled coarsely, which took two fifths of a search; its own tests do not.
     Yields the join by the motion, for tests of it.
     """
-    join_by_motion = collider_search.ColliderSearch._join_by_motion
+    join_by_motion = collider_search.ColliderSearch.join_by_motion
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(collider_search, "OTHER_METHODS", ())
         patch.setattr(surface_distance, "SAMPLES_PER_SIZE", 12)
-        patch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
+        patch.setattr(collider_search.ColliderSearch, "join_by_motion", lambda *_: None)
         yield join_by_motion
 
 

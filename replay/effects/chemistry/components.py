@@ -114,11 +114,11 @@ def _ion_combinations(heavy_atoms: Counter[str]) -> Iterator[Counter[str]]:
     fitting_components.sort(key=lambda candidate: min(atoms_by_choices.index(atom) for atom in candidate.heavy_atoms))
     ions = [tuple(candidate.heavy_atoms.get(atom, 0) for atom in atoms_by_choices) for candidate in fitting_components]
     required_atoms = tuple(heavy_atoms[atom] for atom in atoms_by_choices)
-    for counts in _ion_choices(ions, required_atoms):
+    for counts in ion_choices(ions, required_atoms):
         yield Counter({fitting_components[row].name: many for row, many in counts.items()})
 
 
-def _ion_choices(ions: list[tuple[int, ...]], required_atoms: tuple[int, ...]) -> Iterator[Counter[int]]:
+def ion_choices(ions: list[tuple[int, ...]], required_atoms: tuple[int, ...]) -> Iterator[Counter[int]]:
     """How often to take which row of ``ions`` for sums of exactly ``required_atoms`` atoms.
 
     At most ``MOST_IONS`` ions of ``MOST_KINDS`` kinds.

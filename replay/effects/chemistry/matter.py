@@ -182,10 +182,11 @@ class Matter:
 
 def matter_of(inputs: EffectInputs) -> Matter:
     """The ledger of this run, made once."""
-    return inputs.shared_object("matter", lambda: _matter(inputs))
+    return inputs.shared_object("matter", lambda: new_matter(inputs))
 
 
-def _matter(inputs: EffectInputs) -> Matter:
+def new_matter(inputs: EffectInputs) -> Matter:
+    """A new ledger of what the vessels of a run hold, after all its frames."""
     liquid_movement = movement_of(inputs)
     mixed_vessels = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
     vessels = {**vessels_of(inputs, mixed_vessels), **liquid_movement.vessels}

@@ -144,7 +144,7 @@ def open_viewer(
     ``RunFolderError``: there is no recording, or no such moment in it; ``ViewerError``: the viewer cannot be started or
     does not load a recording.
     """
-    target = _target_ns(recordings[0], miss, false, by)
+    target = target_ns(recordings[0], miss, false, by)
     for recording in recordings[1:]:
         read_bookmarks(recording)  # a damaged one is refused before a window opens
     viewer = start_viewer(headless=headless)
@@ -163,7 +163,7 @@ def open_viewer(
     return viewer
 
 
-def _target_ns(recording: Path, miss: int | None, false: int | None, by: str) -> int:
+def target_ns(recording: Path, miss: int | None, false: int | None, by: str) -> int:
     """Nanoseconds on the session timeline; of several detectors that of the first which has the number.
 
     All misses can be asked for, and those false contacts that are listed.

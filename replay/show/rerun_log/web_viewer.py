@@ -54,20 +54,20 @@ def web_viewer() -> dict[str, bytes]:
     """
     binary = viewer.viewer_binary()
     notices = binary.parent / NOTICES_FILE
-    files = _served_files(binary)
+    files = served_files(binary)
     return files | ({NOTICES_FILE: notices.read_bytes()} if notices.is_file() else {})
 
 
-def _served_files(binary: Path) -> dict[str, bytes]:
+def served_files(binary: Path) -> dict[str, bytes]:
     """Return what Rerun's web server hands out; it is started again on other ports while its own are taken."""
     deadline = time.monotonic() + SERVE_SECONDS
     for _ in range(MOST_STARTS):
         web_port, log_port = viewer.free_port(), viewer.free_port()
-        process = _start_server(binary, web_port=web_port, log_port=log_port)
+        process = start_server(binary, web_port=web_port, log_port=log_port)
         try:
             address = f"http://{viewer.LOOPBACK}:{web_port}"
-            return {name: _fetch_file(f"{address}/{name}", process, deadline) for name in (SCRIPT_FILE, PROGRAM_FILE)}
-        except _ServerEndedError:
+            return {name: fetch_file(f"{address}/{name}", process, deadline) for name in (SCRIPT_FILE, PROGRAM_FILE)}
+        except ServerEndedError:
             continue
         finally:
             process.kill()
@@ -75,7 +75,8 @@ def _served_files(binary: Path) -> dict[str, bytes]:
     raise viewer.ViewerError(f"Rerun's web server ended at once, {MOST_STARTS} times; try again")
 
 
-def _start_server(binary: Path, *, web_port: int, log_port: int) -> subprocess.Popen[bytes]:
+def start_server(binary: Path, *, web_port: int, log_port: int) -> subprocess.Popen[bytes]:
+    """Start Rerun's web server on the loopback interface."""
     ports = ["--port", str(log_port), "--web-viewer-port", str(web_port)]
     devnull = subprocess.DEVNULL
     return subprocess.Popen(
@@ -87,14 +88,14 @@ def _start_server(binary: Path, *, web_port: int, log_port: int) -> subprocess.P
     )
 
 
-class _ServerEndedError(Exception):
+class ServerEndedError(Exception):
     """Rerun's server ended before it handed out a file: another program has its port."""
 
 
-def _fetch_file(url: str, process: subprocess.Popen[bytes], deadline: float) -> bytes:
+def fetch_file(url: str, process: subprocess.Popen[bytes], deadline: float) -> bytes:
     """Return a file of Rerun's web server, whose process may still be starting.
 
-    Raises ``_ServerEndedError``, and ``ViewerError``: there is no such file, or not all of it before the deadline.
+    Raises ``ServerEndedError``, and ``ViewerError``: there is no such file, or not all of it before the deadline.
     """
     while True:
         try:
@@ -103,7 +104,7 @@ def _fetch_file(url: str, process: subprocess.Popen[bytes], deadline: float) -> 
                 content = _read_until(answer, deadline)
         except (OSError, HTTPException) as error:
             if process.poll() is not None:
-                raise _ServerEndedError from error
+                raise ServerEndedError from error
             # A server that answers has started: what it does not hand out now it never will.
             if isinstance(error, HTTPError):
                 raise viewer.ViewerError(NO_WEB_VIEWER) from error
@@ -113,7 +114,7 @@ def _fetch_file(url: str, process: subprocess.Popen[bytes], deadline: float) -> 
         else:
             # A server that has ended left its port to another program, which answered in its place.
             if process.poll() is not None:
-                raise _ServerEndedError
+                raise ServerEndedError
             return content
 
 

@@ -58,7 +58,7 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
             page = INDEX_FILE if len(run_of_page) == 1 else f"{name}.html"
             titles[name] = _write_run(run, folder / page, name, pictured=bool(viewer) and run in pictured_runs)
         if len(run_of_page) > 1:
-            (folder / INDEX_FILE).write_text(_list_page(run_of_page, titles), encoding="utf-8", newline="\n")
+            (folder / INDEX_FILE).write_text(list_page(run_of_page, titles), encoding="utf-8", newline="\n")
         folder_mark = {"schema": SHARED_FOLDER.schema, "runs": len(run_of_page), "picture": bool(viewer)}
         write_summary(folder, SHARED_FOLDER, folder_mark)
     return no_picture_reason
@@ -120,7 +120,8 @@ def shared_page(view: RunView, recording: str, still: str = "") -> str:
     return page_of(view, grasped_notes(view.run), "show/share/page.html", recording=recording, rerun=rerun, still=still)
 
 
-def _list_page(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
+def list_page(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
+    """The page that links to the pages of several runs, by name."""
     page_rows: list[Sequence[Any]] = []
     for name, run in pages.items():
         pseudonym = run.document.session.facts.get("pseudonym", "")

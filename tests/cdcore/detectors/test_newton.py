@@ -39,7 +39,7 @@ def test_buffer_without_room_grows_and_loses_no_contact(monkeypatch):
     bodies, motion = crowd(8)
     detector = create_detector("newton", bodies)
     assert counts_as_contact(detector.detect(motion).verdict).all()
-    assert detector._world._contact_room > 28
+    assert detector.world.contact_room > 28
 
 
 def test_triangles_without_room_grow_and_lose_no_contact(monkeypatch):
@@ -49,7 +49,7 @@ def test_triangles_without_room_grow_and_lose_no_contact(monkeypatch):
     detector = create_detector("newton", bodies, shape="mesh")
     answer = detector.detect(motion).verdict
     assert np.array_equal(answer, create_detector("exact", bodies).detect(motion).verdict)
-    assert detector._world._triangle_room > 2 and answer[0, 0] == Verdict.CONTACT
+    assert detector.world.triangle_room > 2 and answer[0, 0] == Verdict.CONTACT
 
 
 def test_more_contacts_than_there_is_room_for_are_refused(monkeypatch):
@@ -77,7 +77,7 @@ def test_hull_whose_middle_is_inside_a_mesh_is_clear():
 def test_kernels_compiled_by_newton_are_reported(monkeypatch):
     seconds, compiled = [], []
     monkeypatch.setattr(warp._src.build, "build_cpu", lambda path, **_: compiled.append(path))
-    with compiling_reported(seconds.append) as heard, newton_world._compiling(warp):
+    with compiling_reported(seconds.append) as heard, newton_world.reporting_compilation(warp):
         warp._src.build.build_cpu("kernel.o", mode="release")
     assert (compiled, len(seconds), heard.kernels, heard.engine) == (["kernel.o"], 1, 1, "Newton")
     assert heard.folder == warp.config.kernel_cache_dir

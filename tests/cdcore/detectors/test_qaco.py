@@ -9,6 +9,7 @@ from support.search_scenes import ball_of, torus_mesh
 from support.shapes import lab_bodies_and_motion, still
 
 from cdcore import Body, Verdict, create_detector
+from cdcore.narrow.mesh_stage import MeshStage
 
 FRAMES = 80
 """Of the lab: a second at 90 Hz, in which each of its moving bodies touches others and leaves them."""
@@ -100,15 +101,15 @@ def test_search_hits_need_no_mesh_query_without_faces():
     assert plain.work["mesh_queries"] < detector.detect(motion, faces=True).work["mesh_queries"]
 
 
-def test_hybrid_takes_faces_of_the_search_where_meshes_have_none():
+def test_hybrid_takes_faces_of_the_search_where_meshes_have_none(monkeypatch):
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     by_search, by_meshes = detection_of_lab("hybrid-qaco"), detection_of_lab("hybrid")
     blind_pairs = 3  # the first three, in which the meshes find nothing
-    decide = detector._meshes.decide
+    decide = MeshStage.decide
 
-    def decide_blindly(motion, frames, columns, *, faces):
-        answer = decide(motion, frames, columns, faces=faces)
+    def decide_blindly(stage, motion, frames, columns, *, faces):
+        answer = decide(stage, motion, frames, columns, faces=faces)
         blind, no_faces = columns < blind_pairs, len(answer.sets)
         return replace(
             answer,
@@ -117,7 +118,7 @@ def test_hybrid_takes_faces_of_the_search_where_meshes_have_none():
             sets=[*answer.sets, np.zeros((0, 2), dtype=np.int32)],
         )
 
-    detector._meshes.decide = decide_blindly
+    monkeypatch.setattr(MeshStage, "decide", decide_blindly)
     detection = detector.detect(motion, faces=True)
     contacts = np.argwhere(by_search.verdict == Verdict.CONTACT).tolist()
     assert {pair < blind_pairs for _, pair in contacts} == {True, False}

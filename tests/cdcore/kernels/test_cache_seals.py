@@ -17,9 +17,9 @@ from cdcore.kernels.compiling import kernel
 @pytest.fixture(autouse=True)
 def verified_anew():
     """Folders are looked through for outdated files once a process; here once a test."""
-    cache_seals._remove_outdated.cache_clear()
+    cache_seals.remove_outdated.cache_clear()
     yield
-    cache_seals._remove_outdated.cache_clear()
+    cache_seals.remove_outdated.cache_clear()
 
 
 def squared(x):

@@ -10,7 +10,7 @@ HERE = (I3, np.zeros(3))
 
 def curve_from(search, pose, seeds):
     search.search(pose, HERE, 0.0, budget=1)
-    search._state["hit_a"] = -1
+    search.state["hit_a"] = -1
     return {tuple(row) for row in search.curve(np.array(seeds, dtype=np.int64).reshape(-1, 2)).tolist()}
 
 

@@ -15,9 +15,9 @@ HERE = (I3, np.zeros(3))
 
 def walked(search, i, j):
     """The pair where a way down from (i, j) ends, its distance, and the evaluations it took."""
-    state = search._state
+    state = search.state
     state["budget"], before, state["closest"] = 10**9, int(state["evaluations"]), np.inf
-    follow(i, j, search._faces, search._states)
+    follow(i, j, search.faces, search.states)
     end = int(state["best_a"]), int(state["best_b"])
     return end, float(state["closest"]), int(state["evaluations"]) - before
 
@@ -35,7 +35,7 @@ def directions_beside_each_other(directions=150):
 
 
 def distances(search, firsts, seconds):
-    rotation, move = search._state["relative"][:9].reshape(3, 3), search._state["relative"][9:12]
+    rotation, move = search.state["relative"][:9].reshape(3, 3), search.state["relative"][9:12]
     a, b = (features.rows[:, :3] for features in (search.first, search.second))
     return np.linalg.norm((a[firsts] @ rotation.T + move)[:, None] - b[seconds][None], axis=2)
 

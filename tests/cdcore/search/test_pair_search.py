@@ -88,7 +88,7 @@ def test_start_at_a_meeting_pair_hits_immediately(variant):
     start = min(exact_pairs(search, ball, ball, pose, HERE))
     query = search.search(pose, HERE, 0.0, start=start)
     assert (query.hit, query.evaluations) == (start, 1)
-    assert (int(search._state["start_a"]), int(search._state["start_b"])) == start
+    assert (int(search.state["start_a"]), int(search.state["start_b"])) == start
 
 
 @pytest.mark.sampled(4)

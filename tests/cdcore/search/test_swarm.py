@@ -117,7 +117,7 @@ def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
     ball = ball_of(600)
     search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
     query = search.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
-    pheromone = search._swarm["pheromone"]
+    pheromone = search.swarm["pheromone"]
     assert (pheromone >= 1e-3).all()
     assert (pheromone <= 10.0).all()
     whole = search_of(ball, ball, variant="corrected", budget=4000, restart_after=10**9)

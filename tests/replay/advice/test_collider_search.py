@@ -44,7 +44,7 @@ def test_good_pieces_of_the_same_body_are_taken(two_beakers):
 @pytest.mark.slow
 def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_cutter_only, monkeypatch):
     by_volume = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
-    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", quickest_cutter_only)
+    monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
     joined = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
     assert [row["how"] for row in joined.bodies if row["body"] == "beaker"] == [
         "sectors by height and angle, joined by motion"
@@ -59,7 +59,7 @@ def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch)
     def up(_search):
         raise collider_search.TimeUpError
 
-    monkeypatch.setattr(collider_search.ColliderSearch, "_descend", up)
+    monkeypatch.setattr(collider_search.ColliderSearch, "descend", up)
     fixed = fix_colliders(beaker_and_rod, limits=Limits(0.02), time_limit=None)
     best = min(fixed.front, key=lambda tried: tried["loss"])
     assert fixed.time_up and fixed.after["loss"] < fixed.before["loss"]
@@ -69,7 +69,7 @@ def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch)
 
 @pytest.mark.slow
 def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_only, monkeypatch):
-    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", quickest_cutter_only)
+    monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
     fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)
     assert 1 < max(pieces_of(fixed).values()) <= 5 and fixed.as_json()["max_pieces"] == 5
     assert fixed.after["loss"] < fixed.before["loss"]
@@ -86,7 +86,7 @@ def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
     """Cards that were written were said not to be tried, as they take about 0 s."""
     data = beaker_and_rod.meshes["beaker"]
     search = object.__new__(collider_search.ColliderSearch)
-    search._deadline = Deadline(0.0, lambda _: None)
+    search.deadline = Deadline(0.0, lambda _: None)
     kept = Cut(TriangleMesh(data.vertices, data.faces), "hull", 1)
     assert kept.seconds == 0.0 and search.cut_in_time([kept]) == {}
 
@@ -140,7 +140,7 @@ def plant_methods(monkeypatch, shrunk):
             )
         return original(cut, *limits)
 
-    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
+    monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", lambda *_: None)
     monkeypatch.setattr(collider_search, "OTHER_METHODS", ("vhacd", "coacd"))
     monkeypatch.setattr(collider_search, "convex_pieces", planted)
     cut_ahead = collider_search.cut_ahead

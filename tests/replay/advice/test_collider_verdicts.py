@@ -69,4 +69,4 @@ def test_kept_verdicts_have_a_limit_of_memory(assembly, monkeypatch):
     for boxed in ((), ("rod",), ("beaker",)):
         colliders = solids(assembly, boxed)
         assert np.array_equal(verdicts.at_every_frame(colliders).verdict, detected(assembly, colliders, {}))
-    assert len(verdicts._kept) == len(assembly.pairs)
+    assert len(verdicts.verdict_by_key) == len(assembly.pairs)

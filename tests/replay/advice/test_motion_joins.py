@@ -132,14 +132,14 @@ def test_pieces_are_tested_at_a_limited_number_of_frames(two_beakers, monkeypatc
 @pytest.mark.slow
 def test_untested_joins_change_no_level(stirred_beaker, monkeypatch):
     lazy = stirred_beaker.joined
-    original = motion_joins._Joins._best_join
+    original = motion_joins.Joins.best_join
 
     def test_every_join(joins):
-        untested = [number for number, join in enumerate(joins._joins) if not join.was_tested]
-        joins._false_contact_of_joins(untested)
+        untested = [number for number, join in enumerate(joins.candidates) if not join.was_tested]
+        joins.false_contact_of_joins(untested)
         return original(joins)
 
-    monkeypatch.setattr(motion_joins._Joins, "_best_join", test_every_join)
+    monkeypatch.setattr(motion_joins.Joins, "best_join", test_every_join)
     eager = joined_by_motion(stirred_beaker.by_volume(FINEST), stirred_beaker.false_contacts, lambda: None)
     assert sorted(lazy) == sorted(eager)
     for count, pieces in lazy.items():

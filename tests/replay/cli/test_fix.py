@@ -67,7 +67,7 @@ def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeyp
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("replay.advice.collider_search.ColliderSearch._descend", interrupted)
+        patch.setattr("replay.advice.collider_search.ColliderSearch.descend", interrupted)
         assert main(["fix", "own.mcap", "--engine", "unity"]) == 130
     assert "the same command goes on from them" in capsys.readouterr().err
     assert not (own / "fix-unity").exists() and any((own / "cache").glob("cut-*"))

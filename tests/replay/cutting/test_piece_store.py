@@ -34,7 +34,7 @@ FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 @pytest.fixture
 def empty_cache(monkeypatch, tmp_path):
     """A cache folder of this test alone, in which nothing is kept yet."""
-    monkeypatch.setattr(piece_store, "_in_memory", {})
+    monkeypatch.setattr(piece_store, "in_memory", {})
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     return tmp_path / "cache"
 

@@ -148,7 +148,7 @@ def test_front_is_better_with_every_more_pieces(unity_fix):
 
 @pytest.mark.slow
 def test_every_method_has_a_card_or_its_time(session, monkeypatch, tmp_path):
-    monkeypatch.setattr(piece_store, "_in_memory", {})  # another test may have cut the beaker by CoACD
+    monkeypatch.setattr(piece_store, "in_memory", {})  # another test may have cut the beaker by CoACD
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     monkeypatch.setitem(METHODS, "coacd", replace(METHODS["coacd"], seconds=lambda _: 900.0))
     made = fix_colliders(session, limits=Limits(0.3), every_method=True)

@@ -15,7 +15,7 @@ from support.shapes import box_mesh, revolved_mesh, shift_mesh
 from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
 from replay.cli.console import People
-from replay.cli.fix import _fix_screen
+from replay.cli.fix import fix_screen
 from replay.document import columns
 from replay.document.columns import screen_columns
 from replay.document.tables import Column, text_of
@@ -120,7 +120,7 @@ def test_new_columns_of_a_fix_reach_terminal_and_page(fixed, monkeypatch):
         probe = Column("probe", float, of=lambda row: 40.0, show=lambda value, table=table: f"cell of {table}")
         monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], probe))
     console = Console(width=400, file=StringIO())
-    console.print(_fix_screen(fixed, People(verbose=True)))
+    console.print(fix_screen(fixed, People(verbose=True)))
     for text in (console.file.getvalue(), before_after_page(fixed)):
         assert [table for table in tables if f"cell of {table}" not in text] == []
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.effects.chemistry.components import MOST_IONS, MOST_KINDS, _ion_choices, components_of
+from replay.effects.chemistry.components import MOST_IONS, MOST_KINDS, components_of, ion_choices
 
 ATOMS = st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(0, 2))
 
@@ -21,7 +21,7 @@ def test_ion_sums_of_a_formula_equal_an_exhaustive_search(ions, wanted):
         kinds = sum(many > 0 for many in counts)
         if atoms == wanted and sum(counts) <= MOST_IONS and kinds <= MOST_KINDS:
             exhaustive.add(frozenset((row, many) for row, many in enumerate(counts) if many))
-    sums = [frozenset(counts.items()) for counts in _ion_choices(ions, wanted)]
+    sums = [frozenset(counts.items()) for counts in ion_choices(ions, wanted)]
     assert len(sums) == len(set(sums))
     assert set(sums) == exhaustive
 

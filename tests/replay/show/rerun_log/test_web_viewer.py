@@ -71,15 +71,15 @@ def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
     with server(answer) as url:
         began = time.monotonic()
         with pytest.raises(viewer.ViewerError, match=r"did not hand out its viewer in \d+ s; try again"):
-            web_viewer._fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 0.3)
+            web_viewer.fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 0.3)
         assert time.monotonic() - began < 2
 
 
 def test_reply_of_another_program_on_the_port_is_rejected():
     with server(send_all) as url:
-        assert web_viewer._fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
-        with pytest.raises(web_viewer._ServerEndedError):
-            web_viewer._fetch_file(url, Mock(poll=lambda: 1), time.monotonic() + 5)
+        assert web_viewer.fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
+        with pytest.raises(web_viewer.ServerEndedError):
+            web_viewer.fetch_file(url, Mock(poll=lambda: 1), time.monotonic() + 5)
 
 
 def test_web_viewer_is_fetched_without_the_configured_proxy(monkeypatch):
@@ -90,7 +90,7 @@ def test_web_viewer_is_fetched_without_the_configured_proxy(monkeypatch):
         for name in ("no_proxy", "NO_PROXY"):
             monkeypatch.delenv(name, raising=False)
         with server(send_all) as url:
-            assert web_viewer._fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
+            assert web_viewer.fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
 
 
 @pytest.mark.slow
@@ -105,9 +105,9 @@ def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
 
 def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
     ended = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
-    monkeypatch.setattr(web_viewer, "_start_server", ended)
+    monkeypatch.setattr(web_viewer, "start_server", ended)
     with pytest.raises(viewer.ViewerError, match="ended at once, 3 times"):
-        web_viewer._served_files(tmp_path)
+        web_viewer.served_files(tmp_path)
     assert ended.call_count == web_viewer.MOST_STARTS
 
 
