@@ -23,22 +23,26 @@ def assembly_of_four_seconds():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("twin", "skin", "early", "late"),
+    ("twin", "skin", "early_mm", "late_mm"),
     [
         ("rapier[prediction_m=0.02]", 0.01, 0.0, 3.0),
         ("bullet[margin_m=0.001]", 0.001, 4.0, 0.0),
         ("physx[contact_offset_m=0.01]", 0.01, 1.0, 1.0),
     ],
 )
-def test_engine_and_re_creation_differ_only_where_contact_begins(twin, skin, early, late, assembly_of_four_seconds):
+def test_engine_and_re_creation_differ_only_where_contact_begins(
+    twin, skin, early_mm, late_mm, assembly_of_four_seconds
+):
+    """Both report contact where two hulls, each with a skin, touch; an engine up to so much earlier or later."""
     pytest.importorskip(ENGINE_MODULE[twin.partition("[")[0]])
     counts = command.compare_twins(assembly_of_four_seconds, twin, f"collider[shape=hull,skin_m={skin}]")
     posed = int(assembly_of_four_seconds.motion.valid[:, assembly_of_four_seconds.pairs].all(axis=2).sum())
     assert counts.equal + counts.engine_only + counts.ours_only == posed and counts.both > 100
     assert counts.equal / posed > 0.999 and counts.not_supported == 0
     if counts.gaps_mm is not None:
-        begin = 2000 * skin
-        assert begin - late <= counts.gaps_mm[0] and counts.gaps_mm[1] <= begin + early
+        two_skins_mm = 1000 * 2 * skin
+        least_gap_mm, largest_gap_mm = counts.gaps_mm
+        assert two_skins_mm - late_mm <= least_gap_mm and largest_gap_mm <= two_skins_mm + early_mm
 
 
 @pytest.mark.slow

@@ -64,7 +64,7 @@ def test_descent_ends_only_at_local_minima():
 BALL = ball_of(1200)
 
 
-def carried(frames=200, aside=0.05, seed=3):
+def ball_carried_in_a_ring(frames=200, aside=0.05, seed=3):
     """A ball in the hole of a ring, both in one hand that turns and moves: each pose is rounded anew."""
     rng = np.random.default_rng(seed)
     rotation = random_rotations(rng, frames)
@@ -120,15 +120,20 @@ def test_pair_counts_as_moved_by_faces_of_the_finer_mesh():
 
 
 def test_rigidly_carried_pair_is_searched_once():
-    bodies, motion = carried()
+    """``rest``: a pair that moved less than this part of a face since its last search is not searched again; 0: always.
+
+    A ball in the hole of a ring moves with it, so that the pair is at rest but for rounding.
+    """
+    bodies, motion = ball_carried_in_a_ring(frames=200)
     resting, anew = (create_detector("qaco", bodies, rest=rest).detect(motion) for rest in (0.25, 0.0))
     assert (resting.verdict == Verdict.NOT_FOUND).all()
     assert resting.digest == anew.digest
-    assert (resting.work["looks"], anew.work["looks"]) == (1, 200)
+    searches, searches_anew = resting.work["looks"], anew.work["looks"]
+    assert (searches, searches_anew) == (1, 200)
 
 
 def test_resting_contact_is_confirmed_in_every_frame():
-    bodies, motion = carried(aside=0.4)
+    bodies, motion = ball_carried_in_a_ring(aside=0.4)
     answer = create_detector("qaco", bodies, rest=0.25).detect(motion)
     assert (answer.verdict == Verdict.CONTACT).all()
     assert answer.work["looks"] == 200

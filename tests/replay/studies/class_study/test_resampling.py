@@ -46,10 +46,14 @@ def test_interval_is_widened_for_few_students():
 
 
 def test_interval_reaches_farther_where_a_student_raises_the_estimate():
-    """Without him it is 0.7, without any other 1.1."""
-    lower, upper = interval(EVEN, 1.0, np.array([1.1] * 29 + [0.7]))
+    """The estimate of thirty students is 1; without this student it is 0.7, without any other 1.1.
+
+    Bootstrap estimates lie evenly about 1, so that an interval which reached as far on both sides would sum to 2.
+    """
+    estimate, without_each = 1.0, np.array([1.1] * 29 + [0.7])
+    lower, upper = interval(EVEN, estimate, without_each)
     assert lower + upper > 2.01
-    mirrored = interval(2.0 - EVEN, 1.0, 2.0 - np.array([1.1] * 29 + [0.7]))
+    mirrored = interval(2.0 - EVEN, 2.0 - estimate, 2.0 - without_each)
     assert mirrored == pytest.approx((2.0 - upper, 2.0 - lower))
 
 
