@@ -48,7 +48,7 @@ TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns f
     ],
     ids=["acid to base", "base to acid", "at its ends", "there and back", "halfway", "returns", "from within", "acid"],
 )
-def test_indicator_changes_from_one_end_of_its_range_to_the_other(ph, events):
+def test_indicator_changes_between_both_ends_of_its_range(ph, events):
     changes = coloured(ph).events
     assert [(event.text, event.time) for event in changes] == [(text, pytest.approx(time)) for text, time, _ in events]
     assert [event.end for event in changes] == [end if end is None else pytest.approx(end) for *_, end in events]

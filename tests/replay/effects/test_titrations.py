@@ -91,7 +91,7 @@ def test_end_points_of_ions_sharing_a_titrant_are_cumulative(row):
     assert [event.values["volume_ml"] for event in events] == pytest.approx(row["ends"], abs=0.01)
 
 
-def test_end_point_is_named_where_the_titrant_holds_the_sample_too():
+def test_end_point_is_named_where_both_solutions_hold_the_acid():
     """Lye of 0.1 mol/L with 0.01 mol/L of the acid of the flask: 0.09 mol/L are free, and 5.56 mL end 10 mL."""
     (event,) = titrated({"HCl": 0.05}, {"NaOH": 0.1, "HCl": 0.01})["reaction"].output.events_named("end-point")
     assert event.values["volume_ml"] == pytest.approx(0.5 / 0.09, abs=0.01) and "HCl and NaOH" in event.text

@@ -29,7 +29,7 @@ ISOMER = {"A": -1.0, "B": 1.0}
     ("a", "b", "log_k"), [(1.0, 0.0, 0.0), (0.2, 0.8, 0.0), (0.5, 0.5, 0.5), (0.5, 0.5, -0.5), (1.0, 0.0, 2.0)]
 )
 def test_isomers_stop_at_the_ratio_of_their_constant(a, b, log_k):
-    """Of A and B the ratio (B + x) / (A - x) becomes K; x is below 0 where too much B is there."""
+    """The ratio (B + x) / (A - x) becomes K; x is below 0 where there is too much B."""
     constant = 10.0**log_k
     expected = (constant * a - b) / (1.0 + constant)
     assert extent(Process("", ISOMER, log_k=log_k), a, A=a, B=b) == pytest.approx(expected, abs=1e-4)
