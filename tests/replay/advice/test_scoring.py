@@ -48,7 +48,9 @@ def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
 def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
     exact, balls = figures(assembly, "exact"), figures(assembly, "sphere")
     assert (exact["contacts"], exact["loss"], exact["false"], exact["offsets"]) == (2, 0, 0, 1)
-    assert balls["missed"] == balls["late"] == 0 < balls["false_contacts"] and balls["false"] == balls["loss"] == 5 / 8
+    # Balls overlap at 1.3 too, three times: in frames 1 and 2, in frames 6 and 7, and in frame 10.
+    assert (balls["missed"], balls["late"], balls["false_contacts"]) == (0, 0, 3)
+    assert balls["false"] == balls["loss"] == 5 / 8
 
 
 def test_loss_without_true_contact_is_the_false_contact():
