@@ -17,7 +17,7 @@ from sessions.importers import import_session
 from sessions.importers.ledger import ledger_of
 from sessions.mesh_data import has_consistent_winding
 from sessions.meshes.mesh_match import read_colliders
-from sessions.model.assumption import Origin, Subject, assumptions_of
+from sessions.model.assumption import Confidence, Origin, Subject, assumptions_of
 from sessions.scene_files.scene_meshes import checked_scene, with_colliders
 
 
@@ -184,4 +184,4 @@ def test_axes_of_colliders_are_open_where_several_are_possible(convention, axes,
     options = {"colliders": tmp_path / "c.glb", "collider_axes": axes}
     session = import_session("csv", tmp_path / "take.csv", convention=convention, **options)
     (row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.COLLIDER_AXES]
-    assert (row.is_open, row.origin) == (is_open, Origin.USER if axes else Origin.GUESS)
+    assert (row.confidence is Confidence.OPEN) == is_open and row.origin is (Origin.USER if axes else Origin.GUESS)
