@@ -1,4 +1,4 @@
-"""Where live frames are skipped: a pair keeps its verdict until its bodies may have moved by the gap of its surfaces.
+"""Skips of live frames: a pair keeps its verdict until its bodies may have moved by the gap of its surfaces.
 
 A narrow phase that finds surfaces apart by a margin lets as much of the bodies' steps pass before it is asked again.
 Frames of a whole motion are skipped in ``cdcore.narrow.bvh.frame_skips``.
@@ -85,7 +85,7 @@ def pair_is_skipped(step: float, pair: int, margins: FloatArray, clearances: Flo
 
 
 class LiveSkips:
-    """What is left of the margin and the clearance of each pair (P,), and how far ahead its surfaces are tested.
+    """The rest of the margin and of the clearance of each pair (P,), and how far ahead its surfaces are tested.
 
     ``memory``: what kernels write: last poses, ``steps`` (N,) of the bodies, ``margins`` and ``clearances`` (P,).
     """
