@@ -20,7 +20,7 @@ from sessions.doctor.finding import CODES
 
 DOUBTFUL_GROUPS: Final = ("import", "scale")
 """Groups of findings that make an answer doubtful even where they are warnings."""
-DOUBTFUL_CODES: Final = ("mesh-pivot", "mesh-units", "often-missing")
+DOUBTFUL_CODES: Final = ("mesh-apart", "mesh-pivot", "mesh-units", "often-missing")
 """Codes of other groups that do."""
 NOISE_LIMITS_SENTENCE: Final = (
     "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."
@@ -64,7 +64,7 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
         if (
             first_finding.severity == Severity.ERROR
             or CODES[first_finding.code].group in DOUBTFUL_GROUPS
-            or first_finding.code in DOUBTFUL_CODES
+            or (first_finding.code in DOUBTFUL_CODES and first_finding.severity == Severity.WARNING)
         ):
             findings_by_code.setdefault((first_finding.severity, first_finding.code), []).append(first_finding)
     lines = []

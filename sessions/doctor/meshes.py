@@ -6,15 +6,18 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.finding import Finding
+from sessions.doctor.finding import Finding, Severity
 from sessions.errors import SessionError
 from sessions.mesh_data import MeshData, has_consistent_winding
 from sessions.meshes.mesh_files import outward
-from sessions.meshes.separate_surfaces import separate_surfaces_text
+from sessions.meshes.separate_surfaces import separate_surfaces, separation_text
 from sessions.quantities import length, number
 
 LARGE_M: Final = 30.0  # A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it
 SMALL_M: Final = 0.0005  # A mesh smaller than half a millimetre was drawn in other units; a needle is longer
+
+FAR_APART: Final = 0.5
+"""Surfaces of which an empty slab takes more than two thirds of the mesh's length are no two walls of one thing."""
 
 WELD_DISTANCE_M: Final = 1e-8
 """Vertices this near are one: float32 leaves 2e-9 m between the two sides of a seam 10 cm from the origin."""
@@ -35,17 +38,19 @@ def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
     doubles = faces - int(row_numbers(np.sort(welded, axis=1)).max(initial=-1)) - 1
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     is_odd = not SMALL_M <= size <= LARGE_M
-    separation = separate_surfaces_text(mesh)
     rows: list[Row] = [
         ("mesh-degenerate", flat, f"{flat} of {faces} faces have no area"),
         ("mesh-duplicate", doubles, f"{doubles} of {faces} faces repeat another"),
         *_edges(mesh, welded),
-        ("mesh-apart", bool(separation), separation),
         ("mesh-units", is_odd, f"it is {length(size)} long: drawn in other units?"),
     ]
     for code, count, message in rows:
         if count:
             yield Finding(code, message, name, count=int(count))
+    surfaces, gap = separate_surfaces(mesh)
+    if surfaces > 1:
+        severity = None if gap > size / (1.0 + FAR_APART) else Severity.NOTE
+        yield Finding("mesh-apart", separation_text(surfaces, gap), name, count=surfaces, own_severity=severity)
 
 
 def degenerate_faces(mesh: MeshData) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import pose_findings
 from sessions.doctor.scale import pivot_findings, scale_findings
 from sessions.doctor.timing import time_findings
-from sessions.importers.ledger import FACT, POSES, ledger_of
+from sessions.importers.ledger import FACT, ledger_of
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import Scene, SceneBody, absent_bodies
 from sessions.model.session import GazeTrack, ScalarTrack, Session
@@ -47,8 +47,6 @@ def import_findings(facts: Mapping[str, str]) -> Iterator[Finding]:
         yield Finding("import-loss", "its ledger cannot be read, so that what the import dropped is not known")
         return
     for entry in ledger.large_losses():
-        if entry.kind == POSES:  # each stretch of them is a finding of the poses
-            continue
         yield Finding("import-loss", entry.loss, entry.body, count=entry.lost)
 
 

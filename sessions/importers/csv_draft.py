@@ -314,6 +314,10 @@ def _lacks(bodies: Mapping[str, _Body], posed: Container[str]) -> Iterator[str]:
     for name, body in bodies.items():
         if name not in posed and (lack := body.lack):
             yield f"the pose of {name or 'the body'!r}, for {lack}"
+    unplaced = [name for name, body in bodies.items() if body.rotation[1] and not body.position and not body.lack]
+    unrotated = [name for name, body in bodies.items() if body.position and not body.rotation[1] and not body.lack]
+    if unplaced and unrotated:  # points alone have no rotation, and need none
+        yield f"the pose of {unrotated[0]!r}, for it has no rotation, and {unplaced[0]!r} has no position"
 
 
 def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:

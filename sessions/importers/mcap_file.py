@@ -59,6 +59,9 @@ def read_mcap(
     messages.account(ledger)
     tables, notes, joined = tree.tables(join=len(topics) > 1)
     notes += messages.unread_topics()
+    arrays = [topic for topic, count in sizes.items() if count > 1]
+    if arrays:
+        joined = [*joined, f"a pose of {', '.join(arrays)} taken to be of the body of its index in the array"]
     confidence = Confidence.SURE if messages.are_of_ros else Confidence.OPEN
     frame = SourceFrame.in_axes(convention, ASSUMED, "", "stamps of the messages, ns", joined, confidence)
     return session_of_tables(tables, frame, ledger, notes)

@@ -61,7 +61,12 @@ def separate_surfaces(mesh: MeshData) -> tuple[int, float]:
 def separate_surfaces_text(mesh: MeshData) -> str:
     """A sentence on the surfaces of a mesh that are far apart, or ``""``."""
     count, gap = separate_surfaces(mesh)
-    return f"{count} separate surfaces, {length(gap)} or more apart" if count > 1 else ""
+    return separation_text(count, gap) if count > 1 else ""
+
+
+def separation_text(count: int, gap: float) -> str:
+    """The words on so many surfaces with so many metres between them."""
+    return f"{count} separate surfaces, {length(gap)} or more apart"
 
 
 def _has_thick_gap(lower: Numbers, upper: Numbers) -> bool:

@@ -226,7 +226,7 @@ RUN_OF_STATE = {  # what a run may show its reader -> makes such a run
 
 def gated(position):
     """A ball between the walls of a gate, or beside it, and the hull of both walls."""
-    walls = [cube().vertices * (0.1, 1, 1) + (x, 0, 0) for x in (-1, 1)]
+    walls = [cube().vertices * (0.1, 1, 1) + (x, 0, 0) for x in (-0.3, 0.3)]
     gate = MeshData(np.concatenate(walls), np.concatenate([cube().faces, cube().faces + 8]))
     session = cubes({"gate": [0.0] * 4, "ball": [3.0, position, position, 3.0]})
     return compute(replace(session, meshes={"gate": gate, "ball": cube(0.2)}), detectors="hull=collider[skin_m=0.04]")

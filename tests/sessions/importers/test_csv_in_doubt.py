@@ -57,6 +57,20 @@ def test_pose_that_lacks_a_column_is_asked_about(tmp_path, absent, missing):
     assert f"the pose of 'cup', for {missing}" in raised.value.unknown
 
 
+def test_position_and_rotation_of_two_names_are_asked_about(tmp_path):
+    header = (
+        "time",
+        *(f"cup_{name}" for name in POSE),
+        "rod_x",
+        "rod_y",
+        "rod_z",
+        *(f"arm_q{axis}" for axis in "xyzw"),
+    )
+    with pytest.raises(UnknownColumnsError) as raised:
+        imported(tmp_path, header, [(k / 60, *2 * (0.001 * k, 1, 0, 0, 0, 0, 1)) for k in range(60)])
+    assert "the pose of 'rod', for it has no rotation, and 'arm' has no position" in raised.value.unknown
+
+
 def test_rows_in_no_order_of_time_are_refused(tmp_path):
     times = np.random.default_rng(0).permutation(60) / 60
     rows = [("cup", *row) for row in rows_of(times)]

@@ -212,6 +212,8 @@ def test_arrays_that_get_shorter_name_no_body(tmp_path):
     assert import_session("mcap", path, topics=["/tf"]).names == ("cup",)
     unseen = [*rows[:2], ("/seen", schema, 2, in_array([])), rows[3]]
     assert import_session("mcap", as_json(tmp_path / "none.mcap", unseen)).names == ("seen/0", "seen/1")
+    assumed = import_session("mcap", tmp_path / "none.mcap").facts["assumed"]
+    assert "a pose of /seen taken to be of the body of its index in the array" in assumed
 
 
 def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
