@@ -321,7 +321,11 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
     for name, content in recipe.contents.items():
         for formula in content.amounts:
             if not is_known(formula):
-                meant = [common for common in (*COMMON_FORMULAS, *INERT_FORMULAS) if atoms(common) == atoms(formula)]
+                meant = [
+                    common
+                    for common in (*COMMON_FORMULAS, *sorted(INERT_FORMULAS, reverse=True))
+                    if atoms(common) == atoms(formula)
+                ]
                 advice = (
                     f"did you mean {meant[0]!r}?" if meant else "take an acid or base that they know, or leave it out"
                 )
