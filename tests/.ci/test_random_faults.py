@@ -1,5 +1,7 @@
 """Faults are drawn by seed and planted alone, and the tests that should notice one are asked first."""
 
+from pathlib import Path
+
 import pytest
 from support import processes
 
@@ -69,6 +71,19 @@ def test_fault_listed_as_harmless_is_not_tested(random_faults, small_tree):
         f"cdcore/small.py | {SOURCE.splitlines()[1].strip()} | and | b is never 0\n"
     )
     assert random_faults.noticed_by(small_tree, fault, {}) == "harmless"
+
+
+def test_every_listed_harmless_fault_can_still_be_drawn(random_faults):
+    """A line whose source was renamed or left would excuse nothing, and somebody else would judge the fault again."""
+    listed = (random_faults.HARMLESS).read_text("utf-8").splitlines()
+    by_module = {
+        row.partition(" | ")[0]: random_faults.faults_of(Path(), Path(row.partition(" | ")[0])) for row in listed
+    }
+    drawable = set()
+    for module, faults in by_module.items():
+        lines = Path(module).read_text("utf-8").splitlines()
+        drawable |= {f"{module} | {lines[fault.line - 1].strip()} | {fault.right} | " for fault in faults}
+    assert [row for row in listed if not row.startswith(tuple(drawable))] == []
 
 
 def test_summary_has_wilsons_interval(random_faults):

@@ -20,7 +20,7 @@ def test_time_in_contact_is_drawn_from_enough_students_only():
     assert class_charts(class_of(LEAST_IN_CELL, seconds=float("nan")), None) == []
 
 
-def test_time_in_contact_has_a_row_for_each_group_of_its_members():
+def test_time_in_contact_has_a_row_for_each_group():
     queried = []
     study = study_of()
     study.group_of = {"S1": "first", "S2": "second", "S3": "first"}
