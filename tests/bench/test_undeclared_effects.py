@@ -4,7 +4,7 @@ from time import process_time
 
 import numpy as np
 import pytest
-from support.liquid_worlds import NEAR, small_session
+from support.liquid_worlds import HAND_NEAR_LAMP, small_session
 
 from replay.effects import EFFECTS
 from replay.engine import compute
@@ -16,8 +16,8 @@ BOUND = 1.02
 
 
 def test_undeclared_effects_cost_as_little_as_removed_effects(monkeypatch):
-    session, whole = small_session(NEAR), dict(EFFECTS)
-    alone = {NEAR.kind: whole[NEAR.kind]}
+    session, whole = small_session(HAND_NEAR_LAMP), dict(EFFECTS)
+    alone = {HAND_NEAR_LAMP.kind: whole[HAND_NEAR_LAMP.kind]}
     times = {"undeclared": [], "removed": []}
     rng = np.random.default_rng(0)
     for _ in range(ROUNDS + 5):

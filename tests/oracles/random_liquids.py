@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from support.liquid_worlds import glass, still, tilted, world
+from support.liquid_worlds import glass, poses_at_rest, poses_of_tilted_glass, session_with_effects
 from support.small_worlds import STEP_NS
 
 from replay.effects.chemistry import matter as matter_room
@@ -247,13 +247,15 @@ def a_scene(seed, attempt):
     def ramp(height):
         """A glass that is tilted for a while."""
         start, stop = np.sort(rng.uniform(0.1, 0.9 * SECONDS, 2))
-        return tilted(np.interp(times, [start, stop], [0.0, rng.uniform(60.0, 110.0)]), (0.0, height, 0.0))
+        return poses_of_tilted_glass(
+            np.interp(times, [start, stop], [0.0, rng.uniform(60.0, 110.0)]), (0.0, height, 0.0)
+        )
 
     chain = rng.random() < 0.5
     below = np.array([0.0, -0.2, 0.0])
-    poses = {"a": ramp(0.2), "b": still(len(times)), "c": ramp(0.2)}
+    poses = {"a": ramp(0.2), "b": poses_at_rest(len(times)), "c": ramp(0.2)}
     if chain:
-        poses = {"a": ramp(0.2), "b": ramp(0.0), "c": still(len(times), below)}
+        poses = {"a": ramp(0.2), "b": ramp(0.0), "c": poses_at_rest(len(times), below)}
     bodies = []
     for name in names:
         solutes = {str(salt): float(10.0 ** rng.uniform(-3.0, -0.3)) for salt in rng.choice(SCENE_SALTS, 2, False)}
@@ -282,7 +284,7 @@ def planned_scene(seed):
         scene = a_scene(seed, attempt)
         poses, bodies, tables, _ = scene
         try:
-            plan(world({name: still(2) for name in poses}, bodies, *tables).scene)
+            plan(session_with_effects({name: poses_at_rest(2) for name in poses}, bodies, *tables).scene)
         except PlanError:
             continue
         return scene
@@ -352,7 +354,7 @@ def printed(make, order=lambda rows: rows, names=None, back=lambda text: text, s
     poses = {names.get(name, name): poses[name] for name in order(list(poses))}
     bodies = [SceneBody(names.get(item.id, item.id), extra=item.extra) for item in order(list(bodies))]
     tables = [(kind, called(settings, names)) for kind, settings in order(list(tables))]
-    result = compute(world(poses, bodies, *tables, step_ns=step_ns), detectors=())
+    result = compute(session_with_effects(poses, bodies, *tables, step_ns=step_ns), detectors=())
     figures = {
         kind: {key: getattr(record, key) for key in ("about", "because", "events", "frames", "frames_run", "sources")}
         for kind, record in result.document.effects.items()

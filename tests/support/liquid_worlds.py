@@ -23,7 +23,7 @@ RADIUS, HEIGHT = 0.02, 0.06
 """Of the glass, which holds 75.4 mL."""
 
 
-WIDE = {"radius": 0.05, "height": 0.08}
+WIDE_BEAKER = {"radius": 0.05, "height": 0.08}
 """A beaker that holds 600 mL."""
 
 WATER_J_PER_ML_K = 4.18
@@ -42,7 +42,7 @@ def glass(name, volume_ml=0.0, *, cavity=None, properties=None, **liquid) -> Sce
     return SceneBody(name, extra={"cavity": sizes | (cavity or {}), "properties": reported})
 
 
-def tilted(degrees, lip=(0.0, LOWER, 0.0)):
+def poses_of_tilted_glass(degrees, lip=(0.0, LOWER, 0.0)):
     """Poses of a glass tilted towards +X about its lip, which stays where it is.
 
     A tilt by some 50 degrees in one frame is a jump to the doctor: what it pours counts from the frame after.
@@ -55,12 +55,12 @@ def tilted(degrees, lip=(0.0, LOWER, 0.0)):
     return np.asarray(lip) - reach, rotations
 
 
-def still(count, position=(0.0, 0.0, 0.0)):
+def poses_at_rest(count, position=(0.0, 0.0, 0.0)):
     """Poses of a glass that stands."""
     return np.tile(np.asarray(position, dtype=np.float64), (count, 1)), np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
 
 
-def world(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
+def session_with_effects(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
     """A session of these bodies; every mesh is a small cube, for nobody looks at it."""
     count = len(next(iter(poses.values()))[0])
     scene = Scene(bodies=tuple(bodies), effects=tuple(SceneEffect(kind, reported) for kind, reported in effects))
@@ -70,11 +70,13 @@ def world(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
     return Session.from_tracks(tracks, meshes, scene)
 
 
-def poured(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0), valid=None):
+def effects_of_pouring(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0), valid=None):
     """Effects of a run in which glass ``a`` is tilted over glass ``b``."""
-    poses = {"a": tilted(degrees), "b": still(len(degrees), position)}
+    poses = {"a": poses_of_tilted_glass(degrees), "b": poses_at_rest(len(degrees), position)}
     effects = (("pour", {"from": ["a"], "into": ["b"]}), *more)
-    return compute(world(poses, bodies or (glass("a", 60.0), glass("b", 10.0)), *effects, valid=valid)).effects
+    return compute(
+        session_with_effects(poses, bodies or (glass("a", 60.0), glass("b", 10.0)), *effects, valid=valid)
+    ).effects
 
 
 TAP = {
@@ -85,7 +87,7 @@ TAP = {
     "full_angle_deg": 90.0,
     "discharge": 0.6,
 }
-COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
+BURETTE_COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 
 
 def tap_rotations(degrees):
@@ -96,31 +98,37 @@ def tap_rotations(degrees):
     return np.tile((0.0, 0.25, 0.0), (len(half), 1)), rotations
 
 
-def run_in(degrees, *more, base=None, acid=None, settings=None, valid=None, step_ns=STEP_NS):
+def effects_of_burette(degrees, *more, base=None, acid=None, settings=None, valid=None, step_ns=STEP_NS):
     """Effects of a run in which a burette of base is opened over a flask of acid by so many degrees."""
-    base = base or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=COLUMN)
+    base = base or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=BURETTE_COLUMN)
     acid = acid or glass("flask", 0.5, solute="HCl", molar=0.1)
     count = len(degrees)
-    poses = {"burette": still(count, (0.0, 0.15, 0.0)), "tap": tap_rotations(degrees), "flask": still(count)}
+    poses = {
+        "burette": poses_at_rest(count, (0.0, 0.15, 0.0)),
+        "tap": tap_rotations(degrees),
+        "flask": poses_at_rest(count),
+    }
     effects = (("burette", {**TAP, **(settings or {})}), *more)
-    return compute(world(poses, (base, acid, SceneBody("tap")), *effects, valid=valid, step_ns=step_ns)).effects
+    return compute(
+        session_with_effects(poses, (base, acid, SceneBody("tap")), *effects, valid=valid, step_ns=step_ns)
+    ).effects
 
 
-MIX = ("mixing", {"in": ["flask"]})
-NEUTRAL = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"})
+MIXING_IN_FLASK = ("mixing", {"in": ["flask"]})
+NEUTRALISATION = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"})
 
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = tomllib.loads((ROOT / "tests/replay/effects/every_effect.toml").read_text("utf-8"))
 TABLES, HOLDS, WITH = SCENE["tables"], SCENE["holds"], SCENE["with"]
 BODIES = {name: glass(name, 5.0, solutes=solutes).extra for name, solutes in HOLDS.items()}
-BODIES["burette"]["cavity"] |= COLUMN
+BODIES["burette"]["cavity"] |= BURETTE_COLUMN
 BODIES["flask"]["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.5}
 BODIES["dish"] = SCENE["dish"]
 BODIES |= {name: {} for name in ("tap", "tube", "lamp", "wire", "hand")}
 
 
-def scene(changes, without=()):
+def scene_with_changes(changes, without=()):
     """The scene after changes: where, as keys with dots between, and what stands there instead."""
     bodies, tables = deepcopy(BODIES), deepcopy(TABLES)
     for where in (*changes, *without):
@@ -142,11 +150,11 @@ def scene(changes, without=()):
     )
 
 
-def scene_of(kinds):
+def scene_of_kinds(kinds):
     """The scene with a table of each of these kinds, and those without which they are refused."""
     firsts = {reported["kind"]: name for name, reported in reversed(TABLES.items())}
     kept = {name for kind in kinds for name in (firsts[kind], *WITH.get(kind, ()))}
-    return scene({}, TABLES.keys() - kept)
+    return scene_with_changes({}, TABLES.keys() - kept)
 
 
 LAMP = {"of": ["hand-left"], "hazard": "lamp", "distance": 0.3}
@@ -163,7 +171,7 @@ def small_session(*effects):
     return session
 
 
-NEAR = SceneEffect("hazard-proximity", LAMP)
+HAND_NEAR_LAMP = SceneEffect("hazard-proximity", LAMP)
 
 
 def run_small(*effects):
@@ -178,12 +186,12 @@ def modules_after(code):
     return set(done.stdout.split())
 
 
-def poured_on(a, b, equation, steps=20, excess=None, solids=None, **keys):
+def heat_of_pouring(a, b, equation, steps=20, excess=None, solids=None, **keys):
     """Joule above the room, the coldest and the warmest in degC of b while a is poured on it in so many steps.
 
     ``keys`` : more of the reaction.
     """
-    bodies = (glass("a", cavity=WIDE, **a), glass("b", cavity=WIDE, **b))
+    bodies = (glass("a", cavity=WIDE_BEAKER, **a), glass("b", cavity=WIDE_BEAKER, **b))
     liquids = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": WATER_J_PER_ML_K}
     effects = (
         SceneEffect("pour", {"from": ["a"], "into": ["b"]}),

@@ -322,7 +322,7 @@ def books(session):
     return "; ".join(ledger_of(session.facts).sentences())
 
 
-def refused(name, path, words, **options):
+def assert_import_refused(name, path, words, **options):
     """It is refused in one sentence that holds these words (a pattern) and names the source, if the words do not."""
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session(name, path, **options)

@@ -46,7 +46,7 @@ def unturned(positions, times=None, valid=None) -> Motion:
     return Motion(np.arange(len(positions)) if times is None else times, positions, rotations, valid)
 
 
-def still(bodies, positions, frames=1) -> Motion:
+def motion_at_rest(bodies, positions, frames=1) -> Motion:
     """Bodies that stand unrotated at ``positions`` (N, 3) for some frames of 1/90 s."""
     positions = np.asarray(positions, dtype=float)
     translations = np.broadcast_to(positions, (frames, *positions.shape))

@@ -9,10 +9,10 @@ from support.shapes import (
     beaker_mesh,
     box_mesh,
     merge_meshes,
+    motion_at_rest,
     random_rotations,
     rod_mesh,
     shift_mesh,
-    still,
     without_faces,
 )
 
@@ -28,7 +28,7 @@ PAIR = np.array([[0, 1]])
 def contained_frames(inner, outer, motion=None, enabled=True):
     """Whether one body is inside the other, (T,), over the whole motion; frame by frame the answer is the same."""
     bodies = [Body("inner", inner), Body("outer", outer)]
-    motion = still(bodies, np.zeros((2, 3))) if motion is None else motion
+    motion = motion_at_rest(bodies, np.zeros((2, 3))) if motion is None else motion
     stage, frames, verdict = (
         ContainmentStage(bodies, PAIR, enabled=enabled),
         np.arange(len(motion)),

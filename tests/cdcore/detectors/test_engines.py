@@ -7,7 +7,16 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from support.optional import ENGINE_MODULE
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, hulls_at, lab_bodies_and_motion, rod_mesh, still, unturned
+from support.shapes import (
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    hulls_at,
+    lab_bodies_and_motion,
+    motion_at_rest,
+    rod_mesh,
+    unturned,
+)
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError
@@ -109,9 +118,9 @@ def test_earlier_queries_change_no_answer(name, shape):
 def test_rod_in_a_beaker_touches_hull_not_mesh(name):
     """The rod at 0.075 m is in the hollow of the beaker, which its convex hull fills; at 0.2 m it is above."""
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
-    motion = still(bodies, [[0, 0, 0], [0, 0, 0.2]])
+    motion = motion_at_rest(bodies, [[0, 0, 0], [0, 0, 0.2]])
     for height, hull, mesh in ((0.2, False, False), (0.075, True, False)):
-        motion = still(bodies, [[0, 0, 0], [0, 0, height]])
+        motion = motion_at_rest(bodies, [[0, 0, 0], [0, 0, height]])
         assert contact_by_frame("exact", bodies, motion)[0] == mesh
         settings = {"prediction_m": 0.001} if name == "rapier" else {}
         settings |= {"contact_offset_m": 0.001} if name == "physx" else {}
@@ -142,7 +151,7 @@ def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
 def test_crowded_bodies_lose_no_contacts(name):
     bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(15)]
     positions = np.random.default_rng(0).normal(scale=0.01, size=(15, 3))
-    assert counts_as_contact(create_detector(name, bodies).detect(still(bodies, positions)).verdict).all()
+    assert counts_as_contact(create_detector(name, bodies).detect(motion_at_rest(bodies, positions)).verdict).all()
 
 
 @pytest.mark.parametrize("name", ["rapier", pytest.param("newton", marks=pytest.mark.slow)])

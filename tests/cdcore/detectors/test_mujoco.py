@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, hulls_at, lab_bodies_and_motion, random_rotations, still
+from support.shapes import box_mesh, hulls_at, lab_bodies_and_motion, motion_at_rest, random_rotations
 
 from cdcore import Body, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError
@@ -34,7 +34,8 @@ def test_mujoco_sheet_touches_only_bodies_that_cross_it(thickness, size):
     bodies = [Body("sheet", sheet), Body("small", small)]
     for height, word in ((top + half + 1e-5, Verdict.CLEAR), (top + half - 1e-5, Verdict.CONTACT)):
         assert (
-            create_detector("mujoco", bodies).detect(still(bodies, [[0, 0, 0], [0, 0, height]])).verdict[0, 0] == word
+            create_detector("mujoco", bodies).detect(motion_at_rest(bodies, [[0, 0, 0], [0, 0, height]])).verdict[0, 0]
+            == word
         )
 
 
@@ -52,7 +53,7 @@ def test_refused_mesh_is_named_in_a_single_line():
 
 def test_crowd_at_a_single_point_loses_no_contact():
     bodies = [Body(f"box {k}", box_mesh()) for k in range(40)]
-    motion = still(bodies, np.random.default_rng(0).normal(scale=1e-3, size=(40, 3)))
+    motion = motion_at_rest(bodies, np.random.default_rng(0).normal(scale=1e-3, size=(40, 3)))
     assert (create_detector("mujoco", bodies).detect(motion).verdict == Verdict.CONTACT).all()
 
 

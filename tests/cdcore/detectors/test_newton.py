@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from support.shapes import beaker_mesh, box_mesh, lab_bodies_and_motion, rod_mesh, still
+from support.shapes import beaker_mesh, box_mesh, lab_bodies_and_motion, motion_at_rest, rod_mesh
 
 from cdcore import Body, TriangleMesh, Verdict, create_detector
 from cdcore.engines import newton_world
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow
 
 def crowd(count):
     bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(count)]
-    return bodies, still(bodies, np.random.default_rng(0).normal(scale=0.01, size=(count, 3)))
+    return bodies, motion_at_rest(bodies, np.random.default_rng(0).normal(scale=0.01, size=(count, 3)))
 
 
 def test_newton_agrees_with_hulls_in_every_frame():
@@ -45,7 +45,7 @@ def test_buffer_without_room_grows_and_loses_no_contact(monkeypatch):
 def test_triangles_without_room_grow_and_lose_no_contact(monkeypatch):
     monkeypatch.setattr(newton_world, "TRIANGLE_PAIRS", 2)
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
-    motion = still(bodies, [[0, 0, 0], [0, 0, 0]])
+    motion = motion_at_rest(bodies, [[0, 0, 0], [0, 0, 0]])
     detector = create_detector("newton", bodies, shape="mesh")
     answer = detector.detect(motion).verdict
     assert np.array_equal(answer, create_detector("exact", bodies).detect(motion).verdict)
@@ -69,7 +69,7 @@ def test_hull_whose_middle_is_inside_a_mesh_is_clear():
     corner = TriangleMesh(vertices, np.concatenate([sheet.faces, stub.faces + len(sheet.vertices)]))
     bodies = [Body("corner", corner), Body("rod", box_mesh((0.005, 0.005, 0.2)))]
     for height, word in ((0.0, Verdict.CLEAR), (0.02, Verdict.CONTACT)):
-        motion = still(bodies, [[0, 0, 0], [0.01, 0.02, height]])
+        motion = motion_at_rest(bodies, [[0, 0, 0], [0.01, 0.02, height]])
         assert create_detector("exact", bodies).detect(motion).verdict[0, 0] == Verdict.CONTACT
         assert create_detector("newton", bodies, shape="mesh").detect(motion).verdict[0, 0] == word
 

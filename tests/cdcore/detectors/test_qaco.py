@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from support.search_scenes import ball_of, torus_mesh
-from support.shapes import lab_bodies_and_motion, still
+from support.shapes import lab_bodies_and_motion, motion_at_rest
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.narrow.mesh_stage import MeshStage
@@ -62,7 +62,7 @@ def test_default_detects_nearly_all_lab_contact_and_counts_work():
 
 def test_the_equations_as_printed_are_counted_as_broken():
     bodies = [Body("ring", torus_mesh()), Body("ball", ball_of(faces=400, radius=0.3))]
-    motion = still(bodies, [[0, 0, 0], [0.1, 0, 0]])
+    motion = motion_at_rest(bodies, [[0, 0, 0], [0.1, 0, 0]])
     detection = create_detector("qaco", bodies, variant="printed", budget=20_000).detect(motion)
     assert detection.work["broken"] == 1
     assert detection.work["evaluations"] < 20_000

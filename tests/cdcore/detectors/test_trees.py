@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab_bodies_and_motion, rod_mesh, still, without_faces
+from support.shapes import (
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    lab_bodies_and_motion,
+    motion_at_rest,
+    rod_mesh,
+    without_faces,
+)
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.bounding.bounding_sphere import sphere_best, sphere_by_triangle_mean
@@ -10,7 +18,7 @@ from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.protocol import counts_as_contact
 
 BALLS = [Body("a", ball_mesh()), Body("b", ball_mesh())]
-FAR = still(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
+FAR = motion_at_rest(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
 
 
 def test_distant_spheres_are_cleared_without_testing_trees():
@@ -42,21 +50,21 @@ def test_image_space_detector_has_no_false_contact():
 
 def test_open_mesh_is_invalid_only_where_boxes_overlap():
     bodies = [Body("bowl", without_faces(ball_mesh(), 9)), Body("box", box_mesh())]
-    near = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (1, 0, 0)]))
+    near = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (1, 0, 0)]))
     assert near.verdict.tolist() == [[Verdict.INVALID]]
     assert near.reasons == {(0, 0): "bowl is open: it has no inside to overlap"}
     for beside in (1.6, -1.6):  # where their spheres overlap
-        far = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (beside, 0, 0)]))
+        far = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (beside, 0, 0)]))
         assert far.verdict.tolist() == [[Verdict.CLEAR]] and far.reasons == {}
 
 
 def test_ball_in_a_box_is_contained_touching_is_not():
     bodies = [Body("box", box_mesh()), Body("ball", ball_mesh(0.2))]
     detector = create_detector("image-space", bodies)
-    assert detector.detect(still(bodies, [(0, 0, 0), (0.1, 0, 0)])).verdict.tolist() == [[Verdict.CONTAINED]]
-    assert detector.detect(still(bodies, [(0, 0, 0), (0.5, 0, 0)])).verdict.tolist() == [[Verdict.CONTACT]]
+    assert detector.detect(motion_at_rest(bodies, [(0, 0, 0), (0.1, 0, 0)])).verdict.tolist() == [[Verdict.CONTAINED]]
+    assert detector.detect(motion_at_rest(bodies, [(0, 0, 0), (0.5, 0, 0)])).verdict.tolist() == [[Verdict.CONTACT]]
     boxes = [Body("a", box_mesh()), Body("b", box_mesh())]
-    touching = create_detector("image-space", boxes).detect(still(boxes, [(0, 0, 0), (1, 0, 0)]))
+    touching = create_detector("image-space", boxes).detect(motion_at_rest(boxes, [(0, 0, 0), (1, 0, 0)]))
     assert touching.verdict.tolist() == [[Verdict.NOT_FOUND]]
 
 
@@ -80,7 +88,9 @@ def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
 
 def test_still_frames_take_a_single_query_per_pair():
     bodies = [Body("glass", beaker_mesh()), Body("rod", rod_mesh())]
-    detection = create_detector("hybrid", bodies).detect(still(bodies, [[0, 0, 0], [0.037, 0, 0.05]], frames=500))
+    detection = create_detector("hybrid", bodies).detect(
+        motion_at_rest(bodies, [[0, 0, 0], [0.037, 0, 0.05]], frames=500)
+    )
     assert (detection.verdict == Verdict.CONTACT).all()
     assert detection.work["mesh_queries"] == 1
     assert detection.work["reused"] == 499
@@ -115,5 +125,5 @@ def test_pairs_are_candidates_up_to_the_radius_sum(mode, gap, verdict):
     build = {"paper": sphere_by_triangle_mean, "best": sphere_best}[mode]
     item, other = (build(body.mesh) for body in bodies)
     offset = np.array([item.radius + other.radius + gap, 0, 0]) + item.centre - other.centre
-    motion = still(bodies, [[0, 0, 0], offset])
+    motion = motion_at_rest(bodies, [[0, 0, 0], offset])
     assert create_detector("sphere", bodies, sphere=mode).detect(motion).verdict[0, 0] == verdict

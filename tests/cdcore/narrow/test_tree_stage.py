@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.random_worlds import bodies_of, cube
-from support.shapes import lab_bodies_and_motion, still
+from support.shapes import lab_bodies_and_motion, motion_at_rest
 
 from cdcore import Motion, Verdict, create_detector
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE
@@ -77,7 +77,7 @@ def test_live_sample_continues_past_faces_decided_by_integers(name):
     needles[200] = through_the_slope
     bodies = bodies_of([slope, needles])
     stage = TreeStage(bodies, PAIR, name, TreeSettings())
-    verdict, is_apart = stage.decide_now({}, still(bodies, np.zeros((2, 3))), column=0, margin=1e-3)
+    verdict, is_apart = stage.decide_now({}, motion_at_rest(bodies, np.zeros((2, 3))), column=0, margin=1e-3)
     assert verdict == Verdict.CONTACT and not is_apart
 
 
@@ -96,5 +96,5 @@ def test_pair_size_sums_reaches_and_translations(fraction, beyond):
 @pytest.mark.parametrize("name", TREES)
 def test_cubes_so_small_that_products_vanish_touch(name):
     bodies = bodies_of([cube() * 2.0**-700, (cube() + np.array([1, 0, 0])) * 2.0**-700])
-    verdict = create_detector(name, bodies).detect(still(bodies, np.zeros((2, 3)))).verdict
+    verdict = create_detector(name, bodies).detect(motion_at_rest(bodies, np.zeros((2, 3)))).verdict
     assert verdict.tolist() == [[Verdict.CONTACT]]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, still
+from support.shapes import box_mesh, motion_at_rest
 
 from cdcore import Body
 from cdcore.errors import InvalidPairError, InvalidPoseError
@@ -36,7 +36,7 @@ def test_two_bodies_of_equal_name_are_refused():
 
 
 def test_motion_needs_as_many_bodies():
-    motion = still(BODIES, np.zeros((3, 3)))
+    motion = motion_at_rest(BODIES, np.zeros((3, 3)))
     require_bodies(motion, BODIES)
     with pytest.raises(
         InvalidPoseError, match=r"poses of 3 bodies, the detector has 2; give one column .*: table, rod"
@@ -45,7 +45,7 @@ def test_motion_needs_as_many_bodies():
 
 
 def test_blocks_pass_in_order_and_empty_blocks_do_not_count():
-    motion = still(BODIES, np.zeros((3, 3)), frames=6)
+    motion = motion_at_rest(BODIES, np.zeros((3, 3)), frames=6)
     blocks = [motion.frames(0, 2), motion.frames(2, 2), motion.frames(2, 6)]
     assert [len(block) for block in blocks_in_order(blocks)] == [2, 0, 4]
 

@@ -3,7 +3,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from support.liquid_worlds import COLUMN, MIX, RADIUS, TAP, glass, run_in, still, tap_rotations, world
+from support.liquid_worlds import (
+    BURETTE_COLUMN,
+    MIXING_IN_FLASK,
+    RADIUS,
+    TAP,
+    effects_of_burette,
+    glass,
+    poses_at_rest,
+    session_with_effects,
+    tap_rotations,
+)
 
 from replay.effects.models.outflow import volume_run_out
 from replay.engine import compute
@@ -13,12 +23,12 @@ OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
 
 
 def test_an_open_tap_runs_at_the_rate_of_torricelli():
-    run = run_in(OPEN)["burette"]
+    run = effects_of_burette(OPEN)["burette"]
     (event,) = run.events
     rate = 0.6 * 6e-7 * np.sqrt(2 * 9.80665 * 0.65) * 1e6
     # Linear between frames: the turn to and from open adds half a frame on each side.
     assert event.name == "run-in" and event.values["volume_ml"] == pytest.approx(rate * 2.0, rel=0.01)
-    (higher,) = run_in(OPEN, settings={"tip": [0.0, 0.1, 0.0]})["burette"].events
+    (higher,) = effects_of_burette(OPEN, settings={"tip": [0.0, 0.1, 0.0]})["burette"].events
     assert higher.values["volume_ml"] == pytest.approx(rate * np.sqrt(0.55 / 0.65) * 2.0, rel=0.02)
     assert event.bodies == ("burette", "flask") and run.frames_run == 201
     left, gone = run.series["burette/volume"], run.series["burette/delivered"]
@@ -27,27 +37,33 @@ def test_an_open_tap_runs_at_the_rate_of_torricelli():
 
 
 def test_two_burettes_keep_separate_volumes():
-    poses = {name: still(len(OPEN), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
-    bodies = [glass(name, fill, cavity=COLUMN) for name, fill in (("burette", 50.0), ("other", 5.0))]
-    poses |= {"tap": tap_rotations(OPEN), "flask": still(len(OPEN))}
+    poses = {name: poses_at_rest(len(OPEN), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
+    bodies = [glass(name, fill, cavity=BURETTE_COLUMN) for name, fill in (("burette", 50.0), ("other", 5.0))]
+    poses |= {"tap": tap_rotations(OPEN), "flask": poses_at_rest(len(OPEN))}
     settings = [("burette", {**TAP, "body": name}) for name in ("burette", "other")]
-    series = compute(world(poses, [*bodies, glass("flask"), SceneBody("tap")], *settings)).effects["burette"].series
+    series = (
+        compute(session_with_effects(poses, [*bodies, glass("flask"), SceneBody("tap")], *settings))
+        .effects["burette"]
+        .series
+    )
     for name, fill in (("burette", 50.0), ("other", 5.0)):
         assert series[f"{name}/delivered"].values + series[f"{name}/volume"].values == pytest.approx(fill)
 
 
 @pytest.mark.parametrize(("degrees", "fraction"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
 def test_a_tap_opens_with_its_angle_to_either_side(degrees, fraction):
-    partial, whole = (run_in([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"] for x in (degrees, 90.0))
+    partial, whole = (
+        effects_of_burette([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"] for x in (degrees, 90.0)
+    )
     assert partial == pytest.approx(fraction * whole, rel=0.01)
 
 
 def test_a_lost_tap_or_flask_keeps_its_last_pose():
     lost = np.ones(len(OPEN), dtype=bool)
     lost[50:60] = False
-    whole = run_in(OPEN)["burette"].events[0].values["volume_ml"]
+    whole = effects_of_burette(OPEN)["burette"].events[0].values["volume_ml"]
     for name in ("tap", "flask"):
-        (event,) = run_in(OPEN, valid={name: lost})["burette"].events
+        (event,) = effects_of_burette(OPEN, valid={name: lost})["burette"].events
         assert event.values["volume_ml"] == pytest.approx(whole, rel=1e-9)
 
 
@@ -75,7 +91,7 @@ def test_a_burette_never_runs_back_or_dry_twice(area, available, head):
 def test_burette_overfills_a_glass_and_the_excess_overflows():
     """50 mL run into a glass of 75.4 mL that holds 70: it holds 75.4 in the end and 44.6 ran over."""
     full = glass("flask", 70.0)
-    run = run_in([0.0, *([90.0] * 2000), 0.0], MIX, acid=full, settings={"full_area_m2": 6e-6})
+    run = effects_of_burette([0.0, *([90.0] * 2000), 0.0], MIXING_IN_FLASK, acid=full, settings={"full_area_m2": 6e-6})
     brim = np.pi * RADIUS**2 * 0.06 * 1e6
     assert run["mixing"].series["flask/volume"].values[-1] == pytest.approx(brim, rel=1e-9)
     (event,) = run["burette"].output.events_named("overflow")

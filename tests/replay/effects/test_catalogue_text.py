@@ -3,7 +3,7 @@
 import tomllib
 
 import pytest
-from support.liquid_worlds import TABLES, scene
+from support.liquid_worlds import TABLES, scene_with_changes
 
 from replay.effects import CATALOGUE
 from replay.effects.catalogue_text import catalogue_data, catalogue_lines, example_of, fields_of, toml_of
@@ -55,7 +55,7 @@ def test_all_examples_of_an_effect_make_a_scene(row):
     changes = {f"{name}.{key}": value for key, value in examples.items() if key not in alternatives}
     if changes.get(f"{name}.species") == "MnO4-":
         changes["flask.properties.liquid.solutes.KMnO4"] = 0.01  # an ion that nobody brings has no colour
-    assert plan(scene(changes, absent)).effects
+    assert plan(scene_with_changes(changes, absent)).effects
 
 
 def test_an_unknown_kind_is_refused():

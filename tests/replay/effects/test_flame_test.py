@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.liquid_worlds import glass, still, world
+from support.liquid_worlds import glass, poses_at_rest, session_with_effects
 
 from replay.engine import compute
 from sessions.model.scene import SceneBody
@@ -18,9 +18,13 @@ def flame_test_of(points, valid=None):
     """The effect of a run in which the wire's tip is at these places, 50 ms each; ``valid``: frames with a pose."""
     wire = np.asarray(points, dtype=np.float64) + np.array([0.0, 0.1, 0.0])
     count = len(wire)
-    poses = {"wire": (wire, still(count)[1]), "lamp": still(count), "b": still(count, (0.5, 0.0, 0.0))}
+    poses = {
+        "wire": (wire, poses_at_rest(count)[1]),
+        "lamp": poses_at_rest(count),
+        "b": poses_at_rest(count, (0.5, 0.0, 0.0)),
+    }
     bodies = (SceneBody("wire"), SceneBody("lamp"), glass("b", 20.0, solute="NaCl", molar=1.0))
-    session = world(poses, bodies, ("flame-test", FLAME_TEST), valid={"wire": valid}, step_ns=50_000_000)
+    session = session_with_effects(poses, bodies, ("flame-test", FLAME_TEST), valid={"wire": valid}, step_ns=50_000_000)
     return compute(session).effects["flame-test"]
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.liquid_worlds import glass, poured, still, world
+from support.liquid_worlds import effects_of_pouring, glass, poses_at_rest, session_with_effects
 
 from replay.effects.chemistry.solution_water import water_molar
 from replay.effects.output import COLOURS
@@ -18,9 +18,9 @@ def heat_of_flame(xs, height=0.2, **more):
     """The effect on a dish at these places along x, 0.1 s each; the flame heats 2 cm around, 25 cm up from 0.1."""
     points = np.zeros((len(xs), 3))
     points[:, 0], points[:, 1] = xs, height
-    poses = {"lamp": still(len(xs)), "dish": (points, still(len(xs))[1])}
+    poses = {"lamp": poses_at_rest(len(xs)), "dish": (points, poses_at_rest(len(xs))[1])}
     dish = SceneBody("dish", extra={"properties": {"heat_capacity_j_per_k": 60.0}})
-    session = world(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
+    session = session_with_effects(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
     return compute(session).effects["heat"]
 
 
@@ -65,9 +65,11 @@ def over_flame(contents, *tables, xs=XS, **more):
     """The effects of a dish of 20 mL that is over a flame from 0.5 to 10.5 s, or where else ``xs`` is near 0."""
     points = np.zeros((len(xs), 3))
     points[:, 0], points[:, 1] = xs, 0.2
-    poses = {"lamp": still(len(xs)), "dish": (points, still(len(xs))[1])}
+    poses = {"lamp": poses_at_rest(len(xs)), "dish": (points, poses_at_rest(len(xs))[1])}
     bodies = (SceneBody("lamp"), glass("dish", 20.0, properties=contents))
-    return compute(world(poses, bodies, ("heat", {**FLAME, **more}), *tables, step_ns=100_000_000)).effects
+    return compute(
+        session_with_effects(poses, bodies, ("heat", {**FLAME, **more}), *tables, step_ns=100_000_000)
+    ).effects
 
 
 FOLLOW = ("mixing", {"in": ["dish"]})
@@ -122,7 +124,7 @@ def acid(name, volume):
 
 
 def mixed(bodies, degrees=TILT, **more):
-    return poured(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
+    return effects_of_pouring(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
 
 
 def test_acid_into_water_gives_off_the_heat_of_the_table():
@@ -163,8 +165,8 @@ SALT = {"heat_capacity_j_per_k": 60.0, "solid": {"formula": "CuSO4.5H2O", "mass_
 
 def salted(more, properties=SALT):
     dish = SceneBody("dish", instrument="evaporating_dish", extra={"properties": properties})
-    poses = {"lamp": still(30), "dish": still(30, (0.0, 0.2, 0.0))}
-    return world(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
+    poses = {"lamp": poses_at_rest(30), "dish": poses_at_rest(30, (0.0, 0.2, 0.0))}
+    return session_with_effects(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
 
 
 def test_a_heated_solid_changes_colour_once():

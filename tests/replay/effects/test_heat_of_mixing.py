@@ -5,7 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.liquid_worlds import glass, poured, run_in, still, tilted, world
+from support.liquid_worlds import (
+    effects_of_burette,
+    effects_of_pouring,
+    glass,
+    poses_at_rest,
+    poses_of_tilted_glass,
+    session_with_effects,
+)
 
 from replay.engine import compute
 
@@ -27,7 +34,7 @@ def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
     """20 mL of one are poured into 20 mL of the other, all of it."""
     bodies = (vessel("a", 20.0, *row["first"]), vessel("b", 20.0, *row["second"]))
     settings = (MIX, ("reaction", {"equation": row["equation"]}), ("heat", HEAT))
-    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *settings)
+    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, *settings)
     moved = effects["pour"].events[0].values["volume_ml"]
     series = effects["heat"].series["b/temperature"]
     assert (series.times[0], series.values[0]) == (0.0, 20.0)
@@ -45,7 +52,7 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
         vessel("b", 20.0, "NaOH", 1.0, temperature_c=30.0, heat_capacity_j_per_k=30.0),
     )
     celsius = (MIX, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
-    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *celsius)
+    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, *celsius)
     moved = effects["pour"].events[0].values["volume_ml"]
     celsius = effects["heat"].series["b/temperature"].values
     energy = PER_ML * (20.0 * 10.0 - moved * 10.0) + 30.0 * 10.0 + 0.5e-3 * moved * 55.84e3
@@ -57,7 +64,7 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
 def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
     bodies = (vessel("a", 60.0, "", 0.0), vessel("b", 50.0, "", 0.0, temperature_c=80.0))
     heat = ("heat", {**HEAT, "loss_w_per_k": 100.0})
-    effects = poured([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    effects = effects_of_pouring([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
     series = effects["heat"].series["b/temperature"]
     early = series.times < effects["pour"].events[0].time - 0.01
     expected = 20.0 + 60.0 * np.exp(-100.0 * (series.times[early] - series.times[0]) / (PER_ML * 50.0))
@@ -68,7 +75,7 @@ def test_a_vessel_that_drifts_to_the_room_is_no_result():
     """Hot water cools in its glass, and warms what it is poured into: the second is what is reported."""
     bodies = (vessel("a", 60.0, "", 0.0, temperature_c=60.0), vessel("b", 50.0, "", 0.0))
     heat = ("heat", {**HEAT, "loss_w_per_k": 10.0})
-    effects = poured([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    effects = effects_of_pouring([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
     assert {event.bodies for event in effects["heat"].events if event.name in ("warmest", "coldest")} == {("b",)}
 
 
@@ -76,7 +83,7 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     """2 g of calcium chloride's hydrate cool 25 mL or so by 1.4 K; the first drops on it are not what is told."""
     solid = {"solid": {"formula": "CaCl2.6H2O", "mass_g": 2.0}}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
-    effects = poured([0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT))
+    effects = effects_of_pouring([0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT))
     (coldest,) = effects["heat"].output.events_named("coldest")
     last = effects["heat"].series["b/temperature"].values[-1]
     assert coldest.values["to_c"] == pytest.approx(last, abs=0.01) and 17.0 < last < 19.9
@@ -105,14 +112,16 @@ def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, dec
     bodies = (vessel("a", 30.0, "", 0.0), glass("b", 0.0, properties=powder))
     products = {"Na2S2O3": "2 Na+ + S2O3^2-", "CO(NH2)2": "CO(NH2)2(aq)", "LiCl": "Li+ + Cl-", "NaNO3": "Na+ + NO3-"}
     equation = [("reaction", {"equation": f"{formula}(s) -> {products[formula]}", **declared})] if declared else []
-    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
+    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
     texts = [event.text for event in effects["heat"].output.events_named("strong")]
     assert len(texts) == bool(ions) and all(f"so strong a solution of {ions} as" in text for text in texts)
 
 
 def test_a_warm_titration_goes_by_drops():
     """Permanganate coloured hot oxalic acid 0.55 mL after its end point."""
-    opened = run_in([*([0.0] * 2), *([90.0] * 200)], ("mixing", {"in": ["flask"]}), ("heat", HEAT), settings=FAST)
+    opened = effects_of_burette(
+        [*([0.0] * 2), *([90.0] * 200)], ("mixing", {"in": ["flask"]}), ("heat", HEAT), settings=FAST
+    )
     volume = opened["mixing"].series["flask/volume"].values
     assert np.ptp(volume) > 20.0 and np.diff(volume).max() < 0.2
 
@@ -120,7 +129,7 @@ def test_a_warm_titration_goes_by_drops():
 def test_a_hot_dry_solid_does_not_boil():
     solid = {"solid": {"formula": "KNO3", "mass_g": 10.0}, "temperature_c": 250.0}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
-    effects = poured([0.0] * 20, bodies, MIX, ("heat", HEAT))
+    effects = effects_of_pouring([0.0] * 20, bodies, MIX, ("heat", HEAT))
     assert not effects["heat"].output.events_named("boil")
 
 
@@ -128,7 +137,7 @@ def test_hot_copper_warms_the_water_poured_onto_the_metal():
     """100 g of copper have 38.5 J/K by the handbook's 0.385 J/(g K)."""
     metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=metal))
-    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))
+    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))
     moved = effects["pour"].events[0].values["volume_ml"]
     celsius = effects["heat"].series["b/temperature"].values
     expected = (PER_ML * moved * 20.0 + 38.5 * 90.0) / (PER_ML * moved + 38.5)
@@ -139,12 +148,14 @@ def test_hot_copper_warms_the_water_poured_onto_the_metal():
 def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     seconds, count = 6.0, round(7.0 * hz)
     degrees = np.interp(np.arange(count) / hz, [0.0, 0.2, 0.7, 0.9], [0.0, 0.0, 120.0, 120.0])
-    poses = {"a": tilted(degrees), "b": still(count)}
+    poses = {"a": poses_of_tilted_glass(degrees), "b": poses_at_rest(count)}
     bodies = (vessel("a", 20.0, "HCl", 0.5), vessel("b", 20.0, "NaOH", 1.0))
     tables = (MIX, ("pour", {"from": ["a"], "into": ["b"]}), ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
     heat = ("heat", {**HEAT, "loss_w_per_k": 5.0})
     series = (
-        compute(world(poses, bodies, *tables, heat, step_ns=round(1e9 / hz))).effects["heat"].series["b/temperature"]
+        compute(session_with_effects(poses, bodies, *tables, heat, step_ns=round(1e9 / hz)))
+        .effects["heat"]
+        .series["b/temperature"]
     )
     excess = series.values - 20.0
     at = np.searchsorted(series.times, 1.0)
@@ -164,14 +175,14 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
     """Hot water goes from a into b while b runs into c: 60 mL of 60 K above the room, wherever they end."""
     times = np.arange(round(4.0 * hz)) / hz
     poses = {
-        "a": tilted(np.interp(times, [0.2, 3.5], [0.0, 75.0]), (0.0, 0.5, 0.0)),
-        "b": tilted(np.interp(times, [0.2, 3.5], [0.0, 25.0]), (0.02, 0.2, 0.0)),
-        "c": still(len(times), (0.02, 0.0, 0.0)),
+        "a": poses_of_tilted_glass(np.interp(times, [0.2, 3.5], [0.0, 75.0]), (0.0, 0.5, 0.0)),
+        "b": poses_of_tilted_glass(np.interp(times, [0.2, 3.5], [0.0, 25.0]), (0.02, 0.2, 0.0)),
+        "c": poses_at_rest(len(times), (0.02, 0.0, 0.0)),
     }  # fmt: skip
     bodies = [vessel("a", 60.0, "", 0.0, temperature_c=80.0), vessel("b", 70.0, "", 0.0), vessel("c", 0.0, "", 0.0)]
     settings = (("pour", {"from": order, "into": ["b", "c"]}), ("mixing", {"in": sorted(order)}), ("heat", HEAT))
     bodies = bodies if order[0] == "a" else bodies[::-1]
-    effects = compute(world(poses, bodies, *settings, step_ns=round(1e9 / hz))).effects
+    effects = compute(session_with_effects(poses, bodies, *settings, step_ns=round(1e9 / hz))).effects
     volumes = {name: effects["pour"].series[f"{name}/volume"].values[-1] for name in "abc"}
     celsius = {name: effects["heat"].series[f"{name}/temperature"].values[-1] for name in "abc"}
     assert volumes["c"] > 5.0 and celsius["c"] > 21.0 and effects["pour"].series["spilled/volume"].values[-1] == 0.0

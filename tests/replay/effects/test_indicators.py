@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, run_in
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
 
 from replay.effects.colour_tables import INDICATORS, coloured_species
 
@@ -23,9 +23,12 @@ BY_PH = {
 
 def titrated(solutes, titrant, indicator, *effects, hz=90):
     """Effects of a titrant that runs into 2 mL of a solution with an indicator."""
-    flask, burette = glass("flask", 2.0, solutes=solutes), glass("burette", 50.0, solutes=titrant, cavity=COLUMN)
+    flask, burette = (
+        glass("flask", 2.0, solutes=solutes),
+        glass("burette", 50.0, solutes=titrant, cavity=BURETTE_COLUMN),
+    )
     display = ("colour", {"in": "flask", "indicator": indicator})
-    return run_in(OPEN, MIX, *effects, display, base=burette, acid=flask, step_ns=10**9 // hz)
+    return effects_of_burette(OPEN, MIXING_IN_FLASK, *effects, display, base=burette, acid=flask, step_ns=10**9 // hz)
 
 
 def test_ten_indicators_have_a_name():

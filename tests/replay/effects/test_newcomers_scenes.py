@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
+from support.liquid_worlds import (
+    BURETTE_COLUMN,
+    MIXING_IN_FLASK,
+    effects_of_burette,
+    effects_of_pouring,
+    glass,
+    poses_at_rest,
+    session_with_effects,
+)
 
 from replay.effects.chemistry.components import FRESH_FORMULAS
 from replay.effects.colour_tables import SOLID_COLOURS
@@ -21,7 +29,9 @@ NITRE = ("precipitation", {"solid": "KNO3", "colour": "white"})
 def standing(seconds, flask, *more):
     """Effects of a run in which a flask stands."""
     count = int(seconds * 10) + 1
-    return compute(world({"flask": still(count)}, (flask,), MIX, *more, step_ns=100_000_000)).effects
+    return compute(
+        session_with_effects({"flask": poses_at_rest(count)}, (flask,), MIXING_IN_FLASK, *more, step_ns=100_000_000)
+    ).effects
 
 
 def nitre(celsius, mass_g=40.0):
@@ -71,8 +81,8 @@ def test_every_fresh_precipitate_has_a_default_colour():
 
 @pytest.mark.parametrize("colour", ["deep blue", "light blue", "pale yellow", "blue-green", "dark red-brown", "grey"])
 def test_colours_may_have_shades_and_be_halves_of_two(colour):
-    tables = (MIX, HEAT, ("precipitation", {"solid": "KNO3", "colour": colour}))
-    assert plan_faults(world({"flask": still(2)}, (nitre(20.0),), *tables).scene) == ()
+    tables = (MIXING_IN_FLASK, HEAT, ("precipitation", {"solid": "KNO3", "colour": colour}))
+    assert plan_faults(session_with_effects({"flask": poses_at_rest(2)}, (nitre(20.0),), *tables).scene) == ()
 
 
 def test_shades_are_ordered_from_pale_to_dark():
@@ -82,22 +92,24 @@ def test_shades_are_ordered_from_pale_to_dark():
 
 @pytest.mark.parametrize("liquid", [{}, {"solute": "H2O"}, {"solute": "water"}])
 def test_plain_water_needs_no_concentration(liquid):
-    scene = world({"flask": still(2)}, (glass("flask", 50.0, **liquid),), MIX).scene
+    scene = session_with_effects({"flask": poses_at_rest(2)}, (glass("flask", 50.0, **liquid),), MIXING_IN_FLASK).scene
     assert plan_faults(scene) == ()
 
 
 def test_a_solute_without_its_concentration_is_named():
-    scene = world({"flask": still(2)}, (glass("flask", 50.0, solute="HCl"),), MIX).scene
+    scene = session_with_effects(
+        {"flask": poses_at_rest(2)}, (glass("flask", 50.0, solute="HCl"),), MIXING_IN_FLASK
+    ).scene
     (fault,) = plan_faults(scene)
     assert "body 'flask' has no liquid.molar; give a finite number" in fault
 
 
 def test_two_ions_colour_a_liquid_and_each_change_is_reported():
     """Chromate becomes dichromate: its colour gives way to the other's, in the glass too."""
-    burette = glass("burette", 50.0, solute="H2SO4", molar=1.0, cavity=COLUMN)
+    burette = glass("burette", 50.0, solute="H2SO4", molar=1.0, cavity=BURETTE_COLUMN)
     colours = [("colour", {"in": "flask", "species": ion}) for ion in ("CrO4 2-", "Cr2O7 2-")]
-    effects = run_in(
-        DRIP, MIX, ("reaction", {"equation": "2 CrO4^2- + 2 H+ -> Cr2O7^2- + H2O"}), *colours,
+    effects = effects_of_burette(
+        DRIP, MIXING_IN_FLASK, ("reaction", {"equation": "2 CrO4^2- + 2 H+ -> Cr2O7^2- + H2O"}), *colours,
         base=burette, acid=glass("flask", 2.0, solute="K2CrO4", molar=0.1),
     )  # fmt: skip
     texts = sorted(event.text for event in effects["colour"].events)
@@ -111,11 +123,11 @@ def test_two_ions_colour_a_liquid_and_each_change_is_reported():
 
 def test_colour_appears_when_its_ion_is_visible():
     """Not with the first drop: the copper ammine is 1e-33 mol/L then."""
-    burette = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=COLUMN)
+    burette = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
     deep = ("colour", {"in": "flask", "species": "Cu(NH3)4 2+"})
     reaction = ("reaction", {"equation": "Cu2+ + 4 NH3 -> Cu(NH3)4 2+"})
     flask = glass("flask", 2.0, solute="CuSO4", molar=0.05)
-    effects = run_in(DRIP, MIX, reaction, deep, base=burette, acid=flask)
+    effects = effects_of_burette(DRIP, MIXING_IN_FLASK, reaction, deep, base=burette, acid=flask)
     (appears,) = effects["colour"].events
     series = effects["colour"].series["flask/Cu(NH3)4^2+ colour"]
     before = series.values[series.times < appears.time]
@@ -136,16 +148,17 @@ def test_colour_appears_when_its_ion_is_visible():
 def test_a_solid_that_no_table_names_is_announced(burette, flask, equation, solid):
     """Without a word it would stay dissolved, far beyond its solubility."""
     solutes = {flask[0]: flask[1], "HCl": 0.001, "CH3COOH": 0.001} if flask[0] != "AgNO3" else {flask[0]: flask[1]}
-    effects = run_in(
-        DRIP, MIX, ("reaction", {"equation": equation}),
-        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=COLUMN),
+    effects = effects_of_burette(
+        DRIP, MIXING_IN_FLASK, ("reaction", {"equation": equation}),
+        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
         acid=glass("flask", 2.0, solutes=solutes),
     )  # fmt: skip
     texts = [event.text for event in effects["reaction"].output.events_named("supersaturated")]
     assert len(texts) == 1 and texts[0].startswith(f"{solid} is beyond its solubility in flask")
-    named = run_in(
-        DRIP, MIX, ("reaction", {"equation": equation}), ("precipitation", {"solid": solid, "colour": "white"}),
-        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=COLUMN),
+    named = effects_of_burette(
+        DRIP, MIXING_IN_FLASK, ("reaction", {"equation": equation}),
+        ("precipitation", {"solid": solid, "colour": "white"}),
+        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
         acid=glass("flask", 2.0, solutes=solutes),
     )  # fmt: skip
     assert not named["reaction"].output.events_named("supersaturated")
@@ -153,11 +166,11 @@ def test_a_solid_that_no_table_names_is_announced(burette, flask, equation, soli
 
 
 def test_nothing_is_announced_where_all_stays_dissolved():
-    effects = poured([0.0, *([60.0] * 3), 0.0], None, ("mixing", {"in": ["b"]}))
+    effects = effects_of_pouring([0.0, *([60.0] * 3), 0.0], None, ("mixing", {"in": ["b"]}))
     assert "reaction" not in effects
     salts = (glass("a", 60.0, solute="CaCl2", molar=0.01), glass("b", 10.0, solutes={"NaNO3": 0.1, "HCl": 0.1}))
     indicator = ("colour", {"in": "b", "indicator": "litmus"})
-    effects = poured([0.0, *([60.0] * 3), 0.0], salts, ("mixing", {"in": ["b"]}), indicator)
+    effects = effects_of_pouring([0.0, *([60.0] * 3), 0.0], salts, ("mixing", {"in": ["b"]}), indicator)
     assert not effects["reaction"].output.events_named("supersaturated")
 
 
@@ -175,7 +188,7 @@ def test_initial_temperature_must_be_between_freezing_and_boiling(temperature, a
     properties = {} if temperature is None else {"temperature_c": temperature}
     heat = ("heat", {"of": "liquids", "ambient_c": ambient, "loss_w_per_k": 0.0})
     flask = glass("flask", 50.0, properties=properties, solutes=solutes)
-    faults = plan_faults(world({"flask": still(2)}, (flask,), MIX, heat).scene)
+    faults = plan_faults(session_with_effects({"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, heat).scene)
     assert len(faults) == (1 if words else 0) and all(words in fault for fault in faults)
 
 
@@ -204,7 +217,7 @@ def test_excess_bicarbonate_uses_up_all_poured_acid():
     powder = {"solid": {"formula": "NaHCO3", "mass_g": 50.0}}
     bodies = (glass("a", 60.0, solute="HCl", molar=6.0), glass("b", 0.0, properties=powder))
     equation = ("reaction", {"equation": "NaHCO3 + HCl -> NaCl + H2O + CO2"})
-    effects = poured([0.0, *([120.0] * 3), 0.0, 0.0], bodies, ("mixing", {"in": ["b"]}), equation)
+    effects = effects_of_pouring([0.0, *([120.0] * 3), 0.0, 0.0], bodies, ("mixing", {"in": ["b"]}), equation)
     series = effects["reaction"].series
     acid_mmol = 6.0 * effects["pour"].series["b/volume"].values[-1]
     assert series["b/pH"].values[-1] > 5.0
@@ -230,9 +243,9 @@ def test_equal_amounts_that_hardly_react_are_no_end_point():
     iron = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
     events = {}
     for name, acid in (("weak", {"H2SO4": 1e-4}), ("acid", {"H2SO4": 0.5})):
-        effects = run_in(
-            DRIP, MIX, ("reaction", {"equation": iron}),
-            base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=COLUMN),
+        effects = effects_of_burette(
+            DRIP, MIXING_IN_FLASK, ("reaction", {"equation": iron}),
+            base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
             acid=glass("flask", 2.0, solutes={"FeSO4": 0.01, **acid}),
         )  # fmt: skip
         output = effects["reaction"].output
@@ -242,9 +255,9 @@ def test_equal_amounts_that_hardly_react_are_no_end_point():
 
 
 def test_no_acid_is_named_where_protons_are_lacking():
-    effects = run_in(
-        DRIP, MIX, ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"}),
-        base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=COLUMN),
+    effects = effects_of_burette(
+        DRIP, MIXING_IN_FLASK, ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"}),
+        base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
         acid=glass("flask", 2.0, solutes={"FeSO4": 0.01}),
     )  # fmt: skip
     (event,) = effects["reaction"].output.events_named("no-reaction")
@@ -278,7 +291,7 @@ def test_iodine_clock_turns_blue_when_thiosulfate_is_used_up():
         ("reaction", {"equation": "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-"}),
         ("colour", {"in": "b", "indicator": "starch"}),
     )
-    effects = poured([0.0, *([120.0] * 40), *([0.0] * 200)], bodies, *tables)
+    effects = effects_of_pouring([0.0, *([120.0] * 40), *([0.0] * 200)], bodies, *tables)
     (flow,) = effects["pour"].events
     persulfate_mmol, thiosulfate_mmol = 0.1 * flow.values["volume_ml"], 0.005 * 40.0
     seconds = -np.log(1.0 - 0.5 * thiosulfate_mmol / persulfate_mmol) / 0.05

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import pytest
 from support import liquid_worlds as proofs
-from support.liquid_worlds import NEAR, run_small, scene_of, small_session
+from support.liquid_worlds import HAND_NEAR_LAMP, run_small, scene_of_kinds, small_session
 
 from replay.effects import EFFECTS, load_effect
 from replay.effects.effect_plan import plan
@@ -29,7 +29,7 @@ def subsets():
 @pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_plan_is_the_closure_of_the_declared_effects(every):
     for kinds in subsets()[::every]:
-        scene = scene_of(kinds)
+        scene = scene_of_kinds(kinds)
         planned = plan(scene)
         needed = {other for step in planned.steps.values() for other in step.spec.needed_kinds(step.declared)}
         assert set(planned.effects) == {effect.kind for effect in scene.effects} | needed, kinds
@@ -47,11 +47,11 @@ def test_a_plan_is_the_closure_of_the_declared_effects(every):
 @pytest.mark.slow
 def test_the_files_of_undeclared_effects_are_never_imported():
     code = (
-        "from support.liquid_worlds import scene_of\nfrom replay.effects import EFFECTS\n"
+        "from support.liquid_worlds import scene_of_kinds\nfrom replay.effects import EFFECTS\n"
         "from replay.effects.effect_plan import plan\n"
         "def there(): return {m for m in sys.modules if m.startswith('replay.effects.')}\n"
         "files = {kind: entry.partition(':')[0] for kind, entry in EFFECTS.items()}\n"
-        "scenes = {kind: scene_of([kind]) for kind in EFFECTS}\n"
+        "scenes = {kind: scene_of_kinds([kind]) for kind in EFFECTS}\n"
         "for kind in EFFECTS:\n"
         "    for name in set(files.values()) & there(): del sys.modules[name]\n"
         "    planned = plan(scenes[kind])\n"
@@ -63,7 +63,9 @@ def test_the_files_of_undeclared_effects_are_never_imported():
 
 @pytest.mark.slow
 def test_a_run_without_contacts_loads_no_compiler_or_engine():
-    loaded = proofs.modules_after("from support.liquid_worlds import NEAR, run_small\nrun_small(NEAR)")
+    loaded = proofs.modules_after(
+        "from support.liquid_worlds import HAND_NEAR_LAMP, run_small\nrun_small(HAND_NEAR_LAMP)"
+    )
     assert "replay.effects.hazard_proximity" in loaded
     assert not loaded & {"numba", "fcl", "replay.effects.contact", "replay.effects.grasp", "cdcore.detectors.exact"}
     assert not {name for name in loaded if "kernels" in name}
@@ -158,7 +160,7 @@ def test_an_outside_effect_is_a_file_and_a_row(tmp_path, monkeypatch):
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: glow\nVersion: 1.0\n", encoding="utf-8")
     (info / "entry_points.txt").write_text("[vrlab_replay.effects]\nglow = glow_effect:SPEC\n", encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
-    assert "glow" in plan(small_session(NEAR).scene).not_run and "glow_effect" not in sys.modules
+    assert "glow" in plan(small_session(HAND_NEAR_LAMP).scene).not_run and "glow_effect" not in sys.modules
     result = run_small(SceneEffect("glow", {"of": ["lamp", "hand-left"]}))
     assert [event.bodies for event in result.effects["glow"].events] == [("lamp",), ("hand-left",)]
     assert "glow_effect" in sys.modules

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from oracles.random_liquids import printed
-from support.liquid_worlds import COLUMN, TAP, glass, still, tap_rotations, tilted
+from support.liquid_worlds import BURETTE_COLUMN, TAP, glass, poses_at_rest, poses_of_tilted_glass, tap_rotations
 
 from sessions.model.scene import SceneBody
 
@@ -15,7 +15,7 @@ HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.3, "heat_capacity_
 
 
 def ramp(first, last, degrees):
-    return tilted(np.interp(np.arange(COUNT), [first, last], [0.0, degrees]), (0.0, 0.2, 0.0))
+    return poses_of_tilted_glass(np.interp(np.arange(COUNT), [first, last], [0.0, degrees]), (0.0, 0.2, 0.0))
 
 
 def holding(name, volume, solids=None, cavity=None, **solutes):
@@ -24,10 +24,10 @@ def holding(name, volume, solids=None, cavity=None, **solutes):
 
 def titration():
     """Soda and hydrogen carbonate, an indicator, and gas."""
-    poses = {"burette": still(COUNT, (0.0, 0.15, 0.0)), "flask": still(COUNT)}
+    poses = {"burette": poses_at_rest(COUNT, (0.0, 0.15, 0.0)), "flask": poses_at_rest(COUNT)}
     poses["tap"] = tap_rotations([0.0, *([90.0] * (COUNT - 1))])
     bodies = (
-        holding("burette", 50.0, cavity=COLUMN, HCl=0.5),
+        holding("burette", 50.0, cavity=BURETTE_COLUMN, HCl=0.5),
         holding("flask", 1.0, Na2CO3=0.05, NaHCO3=0.05),
         SceneBody("tap"),
     )
@@ -43,7 +43,7 @@ def titration():
 
 def pours():
     """Three salts fall out of what two glasses pour into one, which grows warm and pours on."""
-    poses = {"a": ramp(10, 60, 100.0), "b": still(COUNT), "c": ramp(70, 140, 100.0)}
+    poses = {"a": ramp(10, 60, 100.0), "b": poses_at_rest(COUNT), "c": ramp(70, 140, 100.0)}
     bodies = (
         holding("a", 30.0, AgNO3=0.2, BaCl2=0.05),
         holding("b", 10.0, NaCl=0.1, KI=0.1, Na2SO4=0.1),
@@ -60,7 +60,7 @@ def pours():
 def chain():
     """Acid goes from glass to glass to glass over zinc that dissolves slowly, all at one time."""
     lower = (0.0, -0.2, 0.0)
-    poses = {"a": ramp(10, 150, 110.0), "b": ramp(20, 200, 110.0), "c": still(COUNT, lower)}
+    poses = {"a": ramp(10, 150, 110.0), "b": ramp(20, 200, 110.0), "c": poses_at_rest(COUNT, lower)}
     poses["b"] = (poses["b"][0] + np.array([0.0, -0.2, 0.0]), poses["b"][1])
     bodies = (
         holding("a", 50.0, HCl=1.0),

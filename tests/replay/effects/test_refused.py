@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.liquid_worlds import scene
+from support.liquid_worlds import scene_with_changes
 
 from replay.effects import CATALOGUE, RETIRED_KINDS
 from replay.effects.effect_plan import plan
@@ -19,15 +19,15 @@ SLIPS = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"
 def test_a_slip_is_refused_with_a_remedy(slip):
     changes = {where: value for where, value in slip.items() if where not in ("words", "without")}
     with pytest.raises(PlanError) as refused:
-        plan(scene(changes, slip.get("without", ())))
+        plan(scene_with_changes(changes, slip.get("without", ())))
     faults = refused.value.faults
     assert any(re.search("^scene.toml: .*" + slip["words"], fault) for fault in faults), faults
 
 
 def test_the_scene_without_a_slip_is_planned():
-    assert plan(scene({})).effects
-    assert plan(scene({"burn.between": ["hand", "flask"]})).effects  # warm tells how hot each vessel is
-    assert plan(scene({"flask.properties.liquid.solutes.C2H5OH": 0.1})).effects
+    assert plan(scene_with_changes({})).effects
+    assert plan(scene_with_changes({"burn.between": ["hand", "flask"]})).effects  # warm tells how hot each vessel is
+    assert plan(scene_with_changes({"flask.properties.liquid.solutes.C2H5OH": 0.1})).effects
 
 
 RETIRED = [(kind, word) for kind, row in CATALOGUE.items() for word in row.get("retired", {})]

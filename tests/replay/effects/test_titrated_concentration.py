@@ -1,7 +1,7 @@
 """Concentrations that a titration gives, from the volume alone, and where it gives none."""
 
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, run_in
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
 
 from replay.effects.chemistry.contents import Contents
 from replay.effects.titrated_concentration import titrated_concentration
@@ -25,9 +25,9 @@ ROWS = [
 
 def end_points(burette, flask, solid, equation):
     """Events of the end points of a burette's liquid in 2 mL."""
-    titrant = glass("burette", 50.0, solutes=burette, cavity=COLUMN)
+    titrant = glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
     sample = glass("flask", 2.0, solutes=flask, properties={"solid": solid} if solid else {})
-    return run_in(OPEN, MIX, ("reaction", {"equation": equation}), base=titrant, acid=sample)[
+    return effects_of_burette(OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=titrant, acid=sample)[
         "reaction"
     ].output.events_named("end-point")
 

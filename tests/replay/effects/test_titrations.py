@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, run_in
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
 from support.second_opinions import answer
 
 from replay.effects.effect_summary import titration_curves
@@ -17,11 +17,13 @@ RATES_HZ = [30, pytest.param(90, marks=pytest.mark.slow), pytest.param(250, mark
 
 def titrated(flask, burette, equations=("H+ + OH- -> H2O",), hz=10):
     """Effects of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
-    acid, base = glass("flask", 10.0, solutes=flask), glass("burette", 50.0, solutes=burette, cavity=COLUMN)
+    acid, base = glass("flask", 10.0, solutes=flask), glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
     tables = [("reaction", {"equation": equation}) for equation in equations]
     degrees = [0.0, 0.0, *([90.0] * 8 * hz), 0.0]
     settings = {"full_area_m2": 1.2e-6}
-    return run_in(degrees, MIX, *tables, acid=acid, base=base, step_ns=round(1e9 / hz), settings=settings)
+    return effects_of_burette(
+        degrees, MIXING_IN_FLASK, *tables, acid=acid, base=base, step_ns=round(1e9 / hz), settings=settings
+    )
 
 
 def ph_of(solutes):

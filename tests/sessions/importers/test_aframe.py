@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import books, refused, round_trips
+from support.mutants import assert_import_refused, books, round_trips
 
 from sessions.importers import import_session
 from sessions.model.assumption import Subject, assumptions_of
@@ -87,7 +87,7 @@ def test_a_pose_without_a_number_is_lost(tmp_path):
 )
 def test_duplicate_key_in_an_aframe_recording_is_refused(tmp_path, text, name):
     path = take_file(tmp_path, text % (json.dumps(pose_row(1)), json.dumps(pose_row(2))))
-    refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
+    assert_import_refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
 
 
 def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
@@ -108,7 +108,7 @@ def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
 
 def test_rotation_of_four_numbers_is_refused(tmp_path):
     rotated = {**pose_row(1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
-    refused(
+    assert_import_refused(
         "aframe",
         take_file(tmp_path, {"cup": {"poses": [rotated]}}),
         "cup: poses: a rotation has a w: it is a quaternion",

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import MUTANTS, books, refused, round_trips, tried
+from support.mutants import MUTANTS, assert_import_refused, books, round_trips, tried
 
 from replay import guide
 from sessions import MeshData
@@ -148,7 +148,7 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
 
 def test_a_column_of_numbers_taken_for_names_is_refused(written):
     path = written(HEADER, *(pose_line(0.0, f"{k}") for k in range(1001)))
-    refused("csv", path, r"column 'body' names 1,001 bodies; is it the column of names\?")
+    assert_import_refused("csv", path, r"column 'body' names 1,001 bodies; is it the column of names\?")
 
 
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
@@ -165,7 +165,7 @@ def test_unity_script_output_is_read_in_any_locale(written, delimiter, decimal):
 def test_ragged_non_utf_8_row_is_refused_in_a_sentence(tmp_path):
     rows = [pose_line(0.01 * k) for k in range(500)]  # beyond a block of the header
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
-    refused("csv", tmp_path / "take.csv", r"no CSV text in UTF-8 .*; save it as UTF-8")
+    assert_import_refused("csv", tmp_path / "take.csv", r"no CSV text in UTF-8 .*; save it as UTF-8")
 
 
 def test_empty_short_and_bad_cells_are_accounted_for(written):
@@ -174,7 +174,7 @@ def test_empty_short_and_bad_cells_are_accounted_for(written):
     session = import_session("csv", written(*lines))
     assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == -3
     assert "1 of 3 rows dropped: with too few or too many cells" in books(session)
-    refused("csv", written(*lines, "pose,3,cup,1,2,x,0,0,0,1,1"), "line 6, column 'pz': 'x' is no number")
+    assert_import_refused("csv", written(*lines, "pose,3,cup,1,2,x,0,0,0,1,1"), "line 6, column 'pz': 'x' is no number")
 
 
 SCRIPT = Path(guide.__file__).with_name("VrLabRecorder.cs").read_text("utf-8")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import books, refused
+from support.mutants import assert_import_refused, books
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -218,7 +218,9 @@ def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
         assert len(track) == COUNT and {*track.positions[:, 0]} == {"213".index(name[-1]) + 0.5}
     wide = MAPPING.replace('"t"', '"timestamp"') % ""
     (tmp_path / "wide.toml").write_text(wide)
-    refused("csv", tmp_path / "log.csv", "60 of 90 rows repeat .* tells 3 bodies apart", mapping=tmp_path / "wide.toml")
+    assert_import_refused(
+        "csv", tmp_path / "log.csv", "60 of 90 rows repeat .* tells 3 bodies apart", mapping=tmp_path / "wide.toml"
+    )
 
 
 def test_long_table_without_body_column_is_drafted_as_comment(tmp_path):

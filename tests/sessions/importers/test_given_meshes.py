@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
-from support.mutants import refused
+from support.mutants import assert_import_refused
 from support.planted_sessions import EXPORTERS, TO_SOURCE, changed
 
 from replay.cli.main import main
@@ -107,9 +107,9 @@ def test_axes_are_given_per_body_and_unknown_names_refused(tmp_path):
     ):
         session = import_session("csv", source, mesh_axes=axes, **given)
         assert session.meshes["tool"].vertices[1].tolist() == vertex
-    refused("csv", source, "no body 'tol'; did you mean 'tool'", mesh_axes=["tol=gltf"], **given)
-    refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="sideways", **given)
-    refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="tool=sideways", **given)
+    assert_import_refused("csv", source, "no body 'tol'; did you mean 'tool'", mesh_axes=["tol=gltf"], **given)
+    assert_import_refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="sideways", **given)
+    assert_import_refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="tool=sideways", **given)
 
 
 def test_mesh_of_a_scene_is_rotated_by_its_axes_key(tmp_path):
@@ -165,7 +165,7 @@ def test_mesh_axes_of_a_scene_hold_only_for_its_file(tmp_path):
 def test_contradicting_or_missing_euler_order_is_refused(tmp_path, order, convention, message):
     """Unity rotates about z, x and y; a small ``xyz`` is an order about fixed axes, capitals one about moving axes."""
     source = csv_of_euler_angles(tmp_path, order, convention)
-    refused("csv", source, message, mapping=tmp_path / "map.toml")
+    assert_import_refused("csv", source, message, mapping=tmp_path / "map.toml")
 
 
 def csv_of_euler_angles(folder, order, convention, row=(0, 0, 0)):
@@ -225,7 +225,7 @@ def test_lengths_use_the_unit_of_the_convention_by_default(tmp_path):
 def test_contradicting_choices_of_a_body_are_refused(tmp_path, option, texts, message):
     source = recording(tmp_path, "openxr", Rotation.identity(), np.zeros(3))
     given = {"meshes": {"tool": mesh_file(tmp_path, "obj", VERTICES, FACES)}, option: texts}
-    refused("csv", source, message, mapping=tmp_path / "map.toml", **given)
+    assert_import_refused("csv", source, message, mapping=tmp_path / "map.toml", **given)
 
 
 def test_body_that_is_given_two_meshes_is_refused(tmp_path, capsys):

@@ -3,7 +3,7 @@ from importlib.metadata import EntryPoint, EntryPoints
 
 import numpy as np
 import pytest
-from support.mutants import refused
+from support.mutants import assert_import_refused
 
 from sessions import MeshData, Session, Track
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names, importing
@@ -63,7 +63,7 @@ def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
     log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind,tracked", *(f"{row},pose,1" for row in rows), ""]))
-    refused("csv", log, r"every pose in it is lost \(cup: 5 of 5 poses dropped: with a quaternion of length 0 ")
+    assert_import_refused("csv", log, r"every pose in it is lost \(cup: 5 of 5 poses dropped: with a quaternion of length 0 ")
     log.write_text(log.read_text().replace("0,0,0,0,0,0,0,pose", "0,0,0,0,0,0,1,pose", 1))
     assert import_session("csv", log).tracks["cup"].valid.tolist() == [True, False, False, False, False]
 
@@ -98,7 +98,7 @@ def test_importer_of_another_package_is_listed_like_others(outside, tmp_path):
     assert importer_names() == [*IMPORTERS, "auto", "broken", "falls", "outside"]
     session = import_session("outside", tmp_path / "x", number=2, meshes={"cup": TRIANGLE})
     assert session.names == ("cup", "plate") and list(session.meshes) == ["cup"]
-    refused(
+    assert_import_refused(
         "outside",
         tmp_path / "x",
         "importer .*has no option 'colour'; it has: number, scene, scene_folder, meshes",
@@ -108,6 +108,6 @@ def test_importer_of_another_package_is_listed_like_others(outside, tmp_path):
 
 def test_unloadable_importer_is_reported_and_hides_no_other(outside, tmp_path):
     (tmp_path / "x").touch()
-    refused("broken", tmp_path / "x", r"importer 'broken' failed .ModuleNotFoundError")
-    refused("csv", tmp_path / "none", "does not exist or is no file")
-    refused("falls", tmp_path / "x", r"importer 'falls' failed .KeyError: 'colour'.; repair or remove")
+    assert_import_refused("broken", tmp_path / "x", r"importer 'broken' failed .ModuleNotFoundError")
+    assert_import_refused("csv", tmp_path / "none", "does not exist or is no file")
+    assert_import_refused("falls", tmp_path / "x", r"importer 'falls' failed .KeyError: 'colour'.; repair or remove")

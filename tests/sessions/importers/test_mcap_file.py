@@ -19,7 +19,7 @@ from mcap.records import Chunk, Message
 from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 from scipy.spatial.transform import Rotation, Slerp
-from support.mutants import books, refused
+from support.mutants import assert_import_refused, books
 from support.second_opinions import ROS, has_poses
 
 from sessions import examine, read_session
@@ -179,7 +179,7 @@ def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
     rows = [("/t", FRAME, 100 + k, {**transform("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
     path = as_json(tmp_path / "a.mcap", rows)
     if isinstance(expected, str):
-        refused("mcap", path, expected)
+        assert_import_refused("mcap", path, expected)
         return
     assert import_session("mcap", path).tracks["cup"].times_ns.tolist() == expected
 
@@ -189,7 +189,9 @@ def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
     stamps = np.arange(180) * 16_666_667 + 5_000_000_000
     coarse = [stamp // 10**9 * 10**9 + stamp % 10**9 // fraction for stamp in stamps.tolist()]
     rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp, row=k % COUNT)) for k, stamp in enumerate(coarse)]
-    refused("mcap", as_json(tmp_path / "a.mcap", rows), "nanoseconds of its 180 stamps are all below 1,000,000")
+    assert_import_refused(
+        "mcap", as_json(tmp_path / "a.mcap", rows), "nanoseconds of its 180 stamps are all below 1,000,000"
+    )
 
 
 def test_a_clock_that_pulses_on_the_second_is_read(tmp_path):
@@ -208,7 +210,7 @@ def test_arrays_that_get_shorter_name_no_body(tmp_path):
     lengths = [2, 2, 1, 2]
     rows = [("/seen", schema, k, in_array([(of, k) for of in range(2)][-count:])) for k, count in enumerate(lengths)]
     path = as_json(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, transform("map", "cup"))])
-    refused("mcap", path, "/seen: its arrays get shorter, from 2 poses to 1, so that nobody knows")
+    assert_import_refused("mcap", path, "/seen: its arrays get shorter, from 2 poses to 1, so that nobody knows")
     assert import_session("mcap", path, topics=["/tf"]).names == ("cup",)
     unseen = [*rows[:2], ("/seen", schema, 2, in_array([])), rows[3]]
     assert import_session("mcap", as_json(tmp_path / "none.mcap", unseen)).names == ("seen/0", "seen/1")
@@ -259,7 +261,7 @@ def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
 )
 def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
     path = as_json(tmp_path / "a.mcap", messages)
-    refused("mcap", path, text)
+    assert_import_refused("mcap", path, text)
     assert import_session("mcap", path, topics=[messages[-1][0]]).names == ("cup",)
 
 
@@ -393,13 +395,15 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, capfd):
     write, sentence = BROKEN[name]
-    refused("mcap", write(tmp_path / "a.mcap"), sentence)
+    assert_import_refused("mcap", write(tmp_path / "a.mcap"), sentence)
     assert capfd.readouterr() == ("", "")
 
 
 def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
-    refused("ros2", cdr()(tmp_path / "a.mcap"), r'need mcap-ros2-support; install it: pip install "vrlab-replay\[forma')
+    assert_import_refused(
+        "ros2", cdr()(tmp_path / "a.mcap"), r'need mcap-ros2-support; install it: pip install "vrlab-replay\[forma'
+    )
 
 
 def frames(*stamps, logged=None, child="cup"):

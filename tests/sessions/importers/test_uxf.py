@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import books, refused
+from support.mutants import assert_import_refused, books
 from support.second_opinions import UNITY, has_poses
 
 from sessions.importers import import_session
@@ -100,7 +100,7 @@ BROKEN = [
 @pytest.mark.parametrize(("change", "text"), BROKEN, ids=map(str, range(len(BROKEN))))
 def test_broken_folder_is_refused_in_a_sentence(uxf_folder, change, text):
     change(uxf_folder)
-    refused("uxf", uxf_folder, text)
+    assert_import_refused("uxf", uxf_folder, text)
 
 
 @pytest.mark.parametrize("data", [b"", "time,pos_x\n".encode("utf-16")])

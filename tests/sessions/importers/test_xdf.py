@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import books, refused
+from support.mutants import assert_import_refused, books
 from support.second_opinions import UNITY, has_poses
 from support.session_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 
@@ -88,7 +88,7 @@ def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kin
     if axes is UNITY:
         assert "axes unity (left-handed, +Y up, +Z forward)" in session.facts["assumed"]
         mixed = xdf_file(tmp_path, *pieces, stream_header(4, "M", "MoCap", channels()))
-        refused("xdf", mixed, "poses of Unity and others are in it; name the axes of all by --conv")
+        assert_import_refused("xdf", mixed, "poses of Unity and others are in it; name the axes of all by --conv")
 
 
 STREAM_MAP = """
@@ -275,7 +275,7 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_file_is_refused_in_a_sentence(tmp_path, name):
     pieces, text = BROKEN[name]
-    refused("xdf", xdf_file(tmp_path, *pieces()), text)
+    assert_import_refused("xdf", xdf_file(tmp_path, *pieces()), text)
 
 
 @pytest.mark.parametrize("ending", [".xdfz", ".xdf.gz"])
@@ -289,13 +289,13 @@ def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending
         np.testing.assert_array_equal(result.tracks[name].positions, track.positions)
     packed.write_bytes(gzip.compress(path.read_bytes() + bytes(1_000_000)))
     monkeypatch.setattr(xdf, "MOST_UNPACKED", 1000)
-    refused("auto", packed, r"unpacks to more than [0-9,]+ bytes, as no .*; unpack it with gzip -d")
+    assert_import_refused("auto", packed, r"unpacks to more than [0-9,]+ bytes, as no .*; unpack it with gzip -d")
 
 
 def test_other_files_and_missing_library_are_refused_in_a_sentence(tmp_path, monkeypatch):
     path = tmp_path / "x.xdf"
     path.write_text("time,x,y\n")
-    refused("xdf", path, "is no whole XDF file")
+    assert_import_refused("xdf", path, "is no whole XDF file")
     monkeypatch.setitem(sys.modules, "pyxdf", None)
     with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install "vrlab-replay\[formats\]"'):
         import_session("xdf", path)
@@ -327,7 +327,7 @@ def test_positions_in_mixed_units_are_refused(tmp_path):
     described = channels()
     described[1]["unit"] = "mm"
     path = xdf_file(tmp_path, *mocap_chunks(head=stream_header(1, "Mocap", "MoCap", described)))
-    refused("xdf", path, "lengths are in meters, mm")
+    assert_import_refused("xdf", path, "lengths are in meters, mm")
 
 
 def test_channels_beside_poses_that_are_not_read_are_named(tmp_path):

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.liquid_worlds import glass, still, tilted, world
+from support.liquid_worlds import glass, poses_at_rest, poses_of_tilted_glass, session_with_effects
 from support.small_worlds import cubes
 
 from replay import run
@@ -148,7 +148,11 @@ class Unread(dict):
 
 def test_a_scene_of_effects_counts_no_grasp_or_breakage():
     glasses = (glass("a", 60.0), glass("b"))
-    session = world({"a": tilted([0.0, 60.0, 60.0]), "b": still(3)}, glasses, ("pour", {"from": ["a"], "into": ["b"]}))
+    session = session_with_effects(
+        {"a": poses_of_tilted_glass([0.0, 60.0, 60.0]), "b": poses_at_rest(3)},
+        glasses,
+        ("pour", {"from": ["a"], "into": ["b"]}),
+    )
     object.__setattr__(session, "hands", Unread())
     (row,) = metric_rows(compute(session))
     assert [row[key] for key in ("grasps", "grasp_attempts", "breakages")] == [None] * 3

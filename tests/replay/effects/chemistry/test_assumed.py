@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, run_in
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
 
 from replay.effects.chemistry.assumed import assumption_events
 from replay.effects.chemistry.processes import Process
@@ -18,9 +18,11 @@ PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
 
 def reaction(burette, flask, equation):
     """Output of the reaction of a burette's liquid that runs into 2 mL."""
-    titrant = glass("burette", 50.0, solutes=burette, cavity=COLUMN)
+    titrant = glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
     sample = glass("flask", 2.0, solutes=flask)
-    return run_in(OPEN, MIX, ("reaction", {"equation": equation}), base=titrant, acid=sample)["reaction"].output
+    return effects_of_burette(OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=titrant, acid=sample)[
+        "reaction"
+    ].output
 
 
 @pytest.mark.parametrize(

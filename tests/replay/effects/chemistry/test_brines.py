@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import phreeqc
 import pytest
-from support.liquid_worlds import MIX, glass, run_in
+from support.liquid_worlds import MIXING_IN_FLASK, effects_of_burette, glass
 
 from replay.effects.chemistry.components import dissolved_components
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, SALTING_OUT_KG_MOL
@@ -83,7 +83,9 @@ def salted_out(molar):
     """Effects of acid that runs into a strong solution of salt."""
     acid = glass("burette", 50.0, solute="HCl", molar=molar, cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})
     brine = glass("flask", 2.0, solute="NaCl", molar=5.4)
-    return run_in([*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIX, HALITE, base=acid, acid=brine)["reaction"].output
+    return effects_of_burette(
+        [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIXING_IN_FLASK, HALITE, base=acid, acid=brine
+    )["reaction"].output
 
 
 def test_a_salt_in_a_brine_is_withheld_by_name():
@@ -104,7 +106,9 @@ def test_gypsum_in_a_brine_is_named_in_the_warning():
     sulfate = glass("flask", 2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
     gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-    (event,) = run_in(degrees, MIX, gypsum, base=lime, acid=sulfate)["reaction"].output.events_named("concentrated")
+    (event,) = effects_of_burette(degrees, MIXING_IN_FLASK, gypsum, base=lime, acid=sulfate)[
+        "reaction"
+    ].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text
 
 
@@ -124,6 +128,8 @@ def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, solid
     burette = glass("burette", 50.0, solute=acid, molar=molar, cavity=ACID_COLUMN)
     flask = glass("flask", 0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-    output = run_in(degrees, MIX, ("reaction", {"equation": equation}), base=burette, acid=flask)["reaction"].output
+    output = effects_of_burette(
+        degrees, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=burette, acid=flask
+    )["reaction"].output
     assert not output.events_named("brine")
     assert not any("may dissolve" in event.text for event in output.events_named("concentrated"))

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from support.liquid_worlds import glass, poured_on, still, world
+from support.liquid_worlds import glass, heat_of_pouring, poses_at_rest, session_with_effects
 
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.effect_plan import plan_faults
@@ -34,7 +34,7 @@ def test_a_solid_dissolves_with_its_declared_heat(row, rate):
     """0.01 mol dissolves in 100 mL: 10 J are freed for each kJ/mol that the scene declares, with the sign turned."""
     solid, equation, heat = row
     b = {"properties": {"solid": {"formula": solid, "mass_g": 0.01 * molar_mass(solid)}}, "volume_ml": 0.0}
-    joule, *_ = poured_on({"volume_ml": 100.0}, b, equation, steps=3 if rate else 1, heat_kj_mol=heat, **rate)
+    joule, *_ = heat_of_pouring({"volume_ml": 100.0}, b, equation, steps=3 if rate else 1, heat_kj_mol=heat, **rate)
     # What hydrolyses or takes protons a little differs with the strength.
     assert joule == pytest.approx(-10.0 * heat, rel=0.02, abs=2.0)
 
@@ -42,7 +42,7 @@ def test_a_solid_dissolves_with_its_declared_heat(row, rate):
 def test_a_sparing_solid_dissolves_with_its_declared_heat():
     """0.05 g of Ca(OH)2 (74.09 g/mol) dissolve wholly, each mole with 100 kJ freed."""
     b = {"properties": {"solid": {"formula": "Ca(OH)2", "mass_g": 0.05}}, "volume_ml": 0.0}
-    joule, *_ = poured_on({"volume_ml": 100.0}, b, "Ca(OH)2(s) -> Ca2+ + 2 OH-", steps=2, heat_kj_mol=-100.0)
+    joule, *_ = heat_of_pouring({"volume_ml": 100.0}, b, "Ca(OH)2(s) -> Ca2+ + 2 OH-", steps=2, heat_kj_mol=-100.0)
     assert joule == pytest.approx(100e3 * 0.05 / 74.09, rel=0.02)
 
 
@@ -58,7 +58,7 @@ def test_reactions_give_their_declared_heat(a, b, equation, heat):
     """Joule freed are moles of metal dissolved times the declared heat."""
     formula, moles = b
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
-    joule, *_ = poured_on(
+    joule, *_ = heat_of_pouring(
         {"volume_ml": 100.0, "solutes": a}, solid, equation, steps=2, heat_kj_mol=heat, rate_per_s=1e3
     )
     dissolved = moles if formula == "Zn" or "CH3COOH" in a else None
@@ -73,10 +73,10 @@ def test_scene_is_accepted_after_following_advice_on_missing_heat(solid):
     """The fault proposes an equation; with that equation and a heat the scene has no fault."""
     properties = {"solid": {"formula": solid, "mass_g": 2.0, "solubility_g_100g": 50.0}}
     bodies = (glass("a", 60.0), glass("b", 0.0, properties=properties))
-    poses = {"a": still(2), "b": still(2)}
+    poses = {"a": poses_at_rest(2), "b": poses_at_rest(2)}
 
     def faults(*effects):
-        return plan_faults(world(poses, bodies, ("mixing", {"in": ["a", "b"]}), CALM, *effects).scene)
+        return plan_faults(session_with_effects(poses, bodies, ("mixing", {"in": ["a", "b"]}), CALM, *effects).scene)
 
     (fault,) = faults()
     equation = re.search(r'equation = "(.+?)"', fault)[1]
@@ -91,5 +91,5 @@ def test_solids_of_unknown_solubility_are_refused(solid):
     bodies = (glass("a", 60.0), glass("b", 0.0, properties={"solid": {"formula": solid, "mass_g": 2.0}}))
     effects = (("mixing", {"in": ["a", "b"]}), CALM, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
     bodies = (*bodies, glass("c", 10.0, solute="HCl", molar=0.1), glass("d", 10.0, solute="NaOH", molar=0.1))
-    faults = plan_faults(world({name: still(2) for name in "abcd"}, bodies, *effects).scene)
+    faults = plan_faults(session_with_effects({name: poses_at_rest(2) for name in "abcd"}, bodies, *effects).scene)
     assert any(f"body 'b': nothing says how much {solid!r} dissolves" in fault for fault in faults)

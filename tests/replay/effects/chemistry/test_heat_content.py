@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.liquid_worlds import poured_on
+from support.liquid_worlds import heat_of_pouring
 from support.processes import script
 
 from replay.effects.chemistry.components import dissolved_components
@@ -90,7 +90,7 @@ def test_a_solid_in_little_water_has_its_integral_heat(formula, molal, kilojoule
     kilograms_of_water = 0.1
     moles = kilograms_of_water * molal
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
-    joule, *_ = poured_on({"volume_ml": 1000 * kilograms_of_water}, solid, equation=None)
+    joule, *_ = heat_of_pouring({"volume_ml": 1000 * kilograms_of_water}, solid, equation=None)
     assert -joule / moles / 1e3 == pytest.approx(kilojoule_per_mole, rel=0.03)
 
 
@@ -104,14 +104,14 @@ DILUTED = [
 def test_a_strong_solution_gives_off_its_heat_of_dilution(formula, strong, weak, joule_mol, within):
     volume = 50.0 * weak / (strong - weak)
     acid = {"volume_ml": volume, "solutes": {formula: strong}}
-    joule, *_ = poured_on({"volume_ml": 50.0}, acid, None)
+    joule, *_ = heat_of_pouring({"volume_ml": 50.0}, acid, None)
     assert joule / (volume * strong * 1e-3) == pytest.approx(joule_mol, rel=within)
 
 
 def test_heat_of_neutralisation_grows_with_concentration():
     """57.5 to 59 kJ/mol at 2 mol/L, as calorimeters of schools have it: 55.84 and the heats of both solutions."""
     acid, base = ({"volume_ml": 50.0, "solutes": {formula: 2.0}} for formula in ("HCl", "NaOH"))
-    joule, *_ = poured_on(acid, base, "HCl + NaOH -> NaCl + H2O")
+    joule, *_ = heat_of_pouring(acid, base, "HCl + NaOH -> NaCl + H2O")
     assert joule / 0.1 == pytest.approx(58.6e3, rel=0.01)
 
 
@@ -138,7 +138,7 @@ def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
 def test_solid_that_does_not_dissolve_is_warmed():
     """143 g of silver chloride keep 52 J/K by Kopp's rule: hot water on it cools by that of both."""
     chloride = {"properties": {"solid": {"formula": "AgCl", "mass_g": 143.32}}, "volume_ml": 0.0}
-    joule, _, warmest = poured_on({"volume_ml": 100.0}, chloride, None, solids={"b": 52.0}, excess={"a": 40.0})
+    joule, _, warmest = heat_of_pouring({"volume_ml": 100.0}, chloride, None, solids={"b": 52.0}, excess={"a": 40.0})
     assert joule == pytest.approx(100.0 * 4.18 * 40.0, rel=1e-4)
     assert warmest == pytest.approx(20.0 + joule / (418.0 + 52.0), abs=0.1)
 

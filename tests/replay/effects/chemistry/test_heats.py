@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.liquid_worlds import poured_on
+from support.liquid_worlds import heat_of_pouring
 
 from replay.effects.chemistry.formulas import molar_mass
 
@@ -21,7 +21,7 @@ def test_a_heat_is_that_of_the_textbook(row):
     b = {"volume_ml": 0.0 if solid else 50.0, **({"solutes": row["b"]["solutes"]} if "solutes" in row["b"] else {})}
     if solid:
         b["properties"] = {"solid": {"formula": solid, "mass_g": moles * molar_mass(solid)}}
-    joule, coldest, warmest = poured_on(a, b, row["equation"], steps=5)
+    joule, coldest, warmest = heat_of_pouring(a, b, row["equation"], steps=5)
     assert -joule / moles / 1e3 == pytest.approx(row["kj"], rel=0.03)
     assert coldest >= -21.1 and warmest <= 100.0
 
@@ -35,7 +35,7 @@ def test_dissolving_solid_has_its_tabled_heat_without_an_equation(row):
     """Each row of HEATS is a solid, its moles in 100 mL of water and the kJ/mol of the literature."""
     formula, moles = row["b"]["solid"], row["b"].get("moles", row.get("moles"))
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
-    joule, *_ = poured_on({"volume_ml": 100.0}, solid, None, steps=5)
+    joule, *_ = heat_of_pouring({"volume_ml": 100.0}, solid, None, steps=5)
     assert -joule / moles / 1e3 == pytest.approx(row["kj"], rel=0.03)
 
 
@@ -43,6 +43,6 @@ def test_dissolving_solid_has_its_tabled_heat_without_an_equation(row):
 def test_water_poured_on_potassium_nitrate_cools_by_its_heat(steps):
     """10.1 g are 0.0999 mol and take 35.4 kJ/mol; 100 mL of water have 418 J/K."""
     nitre = {"properties": {"solid": {"formula": "KNO3", "mass_g": 10.1}}, "volume_ml": 0.0}
-    joule, coldest, _ = poured_on({"volume_ml": 100.0}, nitre, "KNO3(s) -> K+ + NO3-", steps=steps)
+    joule, coldest, _ = heat_of_pouring({"volume_ml": 100.0}, nitre, "KNO3(s) -> K+ + NO3-", steps=steps)
     assert 20.0 + joule / (PER_ML * 100.0) == pytest.approx(20.0 - 0.0999 * 35.4e3 / 418.0, abs=0.1)
     assert coldest > -5.0

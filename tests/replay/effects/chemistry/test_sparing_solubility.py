@@ -1,7 +1,7 @@
 """Sparingly soluble salts by temperature against tables of solubility, and PHREEQC text with a course of its own."""
 
 import pytest
-from support.liquid_worlds import MIX, glass, still, world
+from support.liquid_worlds import MIXING_IN_FLASK, glass, poses_at_rest, session_with_effects
 
 from replay.effects.effect_plan import plan_faults
 from replay.engine import compute
@@ -27,7 +27,11 @@ def dissolved(solid, celsius, grams):
     """g of a solid that dissolve in 100 mL of water at a temperature, of three times as much."""
     contents = {"solid": {"formula": solid, "mass_g": 3.0 * grams}, "temperature_c": float(celsius)}
     flask = glass("flask", 100.0, cavity={"radius": 0.05, "height": 0.08}, properties=contents)
-    effects = compute(world({"flask": still(2)}, (flask,), MIX, CALM, ("precipitation", {"solid": solid}))).effects
+    effects = compute(
+        session_with_effects(
+            {"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, CALM, ("precipitation", {"solid": solid})
+        )
+    ).effects
     return effects["precipitation"].output.events_named("dissolved")[0].values["mass_g"]
 
 
@@ -42,7 +46,11 @@ def test_sparing_solubility_agrees_with_tables_hot_and_cold(solid, celsius, gram
 def test_a_hot_solid_without_a_course_is_reported(solid, is_reported):
     flask = glass("flask", 50.0, properties={"solid": {"formula": solid, "mass_g": 0.001}, "temperature_c": 80.0})
     reaction = ("reaction", {"equation": f"{solid} -> Ag+ + {solid[2:]}-"})
-    output = compute(world({"flask": still(2)}, (flask,), MIX, CALM, reaction)).effects["reaction"].output
+    output = (
+        compute(session_with_effects({"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, CALM, reaction))
+        .effects["reaction"]
+        .output
+    )
     assert [f"how much {solid} dissolves" in event.text for event in output.events_named("assumed")] == [
         True
     ] * is_reported
@@ -56,7 +64,9 @@ def test_solubility_by_temperature_needs_ions_of_the_data_base():
 
     def faults(text):
         reaction = ("reaction", {"equation": "Pb2+ + 2 Cl- -> PbCl2", "phreeqc": text})
-        return plan_faults(world({"flask": still(2)}, (flask,), MIX, reaction, falls).scene)
+        return plan_faults(
+            session_with_effects({"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, reaction, falls).scene
+        )
 
     assert faults(course.format("-4.78 0 0 0")) == ()
     other = course.format("-2.0 0 0 0").replace("PbCl2 = Pb+2 + 2 Cl-", "PbCl2 = PbCl2")

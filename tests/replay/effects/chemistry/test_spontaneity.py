@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.liquid_worlds import MIX, glass, still, world
+from support.liquid_worlds import MIXING_IN_FLASK, glass, poses_at_rest, session_with_effects
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
@@ -39,7 +39,9 @@ def flask(solutes, molar=0.1):
 
 
 def scene_with(equation, solutes):
-    return world({"flask": still(4)}, (flask(solutes),), MIX, ("reaction", {"equation": equation}))
+    return session_with_effects(
+        {"flask": poses_at_rest(4)}, (flask(solutes),), MIXING_IN_FLASK, ("reaction", {"equation": equation})
+    )
 
 
 @pytest.mark.parametrize(("equation", "solutes", "kilojoule"), ENERGIES, ids=lambda value: str(value)[:40])
@@ -83,7 +85,9 @@ def test_halogens_react_with_lye(equation):
     """All of 0.01 mol/L does; their free energy in water, +62 kJ/mol of chlorine, forbade it before."""
     solutes = {"Br2" if "Br2" in equation else "Cl2": 0.01, "NaOH" if "NaOH" in equation else "KOH": 0.1}
     body = glass("flask", 50.0, solutes=solutes)
-    session = world({"flask": still(4)}, (body,), MIX, ("reaction", {"equation": equation}))
+    session = session_with_effects(
+        {"flask": poses_at_rest(4)}, (body,), MIXING_IN_FLASK, ("reaction", {"equation": equation})
+    )
     extent = compute(session).effects["reaction"].series["flask/extent"].values[-1]
     halogen = 0.01 * 50e-3  # mol in 50 mL; the equation of bromine takes three at a time
     assert extent == pytest.approx(halogen / (3 if "3 Br2" in equation else 1))
@@ -100,7 +104,9 @@ def test_reaction_with_a_rate_ends_at_its_equilibrium():
 
     def extent_after_12_s(**rate):
         reaction = ("reaction", {"equation": "2 Fe3+ + 2 I- -> 2 Fe2+ + I2", **rate})
-        session = world({"flask": still(120)}, (flask,), MIX, reaction, step_ns=100_000_000)
+        session = session_with_effects(
+            {"flask": poses_at_rest(120)}, (flask,), MIXING_IN_FLASK, reaction, step_ns=100_000_000
+        )
         return compute(session).effects["reaction"].series["flask/extent"].values[-1]
 
     at_once = extent_after_12_s()
@@ -135,7 +141,11 @@ def test_aluminium_that_ammonia_dissolves_is_reported(base, is_reported):
     """Textbooks leave it; of the fresh hydroxide two thirds dissolve in 0.5 mol/L by PHREEQC."""
     body = glass("flask", 50.0, solutes={"AlCl3": 0.025, base: 0.5})
     reaction = ("reaction", {"equation": "Al3+ + 3 OH- -> Al(OH)3"})
-    output = compute(world({"flask": still(2)}, (body,), MIX, reaction)).effects["reaction"].output
+    output = (
+        compute(session_with_effects({"flask": poses_at_rest(2)}, (body,), MIXING_IN_FLASK, reaction))
+        .effects["reaction"]
+        .output
+    )
     assert len(output.events_named("fresh")) == is_reported
 
 
@@ -150,7 +160,9 @@ def test_aluminium_that_ammonia_dissolves_is_reported(base, is_reported):
 )
 def test_chlorine_is_reported_and_known_products_are_not_refused(equation, solutes, name):
     body = glass("flask", 50.0, solutes=solutes)
-    session = world({"flask": still(2)}, (body,), MIX, ("reaction", {"equation": equation}))
+    session = session_with_effects(
+        {"flask": poses_at_rest(2)}, (body,), MIXING_IN_FLASK, ("reaction", {"equation": equation})
+    )
     events = compute(session).effects["reaction"].output.events_named("assumed")
     assert bool(events) == (name is not None)
 

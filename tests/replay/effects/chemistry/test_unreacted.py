@@ -4,7 +4,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
+from support.liquid_worlds import (
+    BURETTE_COLUMN,
+    MIXING_IN_FLASK,
+    effects_of_burette,
+    effects_of_pouring,
+    glass,
+    poses_at_rest,
+    session_with_effects,
+)
 
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.limits import Cause
@@ -29,11 +37,17 @@ IODINE = {"I2": 0.0005, "KI": 0.1}
 def run(flask, burette, *equations):
     """The reaction of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
     reactions = [("reaction", {"equation": equation}) for equation in equations]
-    base = glass("burette", 50.0, solutes=burette, cavity=COLUMN)
+    base = glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
     degrees = [0.0, 0.0, *([90.0] * 240), 0.0]
     acid = glass("flask", 10.0, solutes=flask)
-    return run_in(
-        degrees, MIX, *reactions, acid=acid, base=base, step_ns=33_333_333, settings={"full_area_m2": 1.2e-6}
+    return effects_of_burette(
+        degrees,
+        MIXING_IN_FLASK,
+        *reactions,
+        acid=acid,
+        base=base,
+        step_ns=33_333_333,
+        settings={"full_area_m2": 1.2e-6},
     )["reaction"]
 
 
@@ -97,7 +111,9 @@ def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
     """0.1 mmol of the solid, and more of the solution than it needs; by stoichiometry 0.2 mmol, 21.6 mg, of silver."""
     powder = {"solid": {"formula": solid, "mass_g": 1e-4 * molar_mass(solid)}}
     bodies = (glass("a", 60.0, solutes=solutes), glass("b", 1.0, properties=powder))
-    effects = poured([0.0, *([60.0] * 20)], bodies, ("mixing", {"in": ["b"]}), ("reaction", {"equation": equation}))
+    effects = effects_of_pouring(
+        [0.0, *([60.0] * 20)], bodies, ("mixing", {"in": ["b"]}), ("reaction", {"equation": equation})
+    )
     names = ("reacted", "solid-change", "no-reaction")
     (event,) = [event for name in names for event in effects["reaction"].output.events_named(name)]
     assert words in event.text and (event.name == "solid-change" or event.text.startswith(equation))
@@ -127,7 +143,11 @@ def test_a_cold_solution_is_saturated_by_its_own_temperature():
         ("reaction", {"equation": "KNO3(s) -> K+ + NO3-", "rate_per_s": 0.5}),
         ("heat", {"of": "liquids", "ambient_c": 25.0, "loss_w_per_k": 0.0}),
     )
-    output = compute(world({"flask": still(4)}, (body,), MIX, *tables)).effects["reaction"].output
+    output = (
+        compute(session_with_effects({"flask": poses_at_rest(4)}, (body,), MIXING_IN_FLASK, *tables))
+        .effects["reaction"]
+        .output
+    )
     (event,) = output.events_named("no-reaction")
     assert event.text.endswith("flask is saturated with KNO3") and "flask/pH" in output.series
 

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
-from support.shapes import beaker_mesh, box_mesh, still
+from support.shapes import beaker_mesh, box_mesh, motion_at_rest
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.search.search_settings import EQUATIONS
@@ -43,7 +43,7 @@ def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch, size):
 
 def test_collider_contacts_in_free_poses_count_as_false():
     bodies = (Body("beaker", beaker_mesh()), Body("rod", box_mesh((0.004, 0.004, 0.3))))
-    through_the_floor, aside, inside = (still(bodies, [[0, 0, 0], [0, 0, z]]) for z in (0.1, 0.5, 0.2))
+    through_the_floor, aside, inside = (motion_at_rest(bodies, [[0, 0, 0], [0, 0, z]]) for z in (0.1, 0.5, 0.2))
     for free, detector, settings, false in (
         (inside, "exact", {}, 0),
         (aside, "collider", {"shape": "hull"}, 0),

@@ -14,7 +14,7 @@ from support.made_hands import (
     write_rows,
     write_wide,
 )
-from support.mutants import refused, round_trips
+from support.mutants import assert_import_refused, round_trips
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -251,14 +251,14 @@ def test_exchanged_joints_are_named(tmp_path, number):
     joints = still_hand(curl)
     joints[first], joints[second] = joints[second], joints[first]
     path = write_wide(tmp_path / "take.csv", STILL, {"left": joints})
-    refused("hands", path, f"({first} and {second}|{second} and {first}) of the left hand are exchanged")
+    assert_import_refused("hands", path, f"({first} and {second}|{second} and {first}) of the left hand are exchanged")
 
 
 def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
     hands = left_hand()
     hands["left"]["index tip"] = np.zeros_like(hands["left"]["wrist"])
     path = write_wide(tmp_path / "take.csv", TIMES, hands)
-    refused("hands", path, "the index tip of the left hand stays at one place in every row")
+    assert_import_refused("hands", path, "the index tip of the left hand stays at one place in every row")
 
 
 @pytest.mark.parametrize(("lost", "is_named"), [(TIMES > 0.2, True), (TIMES < 0, False)])
@@ -271,7 +271,7 @@ def test_column_of_confidence_is_named_as_unread(tmp_path, lost, is_named):
 def test_two_hands_of_the_same_side_are_refused(tmp_path):
     """Columns say left and right, but the joints of both form a left hand."""
     joints_of = {side: made_hand(CURL, [x, 0, 0], "left") for side, x in SIDES.items()}
-    refused("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "both hands are of one side")
+    assert_import_refused("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "both hands are of one side")
 
 
 def test_joints_without_a_position_end_no_capsule(tmp_path):
@@ -310,7 +310,9 @@ def test_a_hand_that_is_not_tracked_is_lost(tmp_path):
 
 @pytest.mark.parametrize("scale", [0.2, 0.03, 40.0])
 def test_hands_of_no_human_size_are_refused(tmp_path, scale):
-    refused("hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(scale)), "fits neither m, cm nor mm")
+    assert_import_refused(
+        "hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(scale)), "fits neither m, cm nor mm"
+    )
 
 
 def test_positions_in_a_picture_are_refused(tmp_path):
@@ -318,7 +320,9 @@ def test_positions_in_a_picture_are_refused(tmp_path):
         side: {joint: points * np.linspace(0.5, 2.0, len(TIMES))[:, None] for joint, points in joints.items()}
         for side, joints in left_hand().items()
     }
-    refused("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "change their length by .* picture")
+    assert_import_refused(
+        "hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "change their length by .* picture"
+    )
 
 
 def test_message_lists_some_unknown_joints_and_counts_the_rest():
@@ -362,7 +366,7 @@ def test_names_of_no_exporter_are_mapped(tmp_path):
     path = write_wide(
         tmp_path / "take.csv", TIMES, left_hand(), name=lambda side, joint: f"{side}_j{JOINTS.index(joint):02d}"
     )
-    refused("hands", path, "there are no joints of a hand in it")
+    assert_import_refused("hands", path, "there are no joints of a hand in it")
     mapping = tmp_path / "joints.toml"
     lines = [f'left_j{number:02d} = "left {joint}"' for number, joint in enumerate(joints, 1)]
     mapping.write_text("\n".join(["[joints]", *lines]))
