@@ -19,7 +19,7 @@ def real_recordings():
 
 
 @pytest.fixture(scope="module")
-def printed(real_recordings):
+def printed_rows(real_recordings):
     """Name of a recording -> the cells of its row on the page."""
     lines = [line.strip("| ").split(" | ") for line in page("results").splitlines() if line.startswith("|")]
     return {cells[0]: cells for cells in lines if len(cells) == len(real_recordings.HEAD)}
@@ -27,16 +27,16 @@ def printed(real_recordings):
 
 @needs_data
 @pytest.mark.slow
-def test_rows_of_available_recordings_are_reproduced(real_recordings, printed):
+def test_rows_of_available_recordings_are_reproduced(real_recordings, printed_rows):
     made = list(real_recordings.rows(None))
     assert len(made) >= 5
     for cells in made:
-        assert cells[: -real_recordings.TIMES] == printed[cells[0]][: -real_recordings.TIMES]
+        assert cells[: -real_recordings.TIMES] == printed_rows[cells[0]][: -real_recordings.TIMES]
 
 
-def test_every_recording_has_row_source_and_fetch_command(real_recordings, printed, tmp_path):
+def test_every_recording_has_row_source_and_fetch_command(real_recordings, printed_rows, tmp_path):
     names = [item.name for item in real_recordings.RECORDINGS]
-    assert [name for name in printed if name in names] == names and len(names) >= 8
+    assert [name for name in printed_rows if name in names] == names and len(names) >= 8
     lines = list(real_recordings.fetch_commands(tmp_path))
     assert all(shlex.split(line) for line in lines)
     for item in real_recordings.RECORDINGS:

@@ -16,7 +16,8 @@ FOLDERS = ("replay/cli", "replay/show/report", "sessions/doctor", "replay/docume
 
 
 @pytest.fixture(scope="module")
-def printed():
+def printed_sentences():
+    """Every sentence that the sources may print, with its file and line."""
     return list(command.sentences(FOLDERS))
 
 
@@ -30,8 +31,8 @@ def printed():
         ("replay/cli/demo.py", "This class is made up; ..."),
     ],
 )
-def test_sentences_are_read_from_help_templates_and_catalogues(printed, file, text):
-    assert any(name == file and text in sentence for name, _, sentence in printed)
+def test_sentences_are_read_from_help_templates_and_catalogues(printed_sentences, file, text):
+    assert any(name == file and text in sentence for name, _, sentence in printed_sentences)
 
 
 @pytest.mark.parametrize(
@@ -50,8 +51,8 @@ def test_a_riddle_is_recognised(riddle):
     assert lines and all(line.startswith("a.py:3: ") and line.endswith(f": {riddle}") for line in lines)
 
 
-def test_docstrings_are_not_collected_as_printed_sentences(printed):
+def test_docstrings_are_not_collected_as_printed_sentences(printed_sentences):
     docstring = ast.get_docstring(ast.parse((command.ROOT / "replay/document/headline.py").read_text("utf-8")))
     first_line = docstring.splitlines()[0]
     assert len(first_line.split()) > command.LEAST_WORDS
-    assert not any(first_line in text for _, _, text in printed)
+    assert not any(first_line in text for _, _, text in printed_sentences)

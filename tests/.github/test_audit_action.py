@@ -33,7 +33,7 @@ def filled(text, inputs):
     return re.sub(r"\$\{\{ ([\w.-]+) \}\}", value, text)
 
 
-def audited(folder, **given):
+def run_audit_step(folder, **given):
     """Run the step *Audit* in a folder: its exit code, the page of the job, and what it hands on."""
     inputs = {name: item.get("default", "") for name, item in ACTION["inputs"].items()} | {"options": "--no-picture"}
     inputs |= {name.replace("_", "-"): value for name, value in given.items()}
@@ -59,7 +59,7 @@ def folder_of_recordings(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("detectors", "ends_with"), [("slow=discrete[rate_hz=20]", 4), ("hybrid", 0)])
 def test_regression_fails_the_build_and_sound_detector_passes(folder_of_recordings, detectors, ends_with):
-    code, printed, output = audited(
+    code, printed, output = run_audit_step(
         folder_of_recordings, sessions="recordings", detectors=detectors, max_missed="0", out="runs"
     )
     assert (code, output) == (ends_with, f"exit-code={ends_with}\n")
@@ -70,7 +70,7 @@ def test_regression_fails_the_build_and_sound_detector_passes(folder_of_recordin
 
 @needs_bash
 def test_action_inputs_are_data_and_errors_stand_on_the_page(folder_of_recordings):
-    code, printed, output = audited(
+    code, printed, output = run_audit_step(
         folder_of_recordings, sessions="$(touch ran)\n; touch ran", options="--no-picture\n--seed\n1"
     )
     assert (code, output) == (2, "exit-code=2\n") and "does not exist" in printed
@@ -94,7 +94,7 @@ def plant_foreign_modules(folder):
 def test_modules_of_the_checkout_are_not_imported(folder_of_recordings, monkeypatch):
     plant_foreign_modules(folder_of_recordings)
     monkeypatch.setenv("PYTHONPATH", str(folder_of_recordings))
-    code, printed, _ = audited(
+    code, printed, _ = run_audit_step(
         folder_of_recordings, sessions="recordings", detectors="sphere", options="--no-picture\n--oracle\nnone"
     )
     assert code == 0, printed
@@ -113,7 +113,7 @@ def test_detector_of_the_checkout_loads_from_pythonpath(folder_of_recordings, mo
         "from cdcore.detectors.sphere import SphereDetector as Mine\n"
     )
     monkeypatch.setenv("PYTHONPATH", "src")
-    code, printed, _ = audited(folder_of_recordings, sessions="recordings", detectors="mine=my_engine:Mine")
+    code, printed, _ = run_audit_step(folder_of_recordings, sessions="recordings", detectors="mine=my_engine:Mine")
     assert code == 0, printed
     assert not (folder_of_recordings / "ran").exists()
 

@@ -24,7 +24,7 @@ FAULTY = {
 STAND_INS = [(kind, action) for kind in FAULTY for action in ACTIONS_BY_KIND[kind] if action != "refuse"]
 
 
-def touching():
+def touching_session():
     """A session in which the hand passes the flask's place, so that verdicts have something to lose."""
     draft = clean()
     draft.arrays["position"][:, 1] = draft.arrays["position"][:, 0] + 0.02 * np.sin(np.arange(900) / 9)[:, None]
@@ -37,13 +37,13 @@ def verdicts(draft, **how):
 
 @pytest.fixture(scope="module")
 def sound():
-    return verdicts(touching()).detections["hybrid"].verdict
+    return verdicts(touching_session()).detections["hybrid"].verdict
 
 
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize(("kind", "action"), STAND_INS)
 def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, sound):
-    draft = touching()
+    draft = touching_session()
     name, at = FAULTY[kind]
     planted = FAULTS[name](draft, 1, at)
     text = f"{action}:2" if action in ("hold", "interpolate") else action
@@ -67,7 +67,7 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
 
 
 def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
-    draft = touching()
+    draft = touching_session()
     FAULTS["frozen pose"](draft, 1, 400)
     file = draft.write(tmp_path / "frozen.mcap")
     out = tmp_path / "run"
@@ -88,7 +88,7 @@ def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
 
 
 def test_dropped_poses_are_data_loss_and_refusals_are_sentences(tmp_path, capsys):
-    draft = touching()
+    draft = touching_session()
     FAULTS["nan position"](draft, 1, 400)
     file = draft.write(tmp_path / "nan.mcap")
     usual = ["run", str(file), "--detector", "hybrid", "--oracle", "none", "--no-picture", "--out"]

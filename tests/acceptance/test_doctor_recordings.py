@@ -22,7 +22,8 @@ by_capture = pytest.mark.parametrize(
 )
 
 
-def of(findings, code, body=None):
+def findings_with_code(findings, code, body=None):
+    """Findings of this code, of one body or of all."""
     return [item for item in findings if item.code == code and body in (None, item.body)]
 
 
@@ -33,11 +34,11 @@ def test_vive_log_has_159_identity_rows_and_a_jump(log, tmp_path):
     session = Session.from_arrays(times, {"tracker": (table[:, :3], table[:, [4, 5, 6, 3]])})
     write_session(session, tmp_path / "vive.mcap")
     findings = examine(tmp_path / "vive.mcap")
-    (lost,) = of(findings, "identity-while-lost")
+    (lost,) = findings_with_code(findings, "identity-while-lost")
     rows = np.flatnonzero((table[:, :3] == 0).all(axis=1))
     assert (lost.body, lost.count, lost.severity) == ("tracker", 159, Severity.ERROR)
     assert (lost.start_ns, lost.end_ns) == (int(rows[0]) * 4_000_000, int(rows[-1]) * 4_000_000)
-    away, back = sorted(of(findings, "teleport"), key=lambda item: item.start)
+    away, back = sorted(findings_with_code(findings, "teleport"), key=lambda item: item.start)
     assert away.start_ns == lost.start_ns and back.start_ns == lost.end_ns + 4_000_000
     assert "2.93 m in one step" in (away.message, back.message)
     assert {item.code for item in findings if item.severity > Severity.NOTE} == {
@@ -50,7 +51,7 @@ def test_vive_log_has_159_identity_rows_and_a_jump(log, tmp_path):
 @by_capture
 def test_right_hand_of_the_long_capture_is_frozen_74_frames(capture):
     session = import_session("aframe", capture)
-    (frozen,) = of(examine(session), "frozen")
+    (frozen,) = findings_with_code(examine(session), "frozen")
     assert (frozen.body, frozen.count) == ("right", 74)
     index = session.frames.position[:, session.names.index("right")]
     stamps = session.frames.stamp_ns
@@ -76,7 +77,12 @@ def test_no_capture_is_taken_for_a_broken_capture():
     for file in [*CAPTURES.glob("*.json"), *(DATA / "a-saturday-night").glob("*.json")]:
         findings = examine(import_session("aframe", file))
         assert [item for item in findings if item.severity > Severity.WARNING] == []
-        assert of(findings, "unit-suspect") + of(findings, "handedness") + of(findings, "up-axis") == []
+        assert (
+            findings_with_code(findings, "unit-suspect")
+            + findings_with_code(findings, "handedness")
+            + findings_with_code(findings, "up-axis")
+            == []
+        )
 
 
 @needs_data
@@ -97,5 +103,5 @@ def test_the_meshes_have_the_faults_their_notes_count(folder, name, code, count)
     path = DATA / folder / name
     if not path.exists():
         (path,) = (DATA / folder).rglob(path.name)
-    (result,) = of(examine(path), code)
+    (result,) = findings_with_code(examine(path), code)
     assert (result.body, result.count) == (path.stem, count)

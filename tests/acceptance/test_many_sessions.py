@@ -104,7 +104,7 @@ def driven_by(folder, out, every, workers):
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def sessions_and_digest(tmp_path_factory):
     """The sessions, and the digest that one process makes of them."""
     folder = tmp_path_factory.mktemp("many") / "sessions"
     folder.mkdir()
@@ -123,8 +123,8 @@ def driven(folder, out, every, where="here"):
 
 
 @pytest.mark.slow
-def test_killed_workers_do_not_change_the_digest(made, tmp_path):
-    folder, alone = made
+def test_killed_workers_do_not_change_the_digest(sessions_and_digest, tmp_path):
+    folder, alone = sessions_and_digest
     names, out = [path.stem for path in sorted(folder.glob("*.mcap"))], tmp_path / "runs"
     digest, done, kept, failed, reported, killed, wall, memory, _ = driven(folder, out, EVERY)
     assert killed >= (min(5, wall // 75) if ON_DEMAND else 3) and failed == {} and digest == alone
@@ -155,8 +155,8 @@ def test_killed_workers_do_not_change_the_digest(made, tmp_path):
 
 
 @pytest.mark.slow
-def test_killed_scheduler_workers_are_named_without_changing_the_digest(made, tmp_path):
-    folder, alone = made
+def test_killed_scheduler_workers_are_named_without_changing_the_digest(sessions_and_digest, tmp_path):
+    folder, alone = sessions_and_digest
     digest, done, _, failed, reported, killed, *_, died = driven(folder, tmp_path / "runs", EVERY, "elsewhere")
     assert killed >= 2 and failed == {} and digest == alone and len(done) == len(reported) == SESSIONS
     assert {name for name, _ in died} <= set(done) and all(address.startswith("tcp://") for _, address in died)

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.slow
 
 
-def red(picture):
+def count_red_pixels(picture):
     """Pixels in the red of the missed, also as a veil over glass or on a dark ground."""
     r, g, b = np.moveaxis(picture, -1, 0)
     return int(((r > 150) & (r - g > 90) & (r - b > 50) & (b > g)).sum())
@@ -54,14 +54,14 @@ def view(viewer, title):
 
 
 @pytest.fixture(scope="module")
-def audited():
+def demo_audit():
     """The demo's audit, in memory."""
     session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
     return compute(session)
 
 
 @pytest.fixture(scope="module")
-def looking(audited, tmp_path_factory):
+def open_tab(demo_audit, tmp_path_factory):
     """Makes viewers that have a tab of the run open."""
     tabs = rrb.Tabs
 
@@ -73,7 +73,7 @@ def looking(audited, tmp_path_factory):
         folder = tmp_path_factory.mktemp("tab")
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(rrb, "Tabs", opened_on)
-            write_recording(audited, folder / "run.rrd")
+            write_recording(demo_audit, folder / "run.rrd")
         assert (folder / "run.rrd").stat().st_size < 10_000_000
         viewer = viewer_or_skip(open_viewer, folder / "run.rrd", headless=True)
         time.sleep(5.0)
@@ -82,36 +82,36 @@ def looking(audited, tmp_path_factory):
     return opened_tab
 
 
-def test_answer_tab_opens_on_false_contact_and_seeks_to_misses(looking, audited):
+def test_answer_tab_opens_on_false_contact_and_seeks_to_misses(open_tab, demo_audit):
     """False contact is yellow: a cage of the hull around a white rod. A miss is red. Counts are pixels of a colour.
 
     The limits are far below what is drawn and far above stray pixels at edges.
     """
-    worst_miss = worst_first(audited.misses["mesh50"])[0]
-    with looking("Answer") as viewer:
+    worst_miss = worst_first(demo_audit.misses["mesh50"])[0]
+    with open_tab("Answer") as viewer:
         close_up, lanes = view(viewer, "Close-up"), view(viewer, "When")
-        assert yellow(close_up) > 1000 and light(close_up, 235) > 1000 and red(close_up) < 100
+        assert yellow(close_up) > 1000 and light(close_up, 235) > 1000 and count_red_pixels(close_up) < 100
         assert yellow(view(viewer, "Where")) > 300 and light(view(viewer, "The answer")) > 2000
-        assert red(lanes) > 150 and yellow(lanes) > 1000
+        assert count_red_pixels(lanes) > 150 and yellow(lanes) > 1000
         assert not any(item.reports for item in viewer.state().views)
         # Moments of one frame follow each other by nanoseconds; this is after the last.
-        viewer.seek(int(audited.assembly.stamp_ns[worst_miss.frame] - audited.assembly.stamp_ns[0]) + 1000)
+        viewer.seek(int(demo_audit.assembly.stamp_ns[worst_miss.frame] - demo_audit.assembly.stamp_ns[0]) + 1000)
         time.sleep(3.0)
         miss = view(viewer, "Close-up")
-    assert red(miss) > 200 and yellow(miss) < 1000
+    assert count_red_pixels(miss) > 200 and yellow(miss) < 1000
 
 
-def test_pipeline_opens_on_the_missed_contact_in_red(looking):
-    with looking("Pipeline") as viewer:
-        assert red(view(viewer, r"At [\d.]+ s: a miss")) > 100
+def test_pipeline_opens_on_the_missed_contact_in_red(open_tab):
+    with open_tab("Pipeline") as viewer:
+        assert count_red_pixels(view(viewer, r"At [\d.]+ s: a miss")) > 100
         assert int((view(viewer, "This frame").max(axis=-1) > 150).sum()) > 1500
         assert not any(item.reports for item in viewer.state().views)
 
 
 @pytest.mark.skipif(not (which("chromium") or which("chromium-browser")), reason="Chromium draws it")
-def test_readme_picture_is_reproduced_by_its_command(audited, tmp_path):
+def test_readme_picture_is_reproduced_by_its_command(demo_audit, tmp_path):
     (picture_file,) = re.findall(r"\((\S+/answer\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
-    drawn = script("readme_picture").drawn_picture(audited, tmp_path / "answer.png")
+    drawn = script("readme_picture").drawn_picture(demo_audit, tmp_path / "answer.png")
     kept = Image.open(ROOT / picture_file)
     assert kept.size == (1800, 760) and (ROOT / picture_file).stat().st_size < 400_000
     small = [np.asarray(item.convert("RGBA").resize((180, 76)), dtype=np.int16) for item in (kept, Image.open(drawn))]

@@ -16,7 +16,7 @@ STUDENTS = 60
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def class_and_seconds(tmp_path_factory):
     """The class, and the processor time of the one command, workers included: the machine may be busy."""
     out = tmp_path_factory.mktemp("study") / "class"
     begun = sum(os.times()[:4])
@@ -24,8 +24,8 @@ def made(tmp_path_factory):
     return out, sum(os.times()[:4]) - begun
 
 
-def test_class_becomes_its_page_in_five_seconds_a_student(made):
-    out, seconds = made
+def test_class_becomes_its_page_in_five_seconds_a_student(class_and_seconds):
+    out, seconds = class_and_seconds
     print(f"{STUDENTS} students: recorded, replayed and analysed in {seconds:.0f} s of processor time")
     assert seconds < 5.0 * STUDENTS
     report = json.loads((out / "study" / "study.json").read_text("utf-8"))
@@ -41,10 +41,10 @@ def test_class_becomes_its_page_in_five_seconds_a_student(made):
     assert not result["near_misses", "motivation"]["associated"]
 
 
-def test_metrics_count_what_each_student_was_made_to_do(made):
+def test_metrics_count_what_each_student_was_made_to_do(class_and_seconds):
     from replay.studies.class_study.synthetic_class import draw_class
 
-    out, _ = made
+    out, _ = class_and_seconds
     rows = {row["student"]: row for row in read(out / "runs")["metrics"].to_pylist() if row["detector"] == "exact"}
     for student in draw_class(STUDENTS):
         row = rows[student.pseudonym]
@@ -52,8 +52,8 @@ def test_metrics_count_what_each_student_was_made_to_do(made):
         assert row["near_misses"] == student.near and row["grasps"] == 1
 
 
-def test_outputs_hold_pseudonyms_and_no_cell_of_fewer_than_five(made):
-    out, _ = made
+def test_outputs_hold_pseudonyms_and_no_cell_of_fewer_than_five(class_and_seconds):
+    out, _ = class_and_seconds
     names = set(read(out / "runs")["metrics"]["student"].to_pylist())
     assert all(re.fullmatch(r"S\d\d", name) for name in names)
     for file in (out / "study").iterdir():

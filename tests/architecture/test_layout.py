@@ -12,7 +12,8 @@ PACKAGES = ("cdcore", "sessions", "replay")
 TOP = {"pyproject.toml", "README.md", "LICENSE", "cdcore", "sessions", "replay", "tests"}
 
 
-def tracked():
+def tracked_files():
+    """Files that git knows."""
     done = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
     if done.returncode:
         pytest.skip("this copy is not a git checkout")
@@ -20,11 +21,11 @@ def tracked():
 
 
 def modules():
-    return [path for path in tracked() if path.parts[0] in PACKAGES and path.suffix == ".py"]
+    return [path for path in tracked_files() if path.parts[0] in PACKAGES and path.suffix == ".py"]
 
 
 def test_the_top_level_holds_exactly_what_the_design_says():
-    visible = {path.parts[0] for path in tracked() if not path.parts[0].startswith(".")}
+    visible = {path.parts[0] for path in tracked_files() if not path.parts[0].startswith(".")}
     assert visible == TOP
 
 
@@ -32,7 +33,7 @@ def test_tests_mirror_the_module_they_are_named_after():
     by_name = {}
     for path in modules():
         by_name.setdefault(path.stem, set()).add(Path("tests") / path.parent)
-    mirrored = [path for path in tracked() if path.parts[0] == "tests" and path.parts[1] in PACKAGES]
+    mirrored = [path for path in tracked_files() if path.parts[0] == "tests" and path.parts[1] in PACKAGES]
     astray = [
         str(path)
         for path in mirrored
@@ -51,5 +52,5 @@ def test_the_wheel_holds_the_three_packages_and_nothing_else():
 
 def test_readme_of_the_tests_names_every_support_file_once():
     named = re.findall(r"`(\w+\.(?:py|toml))`", (ROOT / "tests" / "README.md").read_text("utf-8"))
-    files = [path.name for path in tracked() if path.parts[:2] == ("tests", "support")]
+    files = [path.name for path in tracked_files() if path.parts[:2] == ("tests", "support")]
     assert sorted(named) == sorted(files)

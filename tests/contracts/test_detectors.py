@@ -36,6 +36,7 @@ def name(request):
 
 @pytest.fixture(scope="module")
 def scene():
+    """Bodies and motion of the laboratory."""
     return lab_bodies_and_motion(frames=FRAMES)
 
 

@@ -39,7 +39,7 @@ def passing_ball():
     return [Body("ball", ball_mesh(0.4, rings=4, sides=6)), Body("box", box_mesh())], unturned(positions)
 
 
-def answer(name, **settings):
+def answer_or_refusal(name, **settings):
     """A detector's answer for a ball that passes a box, or the sentence with which it refuses a setting."""
     bodies, motion = passing_ball()
     try:
@@ -60,9 +60,9 @@ def test_invalid_setting_is_refused_in_a_sentence(name):
     for setting in settings_of(name):
         default = getattr(load_detector(name).Settings(), setting)
         for value in (value for value in NEVER if value != default):
-            assert_item_sentence(answer(name, **{setting: value}), setting)
+            assert_item_sentence(answer_or_refusal(name, **{setting: value}), setting)
         for value in SOMETIMES:
-            output = answer(name, **{setting: value})
+            output = answer_or_refusal(name, **{setting: value})
             if isinstance(output, str):
                 assert_item_sentence(output, setting)
             else:
@@ -74,7 +74,7 @@ def test_settings_refuse_numbers_for_flags_and_flags_for_numbers(name):
     settings = load_detector(name).Settings()
     for item in fields(settings):
         wrong = 1 if isinstance(getattr(settings, item.name), bool) else True
-        assert_item_sentence(answer(name, **{item.name: wrong}), item.name)
+        assert_item_sentence(answer_or_refusal(name, **{item.name: wrong}), item.name)
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_settings_refuse_numbers_for_flags_and_flags_for_numbers(name):
     ],
 )  # fmt: skip
 def test_refused_setting_names_the_valid_values(name, settings, hint):
-    assert hint in answer(name, **settings)
+    assert hint in answer_or_refusal(name, **settings)
 
 
 def test_numbers_of_numpy_are_numbers():

@@ -29,7 +29,7 @@ VERBS = {
 
 
 @pytest.fixture
-def work(tmp_path):
+def work_folder(tmp_path):
     """A folder with a file of somebody else, and beside it what commands read."""
     write_session(cubes({"a": [0] * 90, "b": [0, 3, 0.9] * 30}), tmp_path / "s.mcap")
     data = (tmp_path / "s.mcap").read_bytes()
@@ -68,25 +68,25 @@ def assert_called_again(verb, work):
 
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("earlier", [False, True])
-def test_killed_command_leaves_earlier_output_and_the_next_call_works(work, verb, earlier):
+def test_killed_command_leaves_earlier_output_and_the_next_call_works(work_folder, verb, earlier):
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     if earlier:
-        assert_called_again(verb, work)
-    process = subprocess.Popen(command_of_verb(verb), cwd=work, env=environment(), **quiet)
-    while process.poll() is None and not any(work.glob(".made*")):
+        assert_called_again(verb, work_folder)
+    process = subprocess.Popen(command_of_verb(verb), cwd=work_folder, env=environment(), **quiet)
+    while process.poll() is None and not any(work_folder.glob(".made*")):
         time.sleep(0.0005)
     time.sleep(float(np.random.default_rng([1, earlier, len(verb)]).uniform(0, 0.03)))
     process.kill()
     process.wait()
-    for made in work.glob("made.mcap"):
+    for made in work_folder.glob("made.mcap"):
         assert_whole(made)
-    assert (work / "made.mcap").exists() or not earlier or any(work.glob(".made*"))
-    assert_called_again(verb, work)
+    assert (work_folder / "made.mcap").exists() or not earlier or any(work_folder.glob(".made*"))
+    assert_called_again(verb, work_folder)
 
 
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("room", [4096, 20_000])
-def test_full_disk_is_reported_and_changes_nothing(work, verb, room):
+def test_full_disk_is_reported_and_changes_nothing(work_folder, verb, room):
     def limited():
         import resource
 
@@ -94,7 +94,7 @@ def test_full_disk_is_reported_and_changes_nothing(work, verb, room):
 
     done = subprocess.run(
         command_of_verb(verb),
-        cwd=work,
+        cwd=work_folder,
         env=environment(),
         preexec_fn=limited,
         capture_output=True,
@@ -104,15 +104,15 @@ def test_full_disk_is_reported_and_changes_nothing(work, verb, room):
     errors = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
     assert (done.returncode, len(errors)) in [(1, 1), (0, 0), (3, 0)] and "Traceback" not in done.stderr
     if done.returncode == 1:
-        assert [file.name for file in work.iterdir()] == ["thesis.txt"]
+        assert [file.name for file in work_folder.iterdir()] == ["thesis.txt"]
 
 
 PLAIN = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 
 
 @pytest.mark.parametrize("variables", [{"HOME": "/dev/null", "XDG_CACHE_HOME": ""}, PLAIN], ids=["no home", "locale C"])
-def test_command_works_without_home_or_utf_8_in_any_folder(work, variables):
-    folder = work.rename(work.parent / "\u00dcbung $(c) 'd' [red] \u6771")
+def test_command_works_without_home_or_utf_8_in_any_folder(work_folder, variables):
+    folder = work_folder.rename(work_folder.parent / "\u00dcbung $(c) 'd' [red] \u6771")
     done = subprocess.run(
         command_of_verb("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300
     )

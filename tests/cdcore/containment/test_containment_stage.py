@@ -41,7 +41,8 @@ def contained_frames(inner, outer, motion=None, enabled=True):
     return verdict[:, 0] == Verdict.CONTAINED
 
 
-def inverted(mesh):
+def inside_out(mesh):
+    """The mesh with its faces inwards."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 
@@ -73,7 +74,7 @@ def shapes():
         ),
         "ball in the hollow of a shell": (
             ball_mesh(0.1),
-            merge_meshes(ball_mesh(1.0), inverted(ball_mesh(0.5))),
+            merge_meshes(ball_mesh(1.0), inside_out(ball_mesh(0.5))),
             False,
         ),
         "ball in two shells wound alike": (ball_mesh(0.1), merge_meshes(ball_mesh(1.0), ball_mesh(0.5)), True),
@@ -147,14 +148,14 @@ CROSSING = (box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2]))
     [
         ((box_mesh(), shift_mesh(box_mesh(), [9, 0, 0])), True, True),
         (CROSSING, False, True),
-        ((CROSSING[0], inverted(CROSSING[1])), False, False),
+        ((CROSSING[0], inside_out(CROSSING[1])), False, False),
         ((box_mesh(), shift_mesh(box_mesh(), [1.0, 0.5, 0.25])), False, True),  # touching
         ((ball_mesh(1.0), ball_mesh(0.5)), False, True),
         ((ball_mesh(0.5), box_mesh((9, 9, 9))), False, True),
-        ((ball_mesh(1.0), inverted(ball_mesh(0.5))), True, True),  # hollow
-        ((inverted(ball_mesh(1.0)), ball_mesh(0.5), inverted(ball_mesh(0.2))), True, True),
-        ((ball_mesh(1.0), inverted(ball_mesh(0.5)), inverted(ball_mesh(0.2))), True, True),
-        ((ball_mesh(1.0), ball_mesh(0.7), inverted(ball_mesh(0.4))), False, True),
+        ((ball_mesh(1.0), inside_out(ball_mesh(0.5))), True, True),  # hollow
+        ((inside_out(ball_mesh(1.0)), ball_mesh(0.5), inside_out(ball_mesh(0.2))), True, True),
+        ((ball_mesh(1.0), inside_out(ball_mesh(0.5)), inside_out(ball_mesh(0.2))), True, True),
+        ((ball_mesh(1.0), ball_mesh(0.7), inside_out(ball_mesh(0.4))), False, True),
     ],
 )
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e103, 1e-110])

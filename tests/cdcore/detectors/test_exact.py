@@ -54,17 +54,18 @@ def motion_along_x(xs, turns=None):
     return Motion(np.arange(len(xs)), positions, rotation)
 
 
-def work(motion, bodies=BODIES, **settings):
+def pair_samples_and_skips(motion, bodies=BODIES, **settings):
+    """How many samples of pairs were tested, and how many kept their last answer."""
     done = create_detector("static", bodies, **settings).detect(motion).work
     return done["pair_looks"], done["held"]
 
 
 def test_frozen_frames_take_a_single_query():
-    assert work(motion_along_x([0.9] * 100)) == (1, 99)
+    assert pair_samples_and_skips(motion_along_x([0.9] * 100)) == (1, 99)
 
 
 def test_pose_that_differs_by_a_bit_is_a_change():
-    assert work(motion_along_x([0.9, np.nextafter(0.9, 1)])) == (2, 0)
+    assert pair_samples_and_skips(motion_along_x([0.9, np.nextafter(0.9, 1)])) == (2, 0)
 
 
 def test_blocks_of_a_stream_remember_the_pose_before():
@@ -90,14 +91,14 @@ def test_faces_of_every_pair_stay_across_blocks():
 def test_epsilon_compares_with_the_last_queried_pose():
     """Each of 100 frames moves 0.4 mm: with epsilon 1 mm every third is queried, 34 in all, and 66 are reused."""
     creeping = motion_along_x(0.9 + 0.0004 * np.arange(100))
-    assert work(creeping) == (100, 0)
-    queries, cached = work(creeping, epsilon=1e-3)
+    assert pair_samples_and_skips(creeping) == (100, 0)
+    queries, cached = pair_samples_and_skips(creeping, epsilon=1e-3)
     assert (queries, cached) == (34, 66)
 
 
 def test_epsilon_measures_rotation_at_the_outermost_point():
-    assert work(motion_along_x([0.9] * 50, turns=1e-5 * np.arange(50)), epsilon=1e-3)[0] == 1
-    assert work(motion_along_x([0.9] * 50, turns=1e-2 * np.arange(50)), epsilon=1e-3)[0] == 50
+    assert pair_samples_and_skips(motion_along_x([0.9] * 50, turns=1e-5 * np.arange(50)), epsilon=1e-3)[0] == 1
+    assert pair_samples_and_skips(motion_along_x([0.9] * 50, turns=1e-2 * np.arange(50)), epsilon=1e-3)[0] == 50
 
 
 def test_epsilon_skips_queries_of_pairs_that_move_together():
@@ -107,8 +108,8 @@ def test_epsilon_skips_queries_of_pairs_that_move_together():
     positions[:, 0] = rotation @ [0.9, 0, 0]
     positions += steps[:, None, None]
     motion = Motion(steps, positions, np.repeat(rotation[:, None], 2, 1))
-    assert work(motion)[0] == 40
-    assert work(motion, epsilon=1e-9) == (1, 39)
+    assert pair_samples_and_skips(motion)[0] == 40
+    assert pair_samples_and_skips(motion, epsilon=1e-9) == (1, 39)
 
 
 def test_epsilon_skips_queries_of_a_body_turning_about_its_middle():
@@ -117,7 +118,7 @@ def test_epsilon_skips_queries_of_a_body_turning_about_its_middle():
     motion = motion_along_x(np.zeros(50), turns=1e-5 * np.arange(50))
     positions = np.stack([[0.9, 0.0, 0.0] - motion.rotations[:, 0] @ middle + drift, drift], axis=1)
     bodies = [Body("ball", shift_mesh(ball_mesh(0.5), middle)), BODIES[1]]
-    assert work(Motion(motion.times, positions, motion.rotations), bodies, epsilon=1e-3) == (1, 49)
+    assert pair_samples_and_skips(Motion(motion.times, positions, motion.rotations), bodies, epsilon=1e-3) == (1, 49)
 
 
 def test_within_epsilon_a_verdict_is_at_most_that_far_off():

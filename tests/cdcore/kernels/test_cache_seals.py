@@ -30,7 +30,7 @@ NAMES = ("module.squared-9{python}.nbi", "module.squared-9{python}.1.nbc", "modu
 
 
 @pytest.fixture(scope="module")
-def sealed(tmp_path_factory):
+def sealed_folder(tmp_path_factory):
     """A folder with two signatures of one kernel, sealed."""
     folder = tmp_path_factory.mktemp("module") / "bvh"
     folder.mkdir()
@@ -48,15 +48,15 @@ def machine_code(folder):
     return sorted(file.name for file in folder.glob("*.nb?"))
 
 
-def test_sealed_files_are_kept(sealed):
-    before = machine_code(sealed)
-    assert cache_of(sealed).remove_unless_intact() and machine_code(sealed) == before
+def test_sealed_files_are_kept(sealed_folder):
+    before = machine_code(sealed_folder)
+    assert cache_of(sealed_folder).remove_unless_intact() and machine_code(sealed_folder) == before
     assert len(before) == len(NAMES)
 
 
 @given(data=st.data())
-def test_a_file_with_changed_bytes_is_removed(sealed, tmp_path_factory, data):
-    folder = shutil.copytree(sealed, tmp_path_factory.mktemp("copy") / sealed.name)
+def test_a_file_with_changed_bytes_is_removed(sealed_folder, tmp_path_factory, data):
+    folder = shutil.copytree(sealed_folder, tmp_path_factory.mktemp("copy") / sealed_folder.name)
     file = data.draw(st.sampled_from(sorted(folder.iterdir())))
     content = bytearray(file.read_bytes())
     start = data.draw(st.integers(0, len(content) - 1))
@@ -71,23 +71,23 @@ def test_a_file_with_changed_bytes_is_removed(sealed, tmp_path_factory, data):
 
 @pytest.mark.parametrize("length", [0, 1, 31, 100])
 @pytest.mark.parametrize("suffix", [".nbi", ".nbc", ".seal"])
-def test_files_cut_short_are_removed(sealed, tmp_path, suffix, length):
-    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+def test_files_cut_short_are_removed(sealed_folder, tmp_path, suffix, length):
+    folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     for file in folder.glob(f"*{suffix}"):
         file.write_bytes(file.read_bytes()[:length])
     assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
 
 
 @pytest.mark.parametrize("suffix", [".nbi", ".1.nbc", ".seal"])
-def test_cache_that_lacks_a_file_is_removed_whole(sealed, tmp_path, suffix):
-    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+def test_cache_that_lacks_a_file_is_removed_whole(sealed_folder, tmp_path, suffix):
+    folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     for file in folder.glob(f"*{suffix}"):
         file.unlink()
     assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
 
 
-def test_swapped_files_are_removed(sealed, tmp_path):
-    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+def test_swapped_files_are_removed(sealed_folder, tmp_path):
+    folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     first, second = folder.glob("*.nbc")
     content = first.read_bytes()
     first.write_bytes(second.read_bytes())
@@ -95,14 +95,14 @@ def test_swapped_files_are_removed(sealed, tmp_path):
     assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
 
 
-def test_files_of_another_folder_are_removed(sealed, tmp_path):
-    folder = shutil.copytree(sealed, tmp_path / "narrow")
+def test_files_of_another_folder_are_removed(sealed_folder, tmp_path):
+    folder = shutil.copytree(sealed_folder, tmp_path / "narrow")
     assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
 
 
-def test_only_files_of_the_damaged_kernel_are_removed(sealed, tmp_path):
+def test_only_files_of_the_damaged_kernel_are_removed(sealed_folder, tmp_path):
     """The kernel at line 9 is intact; the kernel at line 10 has a file that no seal covers."""
-    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+    folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     other = folder / f"module.other-10{cache_seals.PYTHON}.nbi"
     other.write_bytes(b"of another kernel")
     assert cache_of(folder).remove_unless_intact() and len(machine_code(folder)) == len(NAMES) + 1
@@ -110,8 +110,8 @@ def test_only_files_of_the_damaged_kernel_are_removed(sealed, tmp_path):
 
 
 @pytest.mark.parametrize("changed", ["sources", "numba"])
-def test_changed_sources_or_numba_remove_every_kernel(sealed, tmp_path, monkeypatch, changed):
-    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+def test_changed_sources_or_numba_remove_every_kernel(sealed_folder, tmp_path, monkeypatch, changed):
+    folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     if changed == "sources":
         monkeypatch.setattr(cache_seals, "sources_digest", lambda: "other")
     else:
@@ -133,9 +133,9 @@ def test_source_digest_follows_text_and_not_file_times(tmp_path, monkeypatch):
     assert digest() != before
 
 
-def test_read_only_cache_is_used_only_while_intact(sealed, tmp_path, monkeypatch):
+def test_read_only_cache_is_used_only_while_intact(sealed_folder, tmp_path, monkeypatch):
     """``remove_unless_intact`` returns whether numba may load the compiled files that are left in the folder."""
-    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+    folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
 
     def refuse(*_, **__):
         raise PermissionError("read-only")

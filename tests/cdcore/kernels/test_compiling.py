@@ -28,7 +28,7 @@ def doubled(x):
 
 
 @pytest.fixture
-def kept(tmp_path, monkeypatch):
+def machine_code_folder(tmp_path, monkeypatch):
     """A folder for the machine code of kernels that the test marks."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     return tmp_path
@@ -45,20 +45,20 @@ def test_where_nothing_can_be_written_kernels_compute_the_same(monkeypatch):
     assert requested(2.0) == 6.0 and requested.dispatcher.stats.cache_path is None
 
 
-def test_full_disk_costs_no_answer(kept, monkeypatch):
+def test_full_disk_costs_no_answer(machine_code_folder, monkeypatch):
     def full(*_):
         raise OSError(ENOSPC, "No space left on device")
 
     requested = kernel(lambda x: x * x + 3)
     with monkeypatch.context() as patch:
         patch.setattr(os, "replace", full)
-        assert requested(2.0) == 7.0 and not list(kept.rglob("*.nb?"))
-    assert requested(2) == 7 and list(kept.rglob("*.nbi"))
+        assert requested(2.0) == 7.0 and not list(machine_code_folder.rglob("*.nb?"))
+    assert requested(2) == 7 and list(machine_code_folder.rglob("*.nbi"))
 
 
-def test_compiling_a_kernel_keeps_numbas_cache_folder_setting(kept):
+def test_compiling_a_kernel_keeps_numbas_cache_folder_setting(machine_code_folder):
     kernel(lambda x: x * x + 4)(2.0)
-    assert str(kept) == numba.config.CACHE_DIR and list(kept.rglob("*.seal"))
+    assert str(machine_code_folder) == numba.config.CACHE_DIR and list(machine_code_folder.rglob("*.seal"))
 
 
 @kernel

@@ -18,7 +18,8 @@ FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 CLEARANCES = tomllib.loads(Path(__file__).with_name("clearances.toml").read_text("utf-8"))["clearance"]
 
 
-def item(first, second):
+def meets_and_margin(first, second):
+    """Whether two triangles meet, and how far one may move before that changes."""
     meets, distance = triangle_margins(np.array([[first, second]], dtype=float))
     return bool(meets[0]), float(distance[0])
 
@@ -29,19 +30,19 @@ def poke(height):
 
 @pytest.mark.parametrize("height", [1e-15, 2.0**-53, 1e-9, 2e-6, 0.125])
 def test_margin_of_a_corner_is_its_height_over_the_face(height):
-    assert item(FLOOR, poke(height)) == (False, height)
-    assert item(FLOOR, poke(-height)) == (True, height)
-    assert item(poke(height), FLOOR) == (False, height)
+    assert meets_and_margin(FLOOR, poke(height)) == (False, height)
+    assert meets_and_margin(FLOOR, poke(-height)) == (True, height)
+    assert meets_and_margin(poke(height), FLOOR) == (False, height)
 
 
 def test_touching_and_coplanar_overlap_have_no_depth():
-    assert item(FLOOR, poke(0.0)) == (True, 0.0)
-    assert item(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
+    assert meets_and_margin(FLOOR, poke(0.0)) == (True, 0.0)
+    assert meets_and_margin(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
 
 
 @pytest.mark.parametrize("row", CLEARANCES, ids=lambda row: row["of"])
 def test_clearance_is_the_distance_of_the_nearest_features(row):
-    assert item(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
+    assert meets_and_margin(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
 
 
 @pytest.mark.slow
@@ -56,8 +57,8 @@ def test_moving_by_the_penetration_depth_separates():
         edges = [[t[(k + 1) % 3] - t[k] for k in range(3)] for t in (a, b)]
         axes = [np.cross(e[0], e[1]) for e in edges] + [np.cross(e, f) for e in edges[0] for f in edges[1]]
         axes = [sign * axis / np.linalg.norm(axis) for axis in axes for sign in (1, -1)]
-        freed = [not item(a, b + axis * deep * 1.001)[0] for axis in axes]
-        kept = [item(a, b + axis * deep * 0.999)[0] for axis in axes]
+        freed = [not meets_and_margin(a, b + axis * deep * 1.001)[0] for axis in axes]
+        kept = [meets_and_margin(a, b + axis * deep * 0.999)[0] for axis in axes]
         assert any(freed)
         assert all(kept)
 

@@ -77,8 +77,8 @@ def test_live_sample_continues_past_faces_decided_by_integers(name):
     needles[200] = through_the_slope
     bodies = bodies_of([slope, needles])
     stage = TreeStage(bodies, PAIR, name, TreeSettings())
-    verdict, is_apart = stage.decide_now({}, motion_at_rest(bodies, np.zeros((2, 3))), column=0, margin=1e-3)
-    assert verdict == Verdict.CONTACT and not is_apart
+    verdict, is_beyond_margin = stage.decide_now({}, motion_at_rest(bodies, np.zeros((2, 3))), column=0, margin=1e-3)
+    assert verdict == Verdict.CONTACT and not is_beyond_margin
 
 
 @pytest.mark.parametrize(("fraction", "beyond"), [(0.2, False), (0.4, True)])

@@ -15,7 +15,8 @@ SETTINGS = [
 ]  # fmt: skip
 
 
-def watch(name="qaco", frames=40, **settings):
+def traced_search(name="qaco", frames=40, **settings):
+    """A detector, the motion of the laboratory, and a trace of its search."""
     bodies, motion = lab_bodies_and_motion(frames=frames)
     detector = create_detector(name, bodies, **{"budget": 500, **settings})
     return detector, motion, detector.watch(motion)
@@ -35,7 +36,7 @@ def placed(motion, frame, body, points):
 @pytest.mark.slow
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
 def test_traced_search_equals_the_untraced_search(settings):
-    detector, motion, sample = watch(**settings)
+    detector, motion, sample = traced_search(**settings)
     detection, noted = detector.detect(motion), sample.search.noted
     assert sum(query.result.evaluations for query in noted.values()) == detection.work["evaluations"]
     for frame, column in some(noted):
@@ -48,7 +49,7 @@ def test_traced_search_equals_the_untraced_search(settings):
 
 def test_search_starts_at_the_last_best_pair():
     started = {}
-    for (_, column), query in sorted(watch()[2].search.noted.items()):
+    for (_, column), query in sorted(traced_search()[2].search.noted.items()):
         assert query.start == started.get(column)
         started[column] = query.result.hit or query.result.closest
     assert started
@@ -58,7 +59,7 @@ def test_search_starts_at_the_last_best_pair():
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize("settings", [{}, {"samples": 50}, {"rest": 0.1}, {"stop_first": False}], ids=str)
 def test_failed_live_searches_are_noted_without_searching_again(name, settings, monkeypatch):
-    detector, motion, alone = watch(name, **settings)
+    detector, motion, alone = traced_search(name, **settings)
     detect_live(detector, motion)
     searched, query = [], PairSearch.search_from
     monkeypatch.setattr(
@@ -78,7 +79,7 @@ def test_failed_live_searches_are_noted_without_searching_again(name, settings, 
 
 def test_traced_distances_equal_distances_of_face_centroids():
     """Each step of a trace names a pair of faces; a search that ended in a hit ends at faces that really meet."""
-    detector, motion, sample = watch()
+    detector, motion, sample = traced_search()
     hits = 0
     for frame, column in some(sample.search.noted):
         trace = sample.search.trace(motion, frame, column)
@@ -101,7 +102,7 @@ def test_traced_distances_equal_distances_of_face_centroids():
 
 
 def test_only_ants_have_pheromone_within_the_clamp():
-    _, motion, sample = watch()
+    _, motion, sample = traced_search()
     cold = sample.search.trace(motion, *next(iter(sample.search.noted)))
     ants = cold.source == "ant"
     assert ants.any() and (cold.source == "local search").any()
@@ -111,7 +112,7 @@ def test_only_ants_have_pheromone_within_the_clamp():
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_each_stage_passes_a_subset_of_the_previous(name):
-    detector, motion, sample = watch(name)
+    detector, motion, sample = traced_search(name)
     assert isinstance(detector, Watchable)
     work = detector.detect(motion).work
     assert sample.searched.sum() == work["looks"] <= sample.boxes.sum() <= sample.spheres.sum() < sample.spheres.size

@@ -35,7 +35,7 @@ PLANTED = {
 }
 
 
-def reported(session, late_ns, digits=9, residual="0"):
+def session_with_reports(session, late_ns, digits=9, residual="0"):
     """The session with what an engine reports of it: its exact contacts, late by so much, with so many digits."""
     result = compute(session, detectors="exact", oracle="none")
     times = result.assembly.motion.times
@@ -60,9 +60,10 @@ ELSEWHERE = {
     **{f"containment, by {name}": (
         lambda: make_analytic("ball-in-box", seconds=3.0)[0], name, "exact", Cause.CONTAINMENT,
     ) for name in ("hybrid[containment=false]", "qaco")},
-    "an engine five frames late": (lambda: reported(corners_first(), 50_000_000), "recorded", "exact", Cause.LATE),
+    "an engine five frames late": (
+        lambda: session_with_reports(corners_first(), 50_000_000), "recorded", "exact", Cause.LATE),
     "a clock": (
-        lambda: reported(corners_first(), 15_000_000, residual="0.026"), "recorded", "exact", Cause.CLOCK),
+        lambda: session_with_reports(corners_first(), 15_000_000, residual="0.026"), "recorded", "exact", Cause.CLOCK),
 }  # fmt: skip
 
 
@@ -108,7 +109,7 @@ NINETY_HZ_NS = 11_111_111
 )
 def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, invented):
     session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=NINETY_HZ_NS)
-    result = compute(reported(session, late_ns, digits), detectors="recorded", oracle="exact")
+    result = compute(session_with_reports(session, late_ns, digits), detectors="recorded", oracle="exact")
     figures = result.document.audit["recorded"]
     assert (figures.time_missed.count, figures.false_contact.count) == (missed, invented)
 

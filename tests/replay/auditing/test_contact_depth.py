@@ -67,7 +67,7 @@ def test_gate_on_the_command_line_takes_a_length(limit, code, tmp_path, capsys):
     capsys.readouterr()
 
 
-def spiked(frames, at, shallow, deep):
+def session_with_deep_frame(frames, at, shallow, deep):
     """Cubes in contact so deep in all frames but one, where they are deeper; apart before and after."""
     depths = np.full(frames, shallow)
     depths[at] = deep
@@ -76,7 +76,11 @@ def spiked(frames, at, shallow, deep):
 
 @pytest.mark.parametrize("at", [18, *(pytest.param(frame, marks=pytest.mark.slow) for frame in (1, 59))])
 def test_single_deep_frame_of_a_long_contact_is_found(at):
-    result = run(spiked(60, at, 0.1, 0.35), detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact")
+    result = run(
+        session_with_deep_frame(60, at, 0.1, 0.35),
+        detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]",
+        oracle="exact",
+    )
     (row,) = result.tables["episodes"].where(detector="exact").plain()
     assert (row["deepest"], row["depth_at_least"]) == (at + 2, False)
     assert row["depth"] == pytest.approx(0.35)
@@ -97,13 +101,17 @@ def test_round_body_is_deepest_where_its_path_comes_nearest():
 
 
 def test_very_shallow_contact_is_measured():
-    result = run(spiked(30, 17, 1e-5, 4e-5), detectors="exact,mesh=discrete", oracle="exact")
+    result = run(session_with_deep_frame(30, 17, 1e-5, 4e-5), detectors="exact,mesh=discrete", oracle="exact")
     assert 1e-5 * 0.999 <= result.depths[0].depth <= 4e-5 * 1.001
 
 
 def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
     monkeypatch.setattr("replay.auditing.contact_depth.FRAMES_SEARCHED", 20)
-    result = run(spiked(60, 7, 0.1, 0.35), detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact")
+    result = run(
+        session_with_deep_frame(60, 7, 0.1, 0.35),
+        detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]",
+        oracle="exact",
+    )
     (miss,) = result.misses["slow"]
     assert miss.depth_at_least and miss.depth * 1.001 >= 0.1
     assert miss_table(result, "slow").notes == ("At least so deep: not every frame of a miss was searched.",)
@@ -115,7 +123,7 @@ def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
 @pytest.mark.parametrize(("metres", "noise"), [(0.0006, True), (0.0009, False)])
 def test_shallow_miss_is_said_to_be_possible_tracker_noise(metres, noise):
     """0.6 mm is within what the noise of a tracker makes, 0.9 mm is not."""
-    session = spiked(12, 5, metres, metres)
+    session = session_with_deep_frame(12, 5, metres, metres)
     result = run(session, detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact", tau=0.0)
     (miss,) = result.misses["slow"]
     said = f"It is {1e3 * metres:g} mm deep: the noise of a tracker could have made it." in miss.why

@@ -18,7 +18,7 @@ from sessions.model.event import LiveContact
 N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.GRASPED))
 
 
-def world(outcomes, gaps=None):
+def cubes_and_outcomes(outcomes, gaps=None):
     """Two cubes of 2 m, apart by ``gaps`` metres frame by frame, and what was said of them."""
     frames = len(outcomes)
     positions = np.zeros((frames, 2, 3))
@@ -33,7 +33,7 @@ def world(outcomes, gaps=None):
 
 def false_of(outcomes, gaps=None, detector=None):
     """False contacts of a detector that may explain itself."""
-    assembly, note = world(outcomes, gaps)
+    assembly, note = cubes_and_outcomes(outcomes, gaps)
     subject, oracle = (
         verdict_column(["C" if item in reported else "." for item in outcomes]) for reported in ((B, F), (B, M))
     )
@@ -82,7 +82,7 @@ def test_of_too_many_the_longest_are_measured(monkeypatch):
 
 
 def test_the_cause_is_the_solid_before_the_rate():
-    bodies, pairs = world([N])[0].bodies, np.array([[0, 1]])
+    bodies, pairs = cubes_and_outcomes([N])[0].bodies, np.array([[0, 1]])
     ball = create_detector("collider", bodies, pairs=pairs, shape="sphere")
     slow = create_detector("discrete", bodies, pairs=pairs, rate_hz=1.0)
     box = create_detector("collider", bodies, pairs=pairs, shape="box", rate_hz=1.0)
@@ -124,7 +124,7 @@ REPORTS = [
 @pytest.mark.parametrize("steps", [50.0, None])
 def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes, steps):
     outcomes = [{".": N, "B": B, "F": F}[item] for item in frames]
-    assembly, _ = world(outcomes)
+    assembly, _ = cubes_and_outcomes(outcomes)
     stamps = zip(("enter", "exit"), report, strict=True)
     contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
     known = {} if steps is None else {"rate_hz": steps}
@@ -134,7 +134,7 @@ def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes
 
 
 def test_false_contact_is_blamed_on_clock_before_late_report():
-    assembly, _ = world([N])
+    assembly, _ = cubes_and_outcomes([N])
     contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
 
     def cause(residual, gap=0.5, **known):

@@ -20,13 +20,14 @@ STEP = 10_000_000
 FRAMES = 300
 
 
-def world(positions, trigger, *, scene=None):
+def assembly_with_trigger(positions, trigger, *, scene=None):
+    """A recording of cubes by a right hand with this trigger."""
     hands = {"p/right": HandTrack(np.arange(FRAMES) * STEP, trigger)}
     session = replace(cubes(positions, scene=scene), hands=hands)
     return assemble(session), session
 
 
-def carried():
+def session_of_carried_cube():
     """The hand comes to the cube at 1 s, presses, carries it 0.5 m until 2 s and lets go."""
     t = np.arange(FRAMES) * 0.01
     hand = np.where(t < 1.0, -3.0 + 2.0 * t, -1.0 + 0.5 * np.clip(t - 1.0, 0.0, 1.0))
@@ -37,7 +38,7 @@ def carried():
 
 def test_body_moving_with_the_hand_under_trigger_is_grasped():
     """The cube is carried from 1.0 to 2.0 s."""
-    assembly, session = world(*carried())
+    assembly, session = assembly_with_trigger(*session_of_carried_cube())
     (item,) = grasps(assembly, session)
     assert assembly.names[item.thing] == "cube" and assembly.names[item.hand] == "hand-right"
     assert (item.start, item.end) == pytest.approx((1.0, 2.0), abs=0.02)
@@ -45,47 +46,48 @@ def test_body_moving_with_the_hand_under_trigger_is_grasped():
 
 
 def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
-    positions, trigger = carried()
+    positions, trigger = session_of_carried_cube()
     still, short = {**positions, "cube": np.zeros(FRAMES)}, np.isin(np.arange(FRAMES), range(110, 138)).astype(float)
-    for world_ in (world(still, trigger), world(positions, short)):
+    for world_ in (assembly_with_trigger(still, trigger), assembly_with_trigger(positions, short)):
         assert [item.thing for item in grasps(*world_)] == [-1]
     trigger[120:180] = np.where(np.arange(60) % 2, 0.45, 0.58)
-    assert len(grasps(*world(positions, trigger))) == 1
+    assert len(grasps(*assembly_with_trigger(positions, trigger))) == 1
 
 
 def test_bodies_tagged_as_hands_take_precedence_over_names():
-    positions, trigger = carried()
-    assembly, session = world(positions, trigger)
+    positions, trigger = session_of_carried_cube()
+    assembly, session = assembly_with_trigger(positions, trigger)
     assert {assembly.names[k]: side for k, side in hand_bodies(assembly, session).items()} == {"hand-right": "right"}
     scene = Scene(bodies=(SceneBody("far", tags=("hand",)), SceneBody("hand-right"), SceneBody("cube")))
-    assembly, session = world(positions, trigger, scene=scene)
+    assembly, session = assembly_with_trigger(positions, trigger, scene=scene)
     assert [assembly.names[k] for k in hand_bodies(assembly, session)] == ["far"]
 
 
-def grasped(pair, first, last):
+def grasp_episode(pair, first, last):
+    """Episode of a grasp: its pair, first and last frame."""
     return Episode(pair, first, last, 0.0, 0.0)
 
 
 def test_grasp_lasts_only_while_the_body_is_carried():
     """The hand carries the cube in frames 100 to 199; it touches in frames 40 to 60 and 95 to 120."""
-    assembly, session = world(*carried())
+    assembly, session = assembly_with_trigger(*session_of_carried_cube())
     ((pair, first, last),) = [(item.pair, item.first, item.last) for item in holdings(assembly, session)]
     assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)
-    before, during = grasped(pair, 40, 60), grasped(pair, 95, 120)
+    before, during = grasp_episode(pair, 40, 60), grasp_episode(pair, 95, 120)
     assert [item for item in holdings(assembly, session, (before, during)) if item.first < 100] == [during]
     assert holdings(assembly, None) == ()
 
 
 def test_interval_overlaps_a_grasp_if_they_share_a_frame():
     """Pair 2 is grasped in frames 10 to 20; each row is (pair, first, last)."""
-    item = (grasped(2, 10, 20),)
+    item = (grasp_episode(2, 10, 20),)
     requested = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
     assert overlaps_holding(item, *requested).tolist() == [False, True, True, False, False]
 
 
 def test_contact_while_grasped_is_in_no_count():
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
-    compared = compare(subject, oracle, holdings=(grasped(0, 3, 6),))
+    compared = compare(subject, oracle, holdings=(grasp_episode(0, 3, 6),))
     assert [Outcome(item).name[0] for item in compared.outcome[:, 0]] == list("NBMGGGGNBN")
     counts = count_contacts(compared, episodes(oracle))
     assert (counts.contacts, counts.missed, counts.late_or_cut_short, counts.numbers.tolist()) == (2, 0, 1, [1, 3])

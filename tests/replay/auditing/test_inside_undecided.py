@@ -19,7 +19,7 @@ PATH = [9.0, 5.5, 4.8, 3.0, 1.0, 0.0, 0.0, -1.0, -2.0]
 REQUESTED = "hull=collider,mesh=collider[shape=mesh],exact,hybrid"
 
 
-def mesh_of_parts(*meshes):
+def merged_mesh(*meshes):
     """One mesh of the vertices and faces of several."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
@@ -47,12 +47,12 @@ BLOCKS = {
     "inwards, lacks a face": reversed_faces(cube_mesh(lost=[3])),
     "lacks a side": cube_mesh(lost=side(1)),
     "lacks the side that is entered": cube_mesh(lost=[k for k in range(12) if k in side(0)]),
-    "doubled": mesh_of_parts(cube_mesh(), cube_mesh()),
-    "double-sided": mesh_of_parts(cube_mesh(), reversed_faces(cube_mesh())),
-    "one face doubled": mesh_of_parts(cube_mesh(), MeshData(cube_mesh().vertices, cube_mesh().faces[:1])),
-    "crossing": mesh_of_parts(cube_mesh(), cube_mesh(9.0, [-4.0, 1.0, 1.0])),
-    "crossing, one reversed": mesh_of_parts(cube_mesh(), reversed_faces(cube_mesh(9.0, [-4.0, 1.0, 1.0]))),
-    "nested": mesh_of_parts(cube_mesh(), cube_mesh(8.0)),
+    "doubled": merged_mesh(cube_mesh(), cube_mesh()),
+    "double-sided": merged_mesh(cube_mesh(), reversed_faces(cube_mesh())),
+    "one face doubled": merged_mesh(cube_mesh(), MeshData(cube_mesh().vertices, cube_mesh().faces[:1])),
+    "crossing": merged_mesh(cube_mesh(), cube_mesh(9.0, [-4.0, 1.0, 1.0])),
+    "crossing, one reversed": merged_mesh(cube_mesh(), reversed_faces(cube_mesh(9.0, [-4.0, 1.0, 1.0]))),
+    "nested": merged_mesh(cube_mesh(), cube_mesh(8.0)),
 }
 
 
@@ -96,7 +96,7 @@ def test_frames_that_are_not_counted_break_no_gate():
 
 def test_a_hollow_needs_a_reference_that_knows_the_side():
     """A hull around two walls, and a cube between them: measured by exact, not by a search."""
-    walls = mesh_of_parts(cube_mesh(3.0, [-4.0, 0, 0]), cube_mesh(3.0, [4.0, 0, 0]))
+    walls = merged_mesh(cube_mesh(3.0, [-4.0, 0, 0]), cube_mesh(3.0, [4.0, 0, 0]))
     session = cubes({"walls": [0.0] * 4, "probe": [9.0, 0.0, 0.5, 9.0]})
     session = replace(session, meshes={"walls": walls, "probe": cube()})
     causes = {}

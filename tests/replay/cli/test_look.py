@@ -34,6 +34,7 @@ def small_pictures(monkeypatch):
 
 @pytest.fixture
 def recording(imported, tmp_path):
+    """A recording that was imported, as a file."""
     (tmp_path / "s.mcap").write_bytes(imported)
     return tmp_path / "s.mcap"
 

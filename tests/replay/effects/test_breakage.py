@@ -36,7 +36,7 @@ def falling(height, phase=0.0, rest=-0.0005, count=60, **more):
     return world(np.maximum(rest, height - 0.5 * GRAVITY * fall**2), **more)
 
 
-def broken(session):
+def breakage_of(session):
     run = compute(session, detectors=()).effects["breakage"]
     return run.output.events_named("broken"), run.output.events_named("impact"), run
 
@@ -45,7 +45,7 @@ def broken(session):
 @pytest.mark.parametrize("height", [0.06, 0.1, 0.25])
 @pytest.mark.parametrize("phase", [0.0, 0.003, 0.007])
 def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
-    (crash,), (impact,), run = broken(falling(height, phase))
+    (crash,), (impact,), run = breakage_of(falling(height, phase))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * height), rel=0.005)
     assert impact.values["energy_j"] == pytest.approx(0.1 * GRAVITY * height, rel=0.01)
     assert crash.time == pytest.approx(0.1 + phase + np.sqrt(2 * height / GRAVITY), abs=0.001)
@@ -58,13 +58,13 @@ def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
 def test_impact_point_lies_on_the_body_hit_despite_noise(side):
     """A fall of 0.1 m ends at the speed root of 2 g h; noise of 0.5 mm moves the glass in and out of the wall."""
     fallen = np.arange(60) / RATE >= 0.1 + np.sqrt(2 * 0.1 / GRAVITY)
-    (crash,), (impact,), _ = broken(falling(0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
+    (crash,), (impact,), _ = breakage_of(falling(0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * 0.1), rel=0.01)
     assert crash.point == pytest.approx((side * 0.5, FLOOR, 0.0), abs=0.002)
 
 
 def test_a_body_set_down_gently_meets_and_does_not_break():
-    crash, (impact,), _ = broken(world(np.maximum(-0.0005, 0.02 - 0.1 * np.arange(60) / RATE)))
+    crash, (impact,), _ = breakage_of(world(np.maximum(-0.0005, 0.02 - 0.1 * np.arange(60) / RATE)))
     assert not crash and impact.values["speed_m_s"] == pytest.approx(0.1, rel=0.01) and not impact.values["broken"]
 
 
@@ -74,7 +74,7 @@ def test_impact_speed_is_the_component_perpendicular_to_the_surface():
     frames = session.frames
     frames.position.setflags(write=True)
     frames.position[:, 0, 0] = -0.35 + 2.0 * np.arange(60) / RATE * 0.5
-    crash, (impact,), _ = broken(session)
+    crash, (impact,), _ = breakage_of(session)
     assert not crash and impact.values["across"] and impact.values["speed_m_s"] == pytest.approx(0.1, rel=0.05)
 
 
@@ -86,7 +86,7 @@ GAP = "not judged: gap, loss or jump before it"
 
 @pytest.mark.parametrize("step", [0.005, 0.03, 0.2, 3.0])
 def test_a_tracking_jump_into_contact_breaks_nothing(step):
-    assert not broken(world(np.where(FRAMES < 30, step - 0.0005, -0.0005)))[0]
+    assert not breakage_of(world(np.where(FRAMES < 30, step - 0.0005, -0.0005)))[0]
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_a_tracking_jump_into_contact_breaks_nothing(step):
     ids=["jump", "lost before the impact", "gap", "from the start", "drifts back"],
 )  # fmt: skip
 def test_an_impact_of_unknown_path_is_only_counted(session, counted):
-    crash, impact, run = broken(session)
+    crash, impact, run = breakage_of(session)
     assert not crash and (run.counters == {counted: 1} and not impact if counted else run.counters)
 
 
@@ -137,7 +137,7 @@ def check_fall(height, rate, restitution, depth, noise, phase):
     speed = np.sqrt(2 * GRAVITY * height)
     heights = bouncing(height, restitution, depth, rate, phase, noise)
     times = np.arange(len(heights)) / rate
-    crash, impacts, _ = broken(world(heights, times, speed_m_s=speed / 0.8))
+    crash, impacts, _ = breakage_of(world(heights, times, speed_m_s=speed / 0.8))
     hard = [impact.values["speed_m_s"] for impact in impacts if impact.values["speed_m_s"] > speed / 1.2]
     assert hard and not crash, (restitution, depth, noise, phase)
     if height >= 0.5 and not noise:

@@ -26,6 +26,7 @@ HEATS = tomllib.loads(Path(__file__).with_name("heats.toml").read_text("utf-8"))
 
 
 def vessel(name, volume, solute, molar, **properties):
+    """A vessel with so many millilitres of a solution, mol/L."""
     return glass(name, volume, properties=properties, solute=solute, molar=molar)
 
 

@@ -77,13 +77,14 @@ def lost_hand():
     return draft
 
 
-def repaired(draft, *words):
+def repaired_session(draft, *words):
+    """The session of a draft after repairs by this policy."""
     return repair_session(draft.session(), parse_policy(words)).session
 
 
 @pytest.mark.parametrize("size", [1, 7, 64, 900])
 def test_the_frames_do_not_depend_on_blocks(size):
-    session = repaired(lost_hand(), "identity-while-lost=interpolate:1")
+    session = repaired_session(lost_hand(), "identity-while-lost=interpolate:1")
     assert_same_frames(Frames.join([*session.blocks(size)]), Frames.join([*session.blocks(10_000)]))
 
 
@@ -108,7 +109,11 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
     draft = lost_hand()
     if len(arguments) > 1:
         draft.arrays["position"][410, 1] = np.nan
-    before, truth, after = draft.session().frames, clean().arrays["position"][:, 1], repaired(draft, *arguments).frames
+    before, truth, after = (
+        draft.session().frames,
+        clean().arrays["position"][:, 1],
+        repaired_session(draft, *arguments).frames,
+    )
     assert after.status[400:420, 1].tolist() == status
     dropped, kept, between = (400 + np.flatnonzero(np.equal(status, item)) for item in (LOST, GRASPED, BETWEEN))
     stand_in = np.zeros(before.status.shape, dtype=bool)
@@ -126,13 +131,13 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
 def test_losses_before_the_first_good_sample_stay_lost(action):
     draft = clean()
     FAULTS["identity while lost"](draft, 0, 0)
-    assert (repaired(draft, f"identity-while-lost={action}").frames.status[:20, 0] == LOST).all()
+    assert (repaired_session(draft, f"identity-while-lost={action}").frames.status[:20, 0] == LOST).all()
 
 
 def test_no_bridge_leads_beyond_the_last_good_sample():
     draft = clean()
     FAULTS["identity while lost"](draft, 0, 880)
-    assert (repaired(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()
+    assert (repaired_session(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()
 
 
 def test_findings_of_a_window_use_seconds_of_the_recording():

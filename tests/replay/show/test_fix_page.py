@@ -35,7 +35,7 @@ STEP_NS = 11_000_000
 
 
 @pytest.fixture(scope="module")
-def fixed():
+def fix_of_stirred_cup():
     """A rod that stirs in a cup called like a script, free of its wall most of the time."""
     cup, rod = revolved_mesh(WALL, 12), revolved_mesh(ROD, 8)
     axis = int(np.argmax(np.ptp(cup.vertices, axis=0)))
@@ -63,16 +63,16 @@ def small_pictures():
 
 
 @pytest.fixture(scope="module")
-def page(fixed, small_pictures):
+def page(fix_of_stirred_cup, small_pictures):
     """The before/after page of the fixed session."""
-    return before_after_page(fixed)
+    return before_after_page(fix_of_stirred_cup)
 
 
-def test_fix_page_headline_has_values_before_and_after(fixed, page):
+def test_fix_page_headline_has_values_before_and_after(fix_of_stirred_cup, page):
     text = re.sub(r"<[^>]*>", "", re.search(r"<h1>(.*?)</h1>", page, re.S)[1])
     text = unescape(" ".join(text.split()))
-    assert text == cure_sentences(fixed.result, fixed.before, fixed.after)
-    assert re.search(rf"-> \d.* %.*; {fixed.after['pieces']} pieces in place of 3 hulls[;.]", text)
+    assert text == cure_sentences(fix_of_stirred_cup.result, fix_of_stirred_cup.before, fix_of_stirred_cup.after)
+    assert re.search(rf"-> \d.* %.*; {fix_of_stirred_cup.after['pieces']} pieces in place of 3 hulls[;.]", text)
 
 
 def test_page_has_both_lanes_and_both_stills(page):
@@ -82,10 +82,10 @@ def test_page_has_both_lanes_and_both_stills(page):
     assert pair.count("data:image/webp") == 2 and "the pieces report none" in pair
 
 
-def test_every_body_has_a_card_with_pictures(fixed, page):
+def test_every_body_has_a_card_with_pictures(fix_of_stirred_cup, page):
     cards = re.findall(r'<article class="card"><div class="pictures">(.*?)</article>', page, re.S)
     assert [card.count("data:image/webp") for card in cards] == [4, 1, 1]
-    pieces = f"{fixed.after['pieces'] - 2} pieces: sectors by height and angle"
+    pieces = f"{fix_of_stirred_cup.after['pieces'] - 2} pieces: sectors by height and angle"
     assert f"&lt;b&gt;cup: {pieces}" in cards[0] and "<b>cup" not in page
     assert "beyond the mesh" in cards[0] and "rod: keeps its hull: it is convex" in cards[1]
     assert "nothing touches them" in page and "spare" in page[page.index('id="limits"') :]
@@ -97,36 +97,36 @@ def test_page_is_self_contained_and_names_no_run_folder(page):
 
 
 @pytest.mark.parametrize("fraction", [1.0, 0.6])
-def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fixed, fraction):
-    document = fixed.result.document
+def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fix_of_stirred_cup, fraction):
+    document = fix_of_stirred_cup.result.document
     detectors = {
         label: structs.replace(row, seconds=structs.replace(row.seconds, processor_fraction=fraction))
         for label, row in document.detectors.items()
     }
-    result = replace(fixed.result, document=structs.replace(document, detectors=detectors))
-    text = cure_sentences(result, fixed.before, fixed.after)
+    result = replace(fix_of_stirred_cup.result, document=structs.replace(document, detectors=detectors))
+    text = cure_sentences(result, fix_of_stirred_cup.before, fix_of_stirred_cup.after)
     assert ("ms a frame" in text) == (fraction == 1.0) and "False 80 % -> " in text
     if fraction < 1.0:
-        assert "The machine was busy (40 %)" in before_after_page(replace(fixed, result=result))
-    slower = fixed.after | {"ms": 2.0 * fixed.before["ms"]}
-    figures = comparison(screen_columns("before_after"), fixed.before, slower, is_busy=fraction < 1.0)
+        assert "The machine was busy (40 %)" in before_after_page(replace(fix_of_stirred_cup, result=result))
+    slower = fix_of_stirred_cup.after | {"ms": 2.0 * fix_of_stirred_cup.before["ms"]}
+    figures = comparison(screen_columns("before_after"), fix_of_stirred_cup.before, slower, is_busy=fraction < 1.0)
     marks = {figure.name: figure.change for figure in figures}
     assert marks["mean ms"] == ("worse" if fraction == 1.0 else "")
 
 
-def test_new_columns_of_a_fix_reach_terminal_and_page(fixed, monkeypatch):
+def test_new_columns_of_a_fix_reach_terminal_and_page(fix_of_stirred_cup, monkeypatch):
     tables = ("before_after", "pieces_front", "cards")
     for table in tables:
         probe = Column("probe", float, of=lambda row: 40.0, show=lambda value, table=table: f"cell of {table}")
         monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], probe))
     console = Console(width=400, file=StringIO())
-    console.print(fix_screen(fixed, People(verbose=True)))
-    for text in (console.file.getvalue(), before_after_page(fixed)):
+    console.print(fix_screen(fix_of_stirred_cup, People(verbose=True)))
+    for text in (console.file.getvalue(), before_after_page(fix_of_stirred_cup)):
         assert [table for table in tables if f"cell of {table}" not in text] == []
 
 
-def test_page_compares_every_column_of_the_table_in_the_terminal(fixed, page):
-    table = before_after_table(fixed.before, fixed.after, contacts=4, step_hz=50.0)
+def test_page_compares_every_column_of_the_table_in_the_terminal(fix_of_stirred_cup, page):
+    table = before_after_table(fix_of_stirred_cup.before, fix_of_stirred_cup.after, contacts=4, step_hz=50.0)
     compared = re.search(r'<section class="compared">.*?</table>', page, re.S)[0]
     assert re.findall(r'<th scope="row">(.*?)</th>', compared) == table.values().head
     cells = re.findall(r'<td class="n ?(?:\w*)">(.*?)</td>', compared)

@@ -10,7 +10,7 @@ from sessions.model.assumption import Confidence, Origin, Subject, assumptions_o
 QUATERNION = "qx,qy,qz,qw"
 
 
-def drafted(folder, header, row, *changes, count=20):
+def assumptions_by_draft(folder, header, row, *changes, count=20):
     """The assumptions of a CSV by the draft of its own mapping, which was changed."""
     source, mapping = folder / "log.csv", folder / "map.toml"
     rows = [row.format(step=k, ms=11 * k) for k in range(count)]
@@ -55,7 +55,7 @@ def drafted(folder, header, row, *changes, count=20):
     ],
 )
 def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, row, subject, value, origin):
-    assumption = drafted(tmp_path, header, row)[subject]
+    assumption = assumptions_by_draft(tmp_path, header, row)[subject]
     assert (assumption.value, assumption.origin) == (value, origin)
 
 
@@ -63,18 +63,20 @@ def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, r
     ("row", "confidence"), [("{ms}", Confidence.SURE), ("{step}", Confidence.OPEN), ("{step}00", Confidence.SURE)]
 )
 def test_guessed_time_unit_is_sure_at_tracker_rates(tmp_path, row, confidence):
-    assumption = drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", row + ",1,2,3,0,0,0,1")[Subject.TIME_UNIT]
+    assumption = assumptions_by_draft(tmp_path, f"stamp,x,y,z,{QUATERNION}", row + ",1,2,3,0,0,0,1")[Subject.TIME_UNIT]
     assert (assumption.origin, assumption.confidence) == (Origin.GUESS, confidence)
 
 
 def test_guess_removed_from_mapping_becomes_a_user_statement(tmp_path):
-    rows = drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('guessed = ["time.unit"]', ""))
+    rows = assumptions_by_draft(
+        tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('guessed = ["time.unit"]', "")
+    )
     assert rows[Subject.TIME_UNIT].origin is Origin.USER
 
 
 def test_columns_of_a_file_without_names_are_guessed(tmp_path):
     order = ('# quaternion_wxyz = ["q1"', 'quaternion_wxyz = ["q1"')
-    rows = drafted(tmp_path, "", "{step}.5 1 2 3 1 0 0 0", order)
+    rows = assumptions_by_draft(tmp_path, "", "{step}.5 1 2 3 1 0 0 0", order)
     assert (rows[Subject.COLUMNS].origin, rows[Subject.COLUMNS].confidence) == (Origin.GUESS, Confidence.OPEN)
     assert (rows[Subject.QUATERNION_ORDER].value, rows[Subject.QUATERNION_ORDER].origin) == ("wxyz", Origin.USER)
 
@@ -92,7 +94,7 @@ def test_columns_of_a_file_without_names_are_guessed(tmp_path):
 def test_angles_below_two_pi_leave_their_unit_open(tmp_path, angle, change, origin, is_open):
     """An angle of 179 must be degrees, 0 is 0 in either unit; 3.1 may be radians or degrees."""
     order = ('# order = "XYZ"', 'order = "XYZ"')
-    rows = drafted(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0," + angle + ",0", order, *change)
+    rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0," + angle + ",0", order, *change)
     assert (rows[Subject.ANGLE_UNIT].origin, rows[Subject.ANGLE_UNIT].is_open) == (origin, is_open)
     assert rows[Subject.EULER_ORDER].origin is Origin.USER
 
@@ -114,10 +116,12 @@ def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, angle, is_d
 
 def test_an_euler_order_that_the_convention_fixes_is_its_word(tmp_path):
     axes = ('convention = "openxr"', 'convention = "unity"')
-    rows = drafted(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0,90,0", axes)
+    rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0,90,0", axes)
     assert (rows[Subject.EULER_ORDER].value, rows[Subject.EULER_ORDER].origin) == ("zxy", Origin.FORMAT)
 
 
 def test_misspelt_guess_in_a_mapping_is_refused_with_a_suggestion(tmp_path):
     with pytest.raises(ImportFileError, match=r"guessed holds 'time\.unti'; did you mean 'time\.unit'"):
-        drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('"time.unit"', '"time.unti"'))
+        assumptions_by_draft(
+            tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('"time.unit"', '"time.unti"')
+        )

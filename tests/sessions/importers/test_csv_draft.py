@@ -147,7 +147,7 @@ def test_draft_lists_omitted_columns_and_negative_times(tmp_path, snapshot):
     assert draft == snapshot
 
 
-def drafted(folder, clock, stamps):
+def draft_of_log(folder, clock, stamps):
     """The draft for a log of two bodies whose first column is called so."""
     names = [f"{body}_{axis}" for body in ("Tool", "Tray") for axis in ("px", "py", "pz", "qx", "qy", "qz", "qw")]
     rows = [",".join(map(str, [stamp, *[0.1, 0.2, 0.3, 0, 0, 0, 1] * 2])) for stamp in stamps]
@@ -170,11 +170,11 @@ def drafted(folder, clock, stamps):
 )
 def test_time_columns_named_as_in_game_engines_are_recognised(tmp_path, clock, step, unit):
     """The draft names the column as time with its unit, and so asks for no frame rate."""
-    draft = drafted(tmp_path, clock, [1000 + step * k for k in range(20)])
+    draft = draft_of_log(tmp_path, clock, [1000 + step * k for k in range(20)])
     assert f'column = "{clock}"' in draft and f'\nunit = "{unit}"' in draft and "rate_hz" not in draft
 
 
 def test_a_column_that_increases_is_offered_as_the_clock(tmp_path):
-    draft = drafted(tmp_path, "Spalte1", [0.011 * k for k in range(20)])
+    draft = draft_of_log(tmp_path, "Spalte1", [0.011 * k for k in range(20)])
     assert '# column = "Spalte1"   # in place of rate_hz, if it is the time: it increases' in draft
-    assert "it increases" not in drafted(tmp_path, "Spalte1", [1.0] * 20)
+    assert "it increases" not in draft_of_log(tmp_path, "Spalte1", [1.0] * 20)

@@ -19,7 +19,7 @@ HEADER = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
 
 
 @pytest.fixture
-def written(tmp_path):
+def write_csv(tmp_path):
     """Writes lines as a CSV, and a mapping beside it."""
 
     def write(*lines, mapping=""):
@@ -31,10 +31,10 @@ def written(tmp_path):
 
 
 @pytest.fixture
-def mapped(written, tmp_path):
+def import_by_mapping(write_csv, tmp_path):
     """Imports lines by a mapping."""
     return lambda mapping, *lines: import_session(
-        "csv", written(*lines, mapping=mapping), mapping=tmp_path / "map.toml"
+        "csv", write_csv(*lines, mapping=mapping), mapping=tmp_path / "map.toml"
     )
 
 
@@ -43,7 +43,8 @@ def pose_line(time, body="cup", numbers=(0, 0, 0, 0, 0, 0, 1)):
     return f"pose,{time:.6f},{body},{','.join(repr(float(np.float32(item))) for item in numbers)},1,,"
 
 
-def happening(kind, time, body, other="", value=""):
+def event_line(kind, time, body, other="", value=""):
+    """A line of a session's CSV with an event."""
     return f"{kind},{time},{body}{',' * 9}{other},{value}"
 
 
@@ -68,9 +69,9 @@ unit = "1/min"
 
 
 @pytest.mark.parametrize("order", ["zyx", "XYZ", "ZXY", "yzx"])
-def test_wide_table_with_decimal_commas_and_named_angles_is_read(mapped, order):
+def test_wide_table_with_decimal_commas_and_named_angles_is_read(import_by_mapping, order):
     head = ["a lab", "", "t;f;f;f;f;f;f;h", "ms;x;y;z;ry;rz;rx;r"]
-    session = mapped(WIDE % order, *head, "0,5;1000;2000;3000;20;30;10;71,5", "11,5;1000;2000;;20;30;10;")
+    session = import_by_mapping(WIDE % order, *head, "0,5;1000;2000;3000;20;30;10;71,5", "11,5;1000;2000;;20;30;10;")
     track, heart = session.tracks["flask"], session.scalars["heart"]
     assert track.times_ns.tolist() == heart.times_ns.tolist() == [500_000, 11_500_000]
     assert track.positions[0].tolist() == [1.0, 3.0, -2.0] and track.valid.tolist() == [True, False]
@@ -105,32 +106,35 @@ position = ["x", "x", "x"]
         ('text"\noffset = 2 #"', "2024-03-01T09:00:01Z", 1_709_283_603_000_000_000),
     ],
 )
-def test_a_clock_keeps_its_last_digit(mapped, unit, cell, expected):
+def test_a_clock_keeps_its_last_digit(import_by_mapping, unit, cell, expected):
     rotation = 'quaternion_xyzw = ["x", "x", "x", "w"]\n'
-    session = mapped(LONG % unit + rotation, "t,b,x,w", f"{cell},left,0,1")
+    session = import_by_mapping(LONG % unit + rotation, "t,b,x,w", f"{cell},left,0,1")
     assert session.frames.stamp_ns.tolist() == [expected]
     rated = (LONG % "s").replace('column = "t"\nunit = ', "rate_hz = 2\noffset = 3 #")
-    assert mapped(rated + rotation, "b,x,w", *["left,0,1"] * 2).frames.stamp_ns.tolist() == [3 * 10**9, 35 * 10**8]
+    assert import_by_mapping(rated + rotation, "b,x,w", *["left,0,1"] * 2).frames.stamp_ns.tolist() == [
+        3 * 10**9,
+        35 * 10**8,
+    ]
 
 
-def test_matrices_become_quaternions_and_non_rotations_are_lost(mapped):
+def test_matrices_become_quaternions_and_non_rotations_are_lost(import_by_mapping):
     names = [f"m{row}{column}" for row in range(3) for column in range(3)]
     rotations = Rotation.random(20, random_state=4).as_matrix()
     rotations[3] *= 1.01
     rotations[5] = np.diag([1, 1, -1])
     lines = [f"{k},cup,0," + ",".join(map(repr, rotation.ravel().tolist())) for k, rotation in enumerate(rotations)]
     mapping = f"{LONG % 's'}matrix = {names}\n"
-    track = mapped(mapping, "t,b,x," + ",".join(names), *lines, "20,cup,0" + "," * 9).tracks["cup"]
+    track = import_by_mapping(mapping, "t,b,x," + ",".join(names), *lines, "20,cup,0" + "," * 9).tracks["cup"]
     assert np.flatnonzero(~track.valid).tolist() == [3, 5, 20]
     actual = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
     assert np.abs(actual - rotations[track.valid[:20]]).max() < 1e-9
 
 
-def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
+def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(write_csv, tmp_path):
     """The glTF exporter flips X, the poses flip Z; both reverse the winding."""
     inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
     rotation, position = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
-    path = written(HEADER, pose_line(0.0, "tool", (*position, *rotation.as_quat())))
+    path = write_csv(HEADER, pose_line(0.0, "tool", (*position, *rotation.as_quat())))
     gltf = MeshData(inside_unity * [-1, 1, 1], [[0, 2, 1]])
     (tmp_path / "tool.glb").write_bytes(mesh_to_glb(gltf, "tool"))
     scene = parse_scene(
@@ -146,17 +150,17 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
     assert np.array_equal(session.meshes["box"].vertices, box)
 
 
-def test_a_column_of_numbers_taken_for_names_is_refused(written):
-    path = written(HEADER, *(pose_line(0.0, f"{k}") for k in range(1001)))
+def test_a_column_of_numbers_taken_for_names_is_refused(write_csv):
+    path = write_csv(HEADER, *(pose_line(0.0, f"{k}") for k in range(1001)))
     assert_import_refused("csv", path, r"column 'body' names 1,001 bodies; is it the column of names\?")
 
 
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
-def test_unity_script_output_is_read_in_any_locale(written, delimiter, decimal):
+def test_unity_script_output_is_read_in_any_locale(write_csv, delimiter, decimal):
     rows = [HEADER, *(pose_line(0.011 * k, numbers=(0.25 * k, 1.5, 0, 0, 0, 0, 1)) for k in range(5))]
-    expected = import_session("csv", written(*rows)).tracks["cup"]
+    expected = import_session("csv", write_csv(*rows)).tracks["cup"]
     other = [row.replace(",", delimiter).replace(".", decimal) for row in rows]
-    result = import_session("csv", written(*other)).tracks["cup"]
+    result = import_session("csv", write_csv(*other)).tracks["cup"]
     assert result.times_ns.tolist() == expected.times_ns.tolist()
     np.testing.assert_array_equal(result.positions, expected.positions)
 
@@ -168,19 +172,21 @@ def test_ragged_non_utf_8_row_is_refused_in_a_sentence(tmp_path):
     assert_import_refused("csv", tmp_path / "take.csv", r"no CSV text in UTF-8 .*; save it as UTF-8")
 
 
-def test_empty_short_and_bad_cells_are_accounted_for(written):
+def test_empty_short_and_bad_cells_are_accounted_for(write_csv):
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked"
     lines = [head, "pose,0,cup,1,2,3,0,0,0,1,1", "", "pose,1,cup", "pose,2,cup,1,nan, 3 ,0,0,0,1,1"]
-    session = import_session("csv", written(*lines))
+    session = import_session("csv", write_csv(*lines))
     assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == -3
     assert "1 of 3 rows dropped: with too few or too many cells" in books(session)
-    assert_import_refused("csv", written(*lines, "pose,3,cup,1,2,x,0,0,0,1,1"), "line 6, column 'pz': 'x' is no number")
+    assert_import_refused(
+        "csv", write_csv(*lines, "pose,3,cup,1,2,x,0,0,0,1,1"), "line 6, column 'pz': 'x' is no number"
+    )
 
 
 SCRIPT = Path(guide.__file__).with_name("VrLabRecorder.cs").read_text("utf-8")
 
 
-def filled(start, values):
+def filled_line(start, values):
     """A line as the script writes it: ``F6`` is six decimals, ``R`` of a float the shortest text that reads back."""
 
     def cell(match):
@@ -201,12 +207,12 @@ def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
         pieces = {f"p.{axis}": value for axis, value in zip("xyz", positions[k], strict=True)}
         pieces |= {f"q.{axis}": value for axis, value in zip("xyzw", rotations[k].as_quat(), strict=True)}
         body = {"Cell(body.name)": "LeftWheel", "Tracked(body)": int(k != 3)}
-        lines.append(filled("pose,", now | pieces | body))
-        lines.append(filled("trigger,", now | {"hand": "left", "value": k / count}))
-        lines.append(filled("scalar,", now | {"Cell(name)": "heart rate", "value": 70 + k}))
+        lines.append(filled_line("pose,", now | pieces | body))
+        lines.append(filled_line("trigger,", now | {"hand": "left", "value": k / count}))
+        lines.append(filled_line("scalar,", now | {"Cell(name)": "heart rate", "value": 70 + k}))
         for kind in {10: ["enter"], 20: ["exit"]}.get(k, []):
             for a, b in (("LeftWheel", "Beaker"), ("Beaker", "LeftWheel")):
-                lines.append(filled("{kind},", now | {"kind": kind, "Cell(body)": a, "Cell(other)": b}))
+                lines.append(filled_line("{kind},", now | {"kind": kind, "Cell(body)": a, "Cell(other)": b}))
     path = tmp_path / "session.csv"
     path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
 
@@ -227,17 +233,17 @@ def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
     round_trips(session, tmp_path)
 
 
-def test_non_pose_rows_become_triggers_events_or_unknown_kinds(written):
+def test_non_pose_rows_become_triggers_events_or_unknown_kinds(write_csv):
     session = import_session(
         "csv",
-        written(
+        write_csv(
             HEADER,
             pose_line(0),
-            *(happening("trigger", k, "LeftWheel", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
-            happening("event", 2, "", "act", "pouring"),
-            happening("event", 1, "Beaker", "", '"a, b"'),
-            happening("event", 3, "Beaker", "", "fell, hard"),  # a cell too many
-            *(happening(kind, 1, "x") for kind in "aabcdefg"),
+            *(event_line("trigger", k, "LeftWheel", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
+            event_line("event", 2, "", "act", "pouring"),
+            event_line("event", 1, "Beaker", "", '"a, b"'),
+            event_line("event", 3, "Beaker", "", "fell, hard"),  # a cell too many
+            *(event_line(kind, 1, "x") for kind in "aabcdefg"),
         ),
     )
     assert session.hands["student/left"].trigger.tolist() == [0.25, 0.0, 1.0, 0.0, 1.0]
@@ -249,8 +255,8 @@ def test_non_pose_rows_become_triggers_events_or_unknown_kinds(written):
     assert books(session).endswith(f"9 of 17 rows dropped: {why}")
 
 
-def test_contact_rows_become_reports_sorted_to_the_nanosecond(written):
-    path = written("time,a,b,what", "1700000000.123456789,rod,beaker,end", "", " 0.5 , rod, beaker, Begin")
+def test_contact_rows_become_reports_sorted_to_the_nanosecond(write_csv):
+    path = write_csv("time,a,b,what", "1700000000.123456789,rod,beaker,end", "", " 0.5 , rod, beaker, Begin")
     assert read_contacts(path, Ledger(path)) == (
         LiveContact(500_000_000, "rod", "beaker", "enter"),
         LiveContact(1_700_000_000_123_456_789, "rod", "beaker", "exit"),
@@ -258,6 +264,6 @@ def test_contact_rows_become_reports_sorted_to_the_nanosecond(written):
 
 
 @pytest.mark.parametrize("count", MUTANTS)
-def test_mutants_of_contacts_end_in_reports_or_a_sentence(written, count):
-    path = written("time,a,b,what", *(f"{k / 8},rod,beaker,begin" for k in range(20)))
+def test_mutants_of_contacts_end_in_reports_or_a_sentence(write_csv, count):
+    path = write_csv("time,a,b,what", *(f"{k / 8},rod,beaker,begin" for k in range(20)))
     tried(path, count, lambda: read_contacts(path, Ledger(path)))

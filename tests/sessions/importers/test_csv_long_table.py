@@ -34,7 +34,8 @@ def long_table(path, *, ids=UIDS, pose=NAMED, cameras=(0,), repeated=0, stagger=
     return path
 
 
-def drafted(path):
+def unknown_columns(path):
+    """The refusal of a CSV whose columns nobody explains, with the draft of a mapping."""
     with pytest.raises(UnknownColumnsError) as caught:
         import_session("csv", path)
     return caught.value
@@ -60,7 +61,7 @@ def session_by_draft(path, draft):
 )
 def test_six_objects_are_six_bodies_from_the_first_draft(tmp_path, ids, pose, more):
     path = long_table(tmp_path / "six.csv", ids=ids, pose=pose, **more)
-    error = drafted(path)
+    error = unknown_columns(path)
     assert 'name = "object_uid"' in error.draft and not any("rows" in gap for gap in error.unknown)
     session = session_by_draft(path, error.draft)
     assert {*session.names} == {str(name) for name in ids}
@@ -77,7 +78,7 @@ def test_six_objects_are_six_bodies_from_the_first_draft(tmp_path, ids, pose, mo
 )
 def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, more, cure):
     path = long_table(tmp_path / "six.csv", **more)
-    error = drafted(path)
+    error = unknown_columns(path)
     assert any(re.search(cure, gap) for gap in error.unknown)
     assert '# name = "object_uid"' in error.draft
     with pytest.raises(ImportFileError, match="bod"):
@@ -91,7 +92,7 @@ def test_bodies_whose_stamps_all_differ_are_separated(tmp_path, column, names):
         f"{step / 90 + body / 500:.6f},{names[body]},{step % 2},{body},{step / 900},0,0,0,0,1" for step, body in PAIRS
     ]
     path.write_text("\n".join([f"time,{column},parity,x,y,z,qx,qy,qz,qw", *lines, ""]))
-    session = session_by_draft(path, drafted(path).draft)
+    session = session_by_draft(path, unknown_columns(path).draft)
     assert session.names == names
     assert all((session.tracks[name].positions[:, 0] == body).all() for body, name in enumerate(names))
 
@@ -100,19 +101,19 @@ def test_alternating_column_of_a_single_body_is_no_name(tmp_path):
     path = tmp_path / "log.csv"
     lines = [f"{step / 90:.6f},{step % 2},{step / 900},1,0,0,0,0,1" for step in range(MOMENTS)]
     path.write_text("\n".join(["time,parity,x,y,z,qx,qy,qz,qw", *lines, ""]))
-    assert session_by_draft(path, drafted(path).draft).names == ("log",)
+    assert session_by_draft(path, unknown_columns(path).draft).names == ("log",)
 
 
 def test_body_columns_of_a_wide_table_keep_their_name(tmp_path):
     path = tmp_path / "wide.csv"
     rows = (f"HMD{moment // 20},{moment * STEP},{moment},0,0,1,0,0,0" for moment in range(MOMENTS))
     path.write_text("device,time_ns,head_x,head_y,head_z,head_qw,head_qx,head_qy,head_qz\n" + "\n".join(rows) + "\n")
-    assert '[bodies."head"]' in drafted(path).draft
+    assert '[bodies."head"]' in unknown_columns(path).draft
 
 
 def test_two_cameras_make_the_rate_of_their_moments(tmp_path):
     from sessions.doctor.timing import typical_step
 
     path = long_table(tmp_path / "six.csv", cameras=(0, 93_847))
-    session = session_by_draft(path, drafted(path).draft)
+    session = session_by_draft(path, unknown_columns(path).draft)
     assert np.isclose(typical_step(session.stamps()), STEP)

@@ -36,7 +36,7 @@ def write(path, time="time", axes=("x", "y", "z"), metres=1.0, second=1.0, rotat
     return path
 
 
-def named(column):
+def headings_of_axes(column):
     """The headings of three axes after the pattern of the first."""
     return [re.sub("^[xX]", axis, column) for axis in "xyz"]
 
@@ -50,7 +50,8 @@ def assert_track_in_metres_and_radians(session):
     assert np.allclose(2 * np.arctan2(track.quaternions_xyzw[:, 0], track.quaternions_xyzw[:, 3]), ANGLE, atol=1e-6)
 
 
-def mapped(axes, lines="", time="time", unit="s", rotation='quaternion_xyzw = ["qx", "qy", "qz", "qw"]'):
+def mapping_text(axes, lines="", time="time", unit="s", rotation='quaternion_xyzw = ["qx", "qy", "qz", "qw"]'):
+    """A mapping of a cup whose position stands in these columns."""
     columns = ", ".join(f'"{axis}"' for axis in axes)
     return f'{lines}\n[time]\ncolumn = "{time}"\nunit = "{unit}"\n[bodies.cup]\nposition = [{columns}]\n{rotation}\n'
 
@@ -64,7 +65,7 @@ def import_with(folder, mapping, **recording):
 
 @pytest.mark.parametrize("column", METRES)
 def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
-    path, out = write(tmp_path / "log.csv", axes=named(column), metres=METRES[column]), tmp_path / "s.mcap"
+    path, out = write(tmp_path / "log.csv", axes=headings_of_axes(column), metres=METRES[column]), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert_track_in_metres_and_radians(read_session(out))
 
@@ -72,13 +73,15 @@ def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
 @pytest.mark.parametrize("column", METRES)
 def test_lengths_use_the_unit_in_csv_headings(tmp_path, column):
     assert_track_in_metres_and_radians(
-        import_with(tmp_path, mapped(named(column)), axes=named(column), metres=METRES[column])
+        import_with(
+            tmp_path, mapping_text(headings_of_axes(column)), axes=headings_of_axes(column), metres=METRES[column]
+        )
     )
 
 
 def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
-    path = write(tmp_path / "log.csv", axes=named("x (m)"))
-    (tmp_path / "map.toml").write_text(mapped(named("x (m)"), 'convention = "unreal"'))
+    path = write(tmp_path / "log.csv", axes=headings_of_axes("x (m)"))
+    (tmp_path / "map.toml").write_text(mapping_text(headings_of_axes("x (m)"), 'convention = "unreal"'))
     (track,) = import_session("csv", path, mapping=tmp_path / "map.toml").tracks.values()
     assert np.allclose(np.linalg.norm(track.positions, axis=1), np.linalg.norm(POSITION))
 
@@ -102,7 +105,7 @@ def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
 def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
     euler = 'euler = {x = "rx [rad]", y = "ry [rad]", z = "rz [rad]"}\norder = "XYZ"'
     assert_track_in_metres_and_radians(
-        import_with(tmp_path, mapped("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]")
+        import_with(tmp_path, mapping_text("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]")
     )
 
 
@@ -132,10 +135,14 @@ def test_draft_guesses_no_unit_of_time_beside_a_stated_unit(tmp_path, column):
 @pytest.mark.parametrize(
     ("mapping", "recording", "message"),
     [
-        (mapped(named("x (mm)"), 'units = "m"'), {"axes": named("x (mm)")}, 'state mm, .* units = "m"'),
-        (mapped("xyz", time="time (ms)"), {"time": "time (ms)"}, 'state ms, .* unit = "s"'),
-        (mapped(["x (m)", "y (mm)", "z"]), {"axes": ["x (m)", "y (mm)", "z"]}, "state m and mm; convert"),
-        (mapped(named("x (mile)")), {"axes": named("x (mile)")}, "state mile; convert"),
+        (
+            mapping_text(headings_of_axes("x (mm)"), 'units = "m"'),
+            {"axes": headings_of_axes("x (mm)")},
+            'state mm, .* units = "m"',
+        ),
+        (mapping_text("xyz", time="time (ms)"), {"time": "time (ms)"}, 'state ms, .* unit = "s"'),
+        (mapping_text(["x (m)", "y (mm)", "z"]), {"axes": ["x (m)", "y (mm)", "z"]}, "state m and mm; convert"),
+        (mapping_text(headings_of_axes("x (mile)")), {"axes": headings_of_axes("x (mile)")}, "state mile; convert"),
     ],
 )
 def test_mapping_that_contradicts_the_headings_is_refused(tmp_path, mapping, recording, message):
@@ -146,7 +153,9 @@ def test_mapping_that_contradicts_the_headings_is_refused(tmp_path, mapping, rec
 def test_mapping_that_names_the_columns_decides_alone(tmp_path):
     axes = ["a", "b", "c"]
     lines = 'skip_lines = 1\nunits = "m"\ncolumns = ["time", "a", "b", "c", "qx", "qy", "qz", "qw"]'
-    assert_track_in_metres_and_radians(import_with(tmp_path, mapped(axes, lines), axes=named("x (mm)")))
+    assert_track_in_metres_and_radians(
+        import_with(tmp_path, mapping_text(axes, lines), axes=headings_of_axes("x (mm)"))
+    )
 
 
 def test_open_unit_of_lengths_is_reported_even_without_contacts(tmp_path, capsys):

@@ -342,7 +342,7 @@ def whole_messages(path):
     return messages
 
 
-def of(*moves, schema=FRAME, **how):
+def file_of_transforms(*moves, schema=FRAME, **how):
     """A writer of a file of these transforms, or of what they say."""
     rows = [transform(*move) if isinstance(move, tuple) else move for move in moves]
     return lambda path: as_json(path, [("/t", schema, 10, content) for content in rows], **how)
@@ -372,19 +372,19 @@ def cdr(data=b"\0\1\0\0", kind="ros2msg", text="float64 x\n"):
 UNREAD = "/tf: a tf2_msgs/msg/TFMessage cannot be read"
 TWICE = [("map", "a"), ("odom", "b"), ("map", "a", 2), ("odom", "b", 2)]
 BROKEN = {
-    "a session": (of(profile="vrlab/1"), "is a session already; run `replay run"),
-    "two parents": (of(("world", "a"), ("room", "a")), "frame 'a' hangs from 'world' and from 'room'"),
-    "two roots": (of(("world", "a"), ("room", "b")), r"2 roots .'room', 'world'.*--topic"),
-    "two that move": (of(*TWICE), "frames hang from 2 roots"),
-    "a loop": (of(("b", "a"), ("a", "b")), "hangs from itself"),
-    "no name": (of(("world", "")), "a transform has no child frame"),
-    "no poses": (of({}, schema=FRAMES), "a transform has no child frame"),
-    "none of several": (of({"transforms": []}, schema=FRAMES), "there is no pose in it"),
-    "another message": (of({}, schema="a.Value"), r"no message of poses .*there are: /t \(a.Value\)"),
+    "a session": (file_of_transforms(profile="vrlab/1"), "is a session already; run `replay run"),
+    "two parents": (file_of_transforms(("world", "a"), ("room", "a")), "frame 'a' hangs from 'world' and from 'room'"),
+    "two roots": (file_of_transforms(("world", "a"), ("room", "b")), r"2 roots .'room', 'world'.*--topic"),
+    "two that move": (file_of_transforms(*TWICE), "frames hang from 2 roots"),
+    "a loop": (file_of_transforms(("b", "a"), ("a", "b")), "hangs from itself"),
+    "no name": (file_of_transforms(("world", "")), "a transform has no child frame"),
+    "no poses": (file_of_transforms({}, schema=FRAMES), "a transform has no child frame"),
+    "none of several": (file_of_transforms({"transforms": []}, schema=FRAMES), "there is no pose in it"),
+    "another message": (file_of_transforms({}, schema="a.Value"), r"no message of poses .*there are: /t \(a.Value\)"),
     "half a file": (half, "cut short at byte [0-9,]+; record it again"),
-    "an encoding": (of({}, encoding="msgpack"), "messages are encoded as 'msgpack'; write protobuf"),
-    "no CDR": (of({}, encoding="protobuf"), "/t: a foxglove.FrameTransform cannot be read"),
-    "a far stamp": (of(("b", "a", 10**20)), "frame 'a' has a stamp of"),
+    "an encoding": (file_of_transforms({}, encoding="msgpack"), "messages are encoded as 'msgpack'; write protobuf"),
+    "no CDR": (file_of_transforms({}, encoding="protobuf"), "/t: a foxglove.FrameTransform cannot be read"),
+    "a far stamp": (file_of_transforms(("b", "a", 10**20)), "frame 'a' has a stamp of"),
     "half a message": (cdr(b"\0\1\0\0\5\0"), UNREAD),
     "another language": (cdr(kind="ros2idl"), "a schema in 'ros2idl' is not known; record with schemas in ros2msg"),
     "a bad type": (cdr(text="float64[ x\n"), UNREAD),

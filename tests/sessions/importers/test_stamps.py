@@ -28,7 +28,8 @@ def test_longest_increasing_subsequence_stays(values):
     assert keep.sum() == longest(values)
 
 
-def kept(stamps):
+def rows_and_ledger(stamps):
+    """Rows whose stamps increase, and the ledger of those that were dropped."""
     ledger = Ledger("log")
     return increasing_rows("cup", stamps, (np.arange(len(stamps), dtype=np.float64),), ledger), ledger
 
@@ -41,7 +42,7 @@ def kept(stamps):
 def test_only_rows_with_outlying_stamps_are_dropped(wild):
     stamps = STAMPS.copy()
     stamps[[*wild]] = [*wild.values()]
-    keep, ledger = kept(stamps)
+    keep, ledger = rows_and_ledger(stamps)
     assert np.flatnonzero(~keep).tolist() == [*wild]
     (entry,) = ledger
     assert (entry.read, entry.kept, entry.lost) == (180, 180 - len(wild), len(wild))
@@ -59,11 +60,11 @@ def test_only_rows_with_outlying_stamps_are_dropped(wild):
 )
 def test_a_clock_that_starts_again_is_refused(stamps):
     with pytest.raises(ImportFileError, match=r"log: the clock of 'cup' starts again: its samples .* correct the stam"):
-        kept(stamps)
+        rows_and_ledger(stamps)
 
 
 def test_equal_stamps_keep_a_single_sample_and_count_others():
-    keep, ledger = kept(np.full(90, 5, dtype=np.int64))
+    keep, ledger = rows_and_ledger(np.full(90, 5, dtype=np.int64))
     assert np.flatnonzero(keep).tolist() == [0]
     assert ledger.sentences() == ["cup: 89 of 90 samples dropped: with the stamp of another sample"]
 

@@ -16,7 +16,7 @@ WRITTEN = Path(__file__).with_name("uxf") / "S001"
 COUNT = 8
 
 
-def rows(name):
+def movement_rows(name):
     """Time, place and angles of an object, over both trials."""
     files = (WRITTEN / "trackers" / f"{name}_movement_T00{trial}.csv" for trial in (1, 2))
     return np.concatenate([np.loadtxt(file, delimiter=",", skiprows=1) for file in files])
@@ -32,7 +32,7 @@ def test_objects_arrive_from_unitys_euler_angles_over_all_trials(uxf_folder):
     session = import_session("uxf", uxf_folder)
     assert set(session.names) == {"controller", "head"}
     for name in session.names:
-        table = rows(name)
+        table = movement_rows(name)
         rotations, stamps = Rotation.from_euler("zxy", table[:, [6, 4, 5]], degrees=True), np.rint(1e9 * table[:, 0])
         assert has_poses(session.tracks[name], table[:, 1:4], rotations, UNITY, stamps)
     facts = session.facts
@@ -136,7 +136,9 @@ def test_tracker_with_four_rotations_writes_quaternions(uxf_folder):
         written = np.column_stack([table[:, :4], rotations.as_quat()])
         np.savetxt(path, written, delimiter=",", header=header, comments="", fmt="%.17g")
     session = import_session("uxf", uxf_folder)
-    assert has_poses(session.tracks["head"], rows("head")[:, 1:4], Rotation.concatenate([*expected.values()]), UNITY)
+    assert has_poses(
+        session.tracks["head"], movement_rows("head")[:, 1:4], Rotation.concatenate([*expected.values()]), UNITY
+    )
     assert not any("rot_w" in name for name in session.scalars)
 
 

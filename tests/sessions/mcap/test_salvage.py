@@ -26,7 +26,7 @@ COUNT = 420
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def whole_file(tmp_path_factory):
     """Five seconds at 90 Hz of three bodies in many small chunks, a frozen pose, meshes, facts and an event."""
     draft = clean()
     draft.arrays = {name: values[:COUNT] for name, values in draft.arrays.items()}
@@ -75,9 +75,9 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("name", DAMAGE)
-def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole, tmp_path, name, snapshot):
-    path, out, truth = tmp_path / "damaged.mcap", tmp_path / "out.mcap", read_session(whole).frames
-    path.write_bytes(DAMAGE[name](whole.read_bytes()))
+def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole_file, tmp_path, name, snapshot):
+    path, out, truth = tmp_path / "damaged.mcap", tmp_path / "out.mcap", read_session(whole_file).frames
+    path.write_bytes(DAMAGE[name](whole_file.read_bytes()))
     reported = [f"{item.code} {item.body} {item.start}-{item.end} s: {item.message}" for item in examine(path)]
     try:
         result = recover(path, out)
@@ -103,19 +103,20 @@ def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole, tmp_path, name
     assert reported == snapshot
 
 
-def damaged(tmp_path, data):
+def damaged_file(tmp_path, data):
+    """A file of these bytes."""
     path = tmp_path / "damaged.mcap"
     path.write_bytes(data)
     return path
 
 
-def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole, tmp_path):
-    data, truth = whole.read_bytes(), read_session(whole).frames
+def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_path):
+    data, truth = whole_file.read_bytes(), read_session(whole_file).frames
     spans, out = chunks(data), tmp_path / "out.mcap"
     for offset in [*np.random.default_rng(2).integers(0, len(data), 6).tolist(), *(end for _, end in spans[2:5])]:
         complete = [end for _, end in spans if end <= offset]
         try:
-            result = recover(damaged(tmp_path, data[:offset]), out, overwrite=True)
+            result = recover(damaged_file(tmp_path, data[:offset]), out, overwrite=True)
         except SessionFileError:
             assert not complete
             continue
@@ -131,7 +132,7 @@ def test_foreign_file_is_recovered_with_its_channels(tmp_path):
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames), chunk_size=4096)
     data = path.read_bytes()
     start, end = chunks(data)[3]
-    result = recover(damaged(tmp_path, flipped(data, (start + end) // 2, end, 5, 0)), tmp_path / "out.mcap")
+    result = recover(damaged_file(tmp_path, flipped(data, (start + end) // 2, end, 5, 0)), tmp_path / "out.mcap")
     assert 150 < result.frames < 200
     assert read_session(tmp_path / "out.mcap").facts["format"] == "foreign"
 
@@ -141,7 +142,7 @@ def test_foreign_file_is_recovered_with_its_channels(tmp_path):
 )
 def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, text):
     with pytest.raises(SessionFileError, match=text):
-        recover(damaged(tmp_path, data), tmp_path / "out.mcap")
+        recover(damaged_file(tmp_path, data), tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
 
 
@@ -154,20 +155,20 @@ def test_recover_drops_an_undecodable_pose_message(tmp_path):
     assert result.frames == 199 and not result.whole
 
 
-def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole, tmp_path):
-    data = bytearray(whole.read_bytes())
+def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole_file, tmp_path):
+    data = bytearray(whole_file.read_bytes())
     end = next(end for opcode, _, end in records(data) if opcode == Opcode.ATTACHMENT)
     data[end - 4 : end] = bytes(4)
-    assert recover(damaged(tmp_path, data), tmp_path / "out.mcap").whole
+    assert recover(damaged_file(tmp_path, data), tmp_path / "out.mcap").whole
     data[end - 5] ^= 1
     for changed in (data, data.replace(b"sha256/", b"sha512/").replace(b"glTF", b"none", 1)):
-        assert len(recover(damaged(tmp_path, changed), tmp_path / "out.mcap", overwrite=True).lost) == 1
+        assert len(recover(damaged_file(tmp_path, changed), tmp_path / "out.mcap", overwrite=True).lost) == 1
 
 
-def test_the_damaged_file_is_not_overwritten(whole, tmp_path):
-    digest = hashlib.sha256(whole.read_bytes()).hexdigest()
+def test_the_damaged_file_is_not_overwritten(whole_file, tmp_path):
+    digest = hashlib.sha256(whole_file.read_bytes()).hexdigest()
     with pytest.raises(SessionFileError, match="the damaged file itself"):
-        recover(whole, whole, overwrite=True)
-    assert hashlib.sha256(whole.read_bytes()).hexdigest() == digest
+        recover(whole_file, whole_file, overwrite=True)
+    assert hashlib.sha256(whole_file.read_bytes()).hexdigest() == digest
     with pytest.raises(SessionFileError, match="does not exist"):
         recover(tmp_path / "none.mcap", tmp_path / "new.mcap")

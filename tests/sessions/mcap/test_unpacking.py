@@ -18,7 +18,8 @@ DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
 PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
 
 
-def unpacked(given, compression, size=None, crc=None, before=0):
+def unpacked_chunk(given, compression, size=None, crc=None, before=0):
+    """The bytes of a chunk that states this size and checksum, as the bounded unpacker gives them."""
     size = len(DATA) if size is None else size
     crc = zlib.crc32(DATA) if crc is None else crc
     builder = RecordBuilder()
@@ -30,17 +31,17 @@ def unpacked(given, compression, size=None, crc=None, before=0):
 
 @pytest.mark.parametrize("compression", PACK)
 def test_messages_are_listed_with_their_stamps_and_payloads(compression):
-    table = unpacked(PACK[compression](DATA), compression)
+    table = unpacked_chunk(PACK[compression](DATA), compression)
     assert [table.payload(row) for row in range(2)] == [b"hello", b""]
     assert (table.channel.tolist(), table.sequence.tolist()) == ([1, 2], [7, 8])
     assert (table.log_ns.tolist(), table.publish_ns.tolist()) == ([3, 5], [4, 6])
     assert table.of_channels({2, 9}).tolist() == [1]
-    assert unpacked(b"", "", 0, 0).channel.tolist() == []
+    assert unpacked_chunk(b"", "", 0, 0).channel.tolist() == []
 
 
 def test_small_tables_are_joined_without_reading_beyond_the_end(monkeypatch):
     monkeypatch.setattr("sessions.mcap.unpacking.JOINED_BYTES", 2 * len(DATA))
-    tables = [*together([unpacked(DATA, "")] * 5)]
+    tables = [*together([unpacked_chunk(DATA, "")] * 5)]
     assert [table.channel.tolist() for table in tables] == [[1, 2] * 2, [1, 2] * 2, [1, 2]]
     assert tables[0].payload(2) == b"hello"
     with pytest.raises(IndexError):
@@ -51,7 +52,7 @@ def test_small_tables_are_joined_without_reading_beyond_the_end(monkeypatch):
 def test_chunk_of_undeclared_size_is_damaged(compression):
     for size in (0, 1, len(DATA) - 1, len(DATA) + 1):
         with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
-            unpacked(PACK[compression](DATA), compression, size)
+            unpacked_chunk(PACK[compression](DATA), compression, size)
 
 
 @pytest.mark.slow
@@ -59,29 +60,29 @@ def test_a_decompression_bomb_is_refused_without_being_unpacked():
     bomb = zstandard.compress(bytes(1 << 30), 1)
     assert len(bomb) < 1 << 20
     with pytest.raises(SessionFileError, match="its content 1073741824"):
-        unpacked(bomb, "zstd")
+        unpacked_chunk(bomb, "zstd")
     hidden = zstandard.ZstdCompressor(write_content_size=False).compress(bytes(100 << 20))
     with pytest.raises(SessionFileError, match="damaged"):
-        unpacked(hidden, "zstd")
+        unpacked_chunk(hidden, "zstd")
     with pytest.raises(SessionFileError, match="declares 58 bytes and holds 59"):
-        unpacked(lz4.frame.compress(bytes(100 << 20), store_size=False), "lz4", 58)
+        unpacked_chunk(lz4.frame.compress(bytes(100 << 20), store_size=False), "lz4", 58)
 
 
 def test_bad_checksum_compression_or_length_is_damage():
     with pytest.raises(SessionFileError, match="checksum is wrong"):
-        unpacked(DATA, "", crc=1)
+        unpacked_chunk(DATA, "", crc=1)
     with pytest.raises(SessionFileError, match="'br' is unknown; known: zstd, lz4, none"):
-        unpacked(DATA, "br")
+        unpacked_chunk(DATA, "br")
     short = b"\x05" + (3).to_bytes(8, "little") + bytes(3)
     for data in (DATA[:-1], DATA + b"\x05", short):
         with pytest.raises(SessionFileError, match="impossible length"):
-            unpacked(data, "", len(data), 0)
+            unpacked_chunk(data, "", len(data), 0)
     late = MESSAGE_HEADER.pack(5, 22, 1, 0, 2**63, 0)
     with pytest.raises(SessionFileError, match="2262"):
-        unpacked(late, "", len(late), 0)
+        unpacked_chunk(late, "", len(late), 0)
 
 
 def test_total_messages_are_limited_by_file_size():
-    assert unpacked(DATA, "", before=99_998).channel.tolist() == [1, 2]
+    assert unpacked_chunk(DATA, "", before=99_998).channel.tolist() == [1, 2]
     with pytest.raises(SessionFileError, match="more than 100,000 messages"):
-        unpacked(DATA, "", before=99_999)
+        unpacked_chunk(DATA, "", before=99_999)

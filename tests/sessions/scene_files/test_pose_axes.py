@@ -13,7 +13,7 @@ OTHERS = ("canonical", "unity", "unreal", "z-up")
 
 
 @pytest.fixture
-def recording(tmp_path):
+def foxglove_recording(tmp_path):
     """A recording of Foxglove's messages, whose axes nobody says, with an OBJ, a GLB and an STL."""
     rng = np.random.default_rng(5)
     for name, kind in (("cup", "obj"), ("rod", "glb"), ("jar", "stl")):
@@ -54,20 +54,20 @@ def assert_same(first, second):
 
 
 @pytest.mark.parametrize("axes", OTHERS)
-def test_an_answer_is_the_recording_that_the_option_imports(recording, axes):
-    guessed = recording()
+def test_an_answer_is_the_recording_that_the_option_imports(foxglove_recording, axes):
+    guessed = foxglove_recording()
     row = axes_of(guessed)
     assert (row.value, row.origin, row.is_open) == ("ros", Origin.GUESS, True)
     assert {*row.alternatives} == {"ros", *OTHERS}
     chosen = with_answer(guessed, row, axes)
-    option = recording(convention=axes)
+    option = foxglove_recording(convention=axes)
     assert_same(chosen, option)
     assert mesh_axes(chosen) == mesh_axes(option)
 
 
 @pytest.mark.parametrize("axes", OTHERS)
-def test_forgetting_chosen_axes_restores_poses_and_open_guess(recording, axes):
-    guessed = recording()
+def test_forgetting_chosen_axes_restores_poses_and_open_guess(foxglove_recording, axes):
+    guessed = foxglove_recording()
     chosen = with_answer(guessed, axes_of(guessed), axes)
     forgotten, count = with_answers_forgotten(chosen)
     assert count == 1
@@ -79,8 +79,8 @@ def test_forgetting_chosen_axes_restores_poses_and_open_guess(recording, axes):
     assert {*forgotten.facts["assumed"].split("; ")} >= {"axes ros (right-handed, +X forward, +Y left, +Z up)"}
 
 
-def test_forgetting_answers_covers_axes_of_meshes_and_poses(recording):
-    guessed = recording()
+def test_forgetting_answers_covers_axes_of_meshes_and_poses(foxglove_recording):
+    guessed = foxglove_recording()
     chosen = with_answer(guessed, axes_of(guessed), "unity")
     (row,) = [row for row in recording_assumptions(chosen) if row.bodies == ("rod",) and "axes" in row.subject]
     chosen = with_answer(chosen, row, "gltf")
@@ -89,13 +89,13 @@ def test_forgetting_answers_covers_axes_of_meshes_and_poses(recording):
     assert_same(forgotten, guessed)
 
 
-def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(recording):
-    guessed = recording(mesh_axes="body")
+def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(foxglove_recording):
+    guessed = foxglove_recording(mesh_axes="body")
     assert all(follows_its_poses(guessed, with_answer(guessed, axes_of(guessed), axes)) for axes in OTHERS)
-    mixed = recording()
+    mixed = foxglove_recording()
     assert not all(follows_its_poses(mixed, with_answer(mixed, axes_of(mixed), axes)) for axes in OTHERS)
 
 
-def test_axes_that_an_option_names_have_no_alternative(recording):
-    row = axes_of(recording(convention="z-up"))
+def test_axes_that_an_option_names_have_no_alternative(foxglove_recording):
+    row = axes_of(foxglove_recording(convention="z-up"))
     assert row.origin is Origin.USER and row.alternatives == () and not row.is_open

@@ -39,7 +39,8 @@ between = ["rod", "shelf"]
 
 
 @pytest.fixture
-def scene(tmp_path):
+def scene_file(tmp_path):
+    """The file scene.toml, beside the model it takes its bodies from."""
     (tmp_path / "model.xml").write_text(MODEL)
     (tmp_path / "scene.toml").write_text(SCENE)
     return tmp_path / "scene.toml"
@@ -50,16 +51,16 @@ def no_plan_problems(*_):
     return ()
 
 
-def recording():
+def recording_without_meshes():
     """Two frames of the cup and the rod, without meshes."""
     poses = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
     return Session.from_arrays([0, 1], {"cup": poses, "rod": poses}, {})
 
 
 @pytest.mark.parametrize("axes", ["ros", "z-up", "openxr"])
-def test_fixed_bodies_of_a_scene_use_the_recordings_axes(scene, axes):
+def test_fixed_bodies_of_a_scene_use_the_recordings_axes(scene_file, axes):
     facts = {ASSUMPTIONS_FACT: assumptions_fact([Assumption(Subject.POSE_AXES, axes, Origin.USER)])}
-    session = with_scene(replace(recording(), facts=facts), scene)
+    session = with_scene(replace(recording_without_meshes(), facts=facts), scene_file)
     world = CONVENTIONS["z-up" if axes == "openxr" else axes].matrix
     fixed = session.scene.body("shelf").fixed
     assert fixed.position == pytest.approx(tuple(world @ [1.0, 2.0, 3.0]))
@@ -69,20 +70,20 @@ def test_fixed_bodies_of_a_scene_use_the_recordings_axes(scene, axes):
     np.testing.assert_allclose(rotation, expected, atol=1e-12)
 
 
-def test_surfaces_that_were_guessed_are_assumptions(scene):
+def test_surfaces_that_were_guessed_are_assumptions(scene_file):
     drawn = '<geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0" group="1"/>'
     hidden = '<geom type="box" size="0.1 0.2 0.3" group="3"/>'
     body = f'<body name="cup"><freejoint/>{drawn}{hidden}</body>'
-    text = (scene.parent / "model.xml").read_text()
-    (scene.parent / "model.xml").write_text(re.sub(r'<body name="cup">.*?</body>', body, text))
-    once = with_scene(recording(), scene)
-    for session in (once, with_scene(once, scene)):
+    text = (scene_file.parent / "model.xml").read_text()
+    (scene_file.parent / "model.xml").write_text(re.sub(r'<body name="cup">.*?</body>', body, text))
+    once = with_scene(recording_without_meshes(), scene_file)
+    for session in (once, with_scene(once, scene_file)):
         (row,) = (row for row in recording_assumptions(session) if row.subject is Subject.SURFACE)
         assert (row.value, row.bodies, row.origin) == ("drawn", ("cup",), Origin.GUESS)
 
 
-def test_scene_takes_bodies_of_another_program(scene, tmp_path):
-    session = with_scene(recording(), scene)
+def test_scene_takes_bodies_of_another_program(scene_file, tmp_path):
+    session = with_scene(recording_without_meshes(), scene_file)
     assert {*session.meshes} == {*session.colliders} == {"shelf", "cup", "rod"}
     assert session.scene.body("shelf").fixed.position == pytest.approx((1, 3, -2))
     assert session.scene.body("cup").fixed is None and session.scene.body("cup").extra["margin"] == 0.002
@@ -98,7 +99,7 @@ def test_scene_takes_bodies_of_another_program(scene, tmp_path):
 
 
 @pytest.mark.parametrize("convention", ["canonical", "z-up"])
-def test_tracked_and_fixed_bodies_agree_in_any_axes(scene, tmp_path, convention):
+def test_tracked_and_fixed_bodies_agree_in_any_axes(scene_file, tmp_path, convention):
     """A cup recorded where the shelf stands, in the scene's own axes or in +Y up, has the same corners as the shelf."""
     rotation = Rotation.from_euler("x", 90, degrees=True)
     position = np.array([1.0, 2.0, 3.0])
@@ -112,7 +113,7 @@ def test_tracked_and_fixed_bodies_agree_in_any_axes(scene, tmp_path, convention)
         'quaternion_xyzw = ["cup_qx", "cup_qy", "cup_qz", "cup_qw"]\n'
     )
     session = import_session("csv", tmp_path / "cup.csv", mapping=tmp_path / "map.toml", convention=convention)
-    session = with_scene(session, scene)
+    session = with_scene(session, scene_file)
     fixed = session.scene.body("shelf").fixed
     shelf = Rotation.from_quat(fixed.quaternion_xyzw).apply(session.meshes["shelf"].vertices.copy()) + fixed.position
     frames = session.frames
@@ -131,15 +132,15 @@ def test_tracked_and_fixed_bodies_agree_in_any_axes(scene, tmp_path, convention)
         ('[scene]\nfrom = "model.xml"\n[[pair]]\nbetween = ["cup", "shelv"]', "no body is 'shelv'"),
     ],
 )
-def test_unusable_scene_source_is_refused_with_a_single_fault(scene, text, refusal):
-    scene.write_text(text)
+def test_unusable_scene_source_is_refused_with_a_single_fault(scene_file, text, refusal):
+    scene_file.write_text(text)
     with pytest.raises(SceneError, match=refusal):
-        with_scene(recording(), scene)
-    faults = checked_scene(text, "scene.toml", no_plan_problems, scene.parent)[2]
+        with_scene(recording_without_meshes(), scene_file)
+    faults = checked_scene(text, "scene.toml", no_plan_problems, scene_file.parent)[2]
     assert len(faults) == 1
 
 
-def test_check_resolves_the_named_scene(scene):
+def test_check_resolves_the_named_scene(scene_file):
     """SCENE declares no body and takes all three from model.xml, which lies beside it."""
-    checked, _, faults = checked_scene(SCENE, "scene.toml", no_plan_problems, scene.parent)
+    checked, _, faults = checked_scene(SCENE, "scene.toml", no_plan_problems, scene_file.parent)
     assert not faults and {body.id for body in checked.bodies} == {"shelf", "cup", "rod"}

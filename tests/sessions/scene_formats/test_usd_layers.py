@@ -18,7 +18,8 @@ BALL = 'def Sphere "ball" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{\n}\n
 HEAD = '#usda 1.0\n(\n    upAxis = "Y"\n    metersPerUnit = 1\n)\n'
 
 
-def scene(folder, text, *, head=HEAD):
+def usda_file(folder, text, *, head=HEAD):
+    """Writes scene.usda."""
     folder.mkdir(exist_ok=True)
     path = folder / "scene.usda"
     path.write_text(head + text)
@@ -77,7 +78,7 @@ def assert_refused(tmp_path, capfd, arc, name, refusal):
     (tmp_path / "secret.usda").write_text(HEAD + BALL)
     folder = tmp_path / "scene"
     text, head = named_by(arc, name)
-    path = scene(folder, text, head=head)
+    path = usda_file(folder, text, head=head)
     (folder / "link.usda").symlink_to(tmp_path / "secret.usda")
     (folder / "loop.usda").symlink_to(folder / "loop.usda")
     (folder / "notes.txt").write_text("#usda 1.0\n")
@@ -94,7 +95,7 @@ def assert_refused(tmp_path, capfd, arc, name, refusal):
 @pytest.mark.parametrize("arc", ARCS)
 def test_missing_layer_is_named(tmp_path, capfd, arc):
     text, head = named_by(arc, "gone.usda")
-    scene_source = read_scene_source(scene(tmp_path, text, head=head))
+    scene_source = read_scene_source(usda_file(tmp_path, text, head=head))
     assert [*scene_source.bodies] == ["ball"] and scene_source.left_out == ("the layer 'gone.usda', which is missing",)
     assert capfd.readouterr() == ("", "")
 
@@ -104,7 +105,7 @@ def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     (elsewhere / "found.usda").write_text(HEAD + BALL)
-    path = scene(tmp_path / "scene", BALL + 'def "other" (references = @found.usda@</ball>)\n{\n}\n')
+    path = usda_file(tmp_path / "scene", BALL + 'def "other" (references = @found.usda@</ball>)\n{\n}\n')
     if where == "working folder":
         monkeypatch.chdir(elsewhere)
         with pytest.raises(SceneSourceError, match="lies outside"):
@@ -120,7 +121,7 @@ def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
 @pytest.mark.parametrize(("longest", "ending"), [(20, ": Unresolved reference ..."), (10_000, "</other>")])
 def test_reference_to_no_prim_is_named_in_a_line(tmp_path, monkeypatch, longest, ending):
     monkeypatch.setattr("sessions.scene_formats.usd_layers.LONGEST_REASON", longest)
-    scene_source = read_scene_source(scene(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
+    scene_source = read_scene_source(usda_file(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
     assert [*scene_source.bodies] == ["ball"] and scene_source.left_out[0].endswith(ending)
     assert ("</nowhere>" in scene_source.left_out[0]) == (longest > 20)
 
@@ -136,7 +137,7 @@ def test_arcs_that_contain_themselves_are_refused(tmp_path, kind):
     else:
         text += f'def "a" ({kind} = </b>)\n{{\n}}\ndef "b" ({kind} = </a>)\n{{\n}}\n'
     with pytest.raises(SceneSourceError, match="contains itself"):
-        read_scene_source(scene(tmp_path, text, head=head))
+        read_scene_source(usda_file(tmp_path, text, head=head))
 
 
 @pytest.mark.parametrize("arc", ["references", "inherits", "specializes", "payload"])
@@ -148,19 +149,19 @@ def test_few_lines_that_ask_for_many_prims_are_refused(tmp_path, monkeypatch, ar
     ]
     text = BALL + "".join(levels) + 'def Sphere "level20"\n{\n}\n'
     with pytest.raises(SceneSourceError, match=r"composes more than 1,000 prims"):
-        read_scene_source(scene(tmp_path, text))
+        read_scene_source(usda_file(tmp_path, text))
 
 
 def test_layers_beside_each_other_may_name_each_other(tmp_path):
     (tmp_path / "other.usda").write_text(HEAD + 'def "b" (references = @scene.usda@</ball>)\n{\n}\n')
     text = BALL + 'def "a" (references = @other.usda@</b>)\n{\n}\n'
-    assert [*read_scene_source(scene(tmp_path, text)).bodies] == ["ball", "a"]
+    assert [*read_scene_source(usda_file(tmp_path, text)).bodies] == ["ball", "a"]
 
 
 def test_value_clips_are_refused(tmp_path):
     clips = 'clips = {\ndictionary default = {\nasset[] assetPaths = [@/etc/passwd@]\nstring primPath = "/a"\n}\n}'
     with pytest.raises(SceneSourceError, match="value clips"):
-        read_scene_source(scene(tmp_path, BALL + f'def "a" (\n{clips}\n)\n{{\n}}\n'))
+        read_scene_source(usda_file(tmp_path, BALL + f'def "a" (\n{clips}\n)\n{{\n}}\n'))
 
 
 @pytest.mark.parametrize("inner", ["part.usda", "../secret.usda"])
@@ -193,13 +194,13 @@ def test_usdz_package_reads_only_layers_inside_the_package(tmp_path, inner):
 def test_transform_of_zero_scale_or_non_finite_numbers_is_refused(tmp_path, lines, refusal):
     text = BALL.replace("{\n}", f'{{\n{lines}\nuniform token[] xformOpOrder = ["xformOp:transform"]\n}}')
     with pytest.raises(SceneSourceError, match=refusal):
-        read_scene_source(scene(tmp_path, text))
+        read_scene_source(usda_file(tmp_path, text))
 
 
 @pytest.mark.parametrize("line", ["double radius = nan", "double radius = -1", "double radius = 0"])
 def test_sphere_without_a_positive_radius_is_named_as_ignored(tmp_path, line):
     """The sphere is the only collider of the scene: without it no body is left, and the refusal names the sphere."""
-    usd_file = scene(tmp_path, BALL.replace("{\n}", f"{{\n{line}\n}}"))
+    usd_file = usda_file(tmp_path, BALL.replace("{\n}", f"{{\n{line}\n}}"))
     with pytest.raises(SceneSourceError, match=r"no body that collides; not taken: the .*'/ball'"):
         read_scene_source(usd_file)
 
@@ -207,7 +208,7 @@ def test_sphere_without_a_positive_radius_is_named_as_ignored(tmp_path, line):
 @pytest.mark.parametrize("length_unit", ["0", "-1", "inf", "nan"])
 def test_usd_scene_needs_positive_finite_metres_per_unit(tmp_path, length_unit):
     header = HEAD.replace("metersPerUnit = 1", f"metersPerUnit = {length_unit}")
-    usd_file = scene(tmp_path, BALL, head=header)
+    usd_file = usda_file(tmp_path, BALL, head=header)
     with pytest.raises(SceneSourceError, match="metersPerUnit"):
         read_scene_source(usd_file)
 
@@ -222,13 +223,13 @@ def test_absence_of_the_library_is_explained(tmp_path, monkeypatch):
 
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(SceneSourceError, match=r'USD needs usd-core; install it: pip install "vrlab-replay\[usd\]"'):
-        read_scene_source(scene(tmp_path, BALL))
+        read_scene_source(usda_file(tmp_path, BALL))
 
 
 def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", usd_trial.try_scene)
     (tmp_path / "part.usdc").write_bytes(b"PXR-USDC")
-    path = scene(tmp_path, BALL + 'def "other" (references = @part.usdc@)\n{\n}\n')
+    path = usda_file(tmp_path, BALL + 'def "other" (references = @part.usdc@)\n{\n}\n')
     # The interpreter that dies stands for the library, which does so on few mutants alone.
     dying = tmp_path / "dying"
     dying.write_text("#!/bin/sh\nkill -ABRT $$\n")
@@ -245,7 +246,7 @@ def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
     layer.Save()
     tried = []
     monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", lambda *given: tried.append(given))
-    path = scene(tmp_path, BALL + 'def "other" (references = @part.usdc@</a>)\n{\n}\n')
+    path = usda_file(tmp_path, BALL + 'def "other" (references = @part.usdc@</a>)\n{\n}\n')
     assert [*read_scene_source(path).bodies] == ["ball"] and tried == [(path, tmp_path.resolve())]
     usd_trial.try_scene(path, tmp_path)
-    assert [*read_scene_source(scene(tmp_path, BALL)).bodies] == ["ball"] and len(tried) == 1
+    assert [*read_scene_source(usda_file(tmp_path, BALL)).bodies] == ["ball"] and len(tried) == 1

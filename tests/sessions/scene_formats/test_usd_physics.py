@@ -70,12 +70,13 @@ def in_world(stage, path, points):
     return np.array([pose.Transform(Gf.Vec3d(*map(float, point))) for point in points]) * UNIT
 
 
-def placed(source_body, mesh_data):
+def corners_in_world(source_body, mesh_data):
+    """Corners of a mesh where its body stands."""
     return mesh_data.vertices @ source_body.pose[:3, :3].T + source_body.pose[:3, 3]
 
 
 @pytest.fixture
-def bench(tmp_path):
+def bench_file(tmp_path):
     """A cup of two colliders on a table, and a rack of every round shape."""
     path = tmp_path / "bench.usda"
     stage = new_stage(path)
@@ -102,8 +103,8 @@ def bench(tmp_path):
     return path
 
 
-def test_usd_body_poses_and_colliders_agree_with_pxr(bench):
-    scene, stage = read_scene_source(bench), Usd.Stage.Open(str(bench))
+def test_usd_body_poses_and_colliders_agree_with_pxr(bench_file):
+    scene, stage = read_scene_source(bench_file), Usd.Stage.Open(str(bench_file))
     assert [*scene.bodies] == ["cup", "table", "rack"] and scene.format == "USD"
     assert {name: item.moves for name, item in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
     assert scene.bodies["cup"].mass == 0.25 and scene.bodies["table"].mass is None
@@ -114,15 +115,18 @@ def test_usd_body_poses_and_colliders_agree_with_pxr(bench):
         assert np.abs(pose[:3, 3] - UNIT * np.array(own.ExtractTranslation())).max() <= 1e-9
     wall, handle = scene.bodies["cup"].colliders
     corners = np.array(CORNERS, dtype=np.float32)
-    assert np.abs(placed(scene.bodies["cup"], wall) - in_world(stage, "/World/cup/wall", corners[:4])).max() <= 1e-9
-    inner = placed(scene.bodies["cup"], handle)
+    assert (
+        np.abs(corners_in_world(scene.bodies["cup"], wall) - in_world(stage, "/World/cup/wall", corners[:4])).max()
+        <= 1e-9
+    )
+    inner = corners_in_world(scene.bodies["cup"], handle)
     assert np.abs(inner - in_world(stage, "/World/cup/inner/handle", corners)).max() <= 1e-9
     assert wall.volume > 0.0 and handle.volume > 0.0  # a mirror turns no face inside out
     assert scene.notes == ("lengths times 0.01 (metersPerUnit)",)
 
 
-def test_round_colliders_have_the_sizes_of_the_library(bench):
-    scene, stage = read_scene_source(bench), Usd.Stage.Open(str(bench))
+def test_round_colliders_have_the_sizes_of_the_library(bench_file):
+    scene, stage = read_scene_source(bench_file), Usd.Stage.Open(str(bench_file))
     load = getattr(UsdPhysics, "UsdPhysicsLoadStageFromPrimRange", None) or UsdPhysics.LoadUsdPhysicsFromRange
     parsed = load(stage, ["/"])
     sizes = {}
@@ -134,7 +138,7 @@ def test_round_colliders_have_the_sizes_of_the_library(bench):
     for solid, (name, row) in zip(solids, ((name, sizes[name]) for name in [*_names(stage)]), strict=True):
         pose = UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(f"/World/rack/{name}"))
         rigid = np.array(pose.RemoveScaleShear())
-        local = (placed(rack, solid) - UNIT * rigid[3, :3]) @ rigid[:3, :3].T
+        local = (corners_in_world(rack, solid) - UNIT * rigid[3, :3]) @ rigid[:3, :3].T
         radius, half = UNIT * row.radius, UNIT * getattr(row, "halfHeight", 0.0)
         along = "XYZ".index(name[-1]) if half else 0
         side, axial = np.linalg.norm(np.delete(local, along, axis=1), axis=1), local[:, along]
@@ -388,9 +392,9 @@ def test_unsupported_usd_subdivision_is_listed(tmp_path):
     )
 
 
-def test_usd_without_time_samples_is_refused_as_a_recording(bench):
+def test_usd_without_time_samples_is_refused_as_a_recording(bench_file):
     with pytest.raises(SessionError, match="time samples; take the scene"):
-        import_session("usd", bench)
+        import_session("usd", bench_file)
 
 
 def test_unsupported_usd_physics_is_listed_prim_by_prim(tmp_path):

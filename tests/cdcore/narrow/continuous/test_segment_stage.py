@@ -102,7 +102,8 @@ def state_of(rotation, move):
     return stage.decide(np.array([0.0, 1.0]), rotation, move, np.array([1]), np.array([0])).states[0]
 
 
-def poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
+def segment_poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
+    """Rotations and moves of two bodies at both ends of a segment; they rotate about Z."""
     rotation, move = np.tile(np.eye(3), (2, 2, 1, 1)), np.zeros((2, 2, 3))
     for body in (0, 1):
         rotation[1, body] = Rotation.from_euler("z", degrees[body], degrees=True).as_matrix()
@@ -111,9 +112,9 @@ def poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
 
 
 def test_straight_angles_and_extreme_coordinates_are_not_searched():
-    assert state_of(*poses((0, 180))) == state_of(*poses((180, 0))) == STRAIGHT_ANGLE
-    assert state_of(*poses((0, 179.99))) == HIT
-    assert state_of(*poses(offset=(1e80, 0, 0))) == TOO_LARGE
+    assert state_of(*segment_poses((0, 180))) == state_of(*segment_poses((180, 0))) == STRAIGHT_ANGLE
+    assert state_of(*segment_poses((0, 179.99))) == HIT
+    assert state_of(*segment_poses(offset=(1e80, 0, 0))) == TOO_LARGE
 
 
 PLATE, BALL = build_box_trees([box_mesh((1.0, 1.0, 0.002)).triangles, ball_mesh(0.01).triangles])

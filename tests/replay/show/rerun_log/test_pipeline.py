@@ -15,7 +15,8 @@ ROOT = f"pipeline/{LABEL}"
 
 
 @pytest.fixture(scope="module")
-def watched(searching):
+def traced_run(searching):
+    """The only detector of the run whose search is traced."""
     (item,) = search_runs(searching)
     return item
 
@@ -26,8 +27,8 @@ def drawn_recording(searching, drawn):
     return drawn(searching)
 
 
-def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watched, drawn_recording):
-    lost = [moment for moment in watched.searches if moment.kind == LOST]
+def test_missed_contact_is_red_with_the_distance_of_the_search(searching, traced_run, drawn_recording):
+    lost = [moment for moment in traced_run.searches if moment.kind == LOST]
     assert lost
     for moment in lost:
         *_, stop, meeting_point = drawn_recording.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
@@ -38,18 +39,18 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
         assert np.linalg.norm(section - meeting_point, axis=1).min() < 1e-6
         text = drawn_recording.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meeting_point)))) in text
-    result = next(moment for moment in watched.searches if moment.kind == TRUE_CONTACT)
+    result = next(moment for moment in traced_run.searches if moment.kind == TRUE_CONTACT)
     assert (
         drawn_recording.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1]
         == pack_colours([SERIES_COLOURS[2]])[0]
     )
 
 
-def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, watched, drawn_recording):
+def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, traced_run, drawn_recording):
     # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
     half = np.arctan(np.tan(0.45) * 595 / 640)
-    assert watched.searches
-    for moment in watched.searches:
+    assert traced_run.searches
+    for moment in traced_run.searches:
         (eye,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
         (rotation,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
         axes = rotation_from_quaternion(np.array(rotation))

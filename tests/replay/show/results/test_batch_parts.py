@@ -42,7 +42,8 @@ def by_folder(top, work):
         away.rename(top / "batch.tables")
 
 
-def rows(tables):
+def rows_by_table(tables):
+    """Table -> its rows."""
     return {name: table.to_pylist() for name, table in tables.items()}
 
 
@@ -51,7 +52,7 @@ def test_batch_tables_hold_all_rows_in_the_same_order(batch):
     files = sorted(path.relative_to(batch / "batch.tables").as_posix() for path in batch.glob("batch.tables/*/*"))
     assert len(files) == 3 * len(DATA_SET)
     for top in (batch, batch.parent):
-        assert rows(read(top)) == by_folder(batch, lambda top=top: rows(read(top)))
+        assert rows_by_table(read(top)) == by_folder(batch, lambda top=top: rows_by_table(read(top)))
     whole = pq.read_table(batch / "batch.tables" / "misses").to_pylist()
     assert [row["run"] for row in whole] == [row["run"] for row in read(batch)["misses"].to_pylist()] != []
 
@@ -90,18 +91,18 @@ UNREADABLE = [
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("text", UNREADABLE)
 def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
-    expected = rows(read(batch))
+    expected = rows_by_table(read(batch))
     (batch / "batch.tables" / "parts.json").write_text(text, "utf-8")
-    assert rows(read(batch)) == expected
+    assert rows_by_table(read(batch)) == expected
 
 
 @pytest.mark.parametrize("length", [0, 4, 1000])
 def test_damaged_batch_file_leaves_the_run_folders(batch, length):
-    expected = rows(read(batch))
+    expected = rows_by_table(read(batch))
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     file.write_bytes(file.read_bytes()[:length])
     # Rows of folders come after those of parts.
-    by_run = {name: sorted(table, key=lambda row: row["run"]) for name, table in rows(read(batch)).items()}
+    by_run = {name: sorted(table, key=lambda row: row["run"]) for name, table in rows_by_table(read(batch)).items()}
     assert by_run == expected
 
 

@@ -61,7 +61,8 @@ def result_by_name():
 
 
 @pytest.fixture(scope="module")
-def top(result_by_name, tmp_path_factory):
+def data_set_folder(result_by_name, tmp_path_factory):
+    """Run folders by student and name."""
     top = tmp_path_factory.mktemp("runs")
     for name, result in result_by_name.items():
         write_run_folder(result, top / f"student={STUDENTS[name]}" / name)
@@ -69,8 +70,8 @@ def top(result_by_name, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def tables(top):
-    return read(top)
+def tables(data_set_folder):
+    return read(data_set_folder)
 
 
 def action(name, kind, frame):

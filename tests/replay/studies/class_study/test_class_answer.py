@@ -101,7 +101,7 @@ def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
 
 def test_changing_detectors_are_named_as_such(class_runs, class_study, tmp_path):
     changed = [class_study.sensitivity[0]] + [
-        replace(row, after=associated(row.after)) for row in class_study.sensitivity[1:]
+        replace(row, after=with_association(row.after)) for row in class_study.sensitivity[1:]
     ]
     assert [row.changes for row in changed] == [False, True]
     rows = rows_of(class_runs, replace(class_study, sensitivity=tuple(changed)), tmp_path)
@@ -118,12 +118,14 @@ def test_changing_detectors_are_named_as_such(class_runs, class_study, tmp_path)
     assert rows["When"].text == f"Mistakes that change it, of {detector}, for example:"
     assert changed[0].detector in rows["Or"].text and detector not in rows["Or"].text
     every = replace(
-        class_study, sensitivity=tuple(replace(row, after=associated(row.after)) for row in class_study.sensitivity)
+        class_study,
+        sensitivity=tuple(replace(row, after=with_association(row.after)) for row in class_study.sensitivity),
     )
     assert rows_of(class_runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
 
 
-def associated(finding):
+def with_association(finding):
+    """The finding with a strong association."""
     return replace(finding, beta=0.7, low=0.4, high=0.9, p=0.001, p_holm=0.001)
 
 
@@ -144,7 +146,7 @@ def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, cla
     counted = f"moved no result: {first} got {most} of {contacts} contacts wrong, {second} {fewer}."
     assert unmoved.figures == f"The detectors' mistakes {counted}"
     first, *others = same.coefficients
-    some = rows_of(class_runs, replace(same, coefficients=(associated(first), *others)), tmp_path)["Why"]
+    some = rows_of(class_runs, replace(same, coefficients=(with_association(first), *others)), tmp_path)["Why"]
     assert some.text.startswith("The detectors' mistakes moved no result: ")
 
 
@@ -164,7 +166,7 @@ def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_s
     assert many["Do"].text == "Count contacts with the detector exact and revise the questions on motivation."
     assert many["Why"].text.endswith("(Cronbach's alpha 0.57; 0.7 is usual).")
     first, *others = unreliable.coefficients
-    some = rows_of(class_runs, replace(unreliable, coefficients=(associated(first), *others)), tmp_path)
+    some = rows_of(class_runs, replace(unreliable, coefficients=(with_association(first), *others)), tmp_path)
     assert "unreliable" not in some["Why"].text and "revise" not in some["Do"].text
     other = replace(class_study.reliabilities["motivation"], alpha=float("nan"))
     assert replace(class_study, reliabilities={"unused": weak, "motivation": other}).unreliable_scales == ["motivation"]
@@ -179,7 +181,7 @@ def test_class_answer_advises_more_students_only_without_an_association(class_ru
     )
     assert "85" not in rows["Sure"].figures
     first, *others = class_study.coefficients
-    some = rows_of(class_runs, replace(class_study, coefficients=(associated(first), *others)), tmp_path)
+    some = rows_of(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)
     assert some["Do"].text == "Count contacts with the detector exact." and "takes 85 students" in some["Sure"].figures
     assert "study" not in rows_of(class_runs, replace(class_study, students=85), tmp_path)["Do"].text
 
@@ -225,7 +227,7 @@ def test_recommended_detector_is_the_reference_though_another_counts(class_runs,
 
 def test_detector_that_counts_is_not_blamed_for_a_change(class_runs, class_study, tmp_path):
     exact = replace(class_study.sensitivity[0], detector="exact", recall=1.0)
-    changed = replace(class_study, detector="slow", sensitivity=(replace(exact, after=associated(exact.after)),))
+    changed = replace(class_study, detector="slow", sensitivity=(replace(exact, after=with_association(exact.after)),))
     assert rows_of(class_runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
     same = rows_of(
         class_runs, replace(class_study, detector="slow", sensitivity=(replace(exact, after=exact.before),)), tmp_path
@@ -261,13 +263,15 @@ def test_certainty_is_of_the_detector_and_of_the_associations(class_runs, class_
     assert equal.startswith("Sure that the detector changes nothing here: 3 detectors give the same results. ")
     many = rows_of(class_runs, replace(class_study, students=100), tmp_path)["Sure"].text
     assert many.endswith("Fairly sure that no correlation is above 0.28: 100 students would mostly show it.")
-    changed = tuple(replace(row, after=associated(row.after)) for row in class_study.sensitivity)
+    changed = tuple(replace(row, after=with_association(row.after)) for row in class_study.sensitivity)
     another = rows_of(class_runs, replace(class_study, sensitivity=changed), tmp_path)["Sure"].text
     assert another.startswith("Sure about the detectors: they are measured against exact, the reference. ")
     few = rows_of(class_runs, replace(class_study, students=19), tmp_path)["Sure"].text
     assert few.endswith("Not shown: that there is no association. 19 students are very few.")
     first, *others = class_study.coefficients
-    some = rows_of(class_runs, replace(class_study, coefficients=(associated(first), *others)), tmp_path)["Sure"].text
+    some = rows_of(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)[
+        "Sure"
+    ].text
     assert some.endswith(
         f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
     )

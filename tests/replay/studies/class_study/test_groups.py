@@ -10,7 +10,8 @@ from replay.studies.class_study.groups import compare_groups
 NAMES = ("first", "second")
 
 
-def compared(first, second, seed=0):
+def comparison_and_refusals(first, second, seed=0):
+    """The comparison of two groups of values, and what it refused."""
     refusals = []
     values, group = np.concatenate([first, second]), np.repeat(NAMES, [len(first), len(second)])
     return compare_groups(DataFrame({"motivation": values}), group, NAMES, seed, refusals), refusals
@@ -19,7 +20,7 @@ def compared(first, second, seed=0):
 def test_paper_figures_come_from_a_single_pooled_predictor():
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 1.0, 26), random.normal(3.8, 1.0, 26)
-    ((item,), _) = compared(first, second)
+    ((item,), _) = comparison_and_refusals(first, second)
     line = stats.linregress(np.repeat([0.0, 1.0], 26), np.concatenate([first, second]))
     fit = 1 - (1 - line.rvalue**2) * 51 / 50
     assert (item.pooled_beta, item.pooled_fit, item.pooled_p) == pytest.approx((line.rvalue, fit, line.pvalue))
@@ -31,7 +32,7 @@ def test_paper_figures_come_from_a_single_pooled_predictor():
 def test_p_is_that_of_permuting_a_studentised_difference():
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 1.0, 40), random.normal(4.2, 5.0, 6)
-    ((item,), _) = compared(first, second)
+    ((item,), _) = comparison_and_refusals(first, second)
 
     def welch(a, b, axis):
         return np.abs(stats.ttest_ind(a, b, axis=axis, equal_var=False).statistic)
@@ -63,7 +64,7 @@ def test_interval_uses_statsmodels_errors_and_permuted_residual_quantiles():
     drawn = [np.divide(*hc3_by_hand(*np.split(random.permutation(residuals), [5]))) for _ in range(800)]
     difference, error = hc3(group, np.concatenate([first, second]))
     assert hc3_by_hand(first, second) == pytest.approx((difference, error))
-    ((item,), _) = compared(first, second)
+    ((item,), _) = comparison_and_refusals(first, second)
     ends = difference - error * np.quantile(drawn, [0.975, 0.025])
     assert [item.low, item.high] == pytest.approx(ends.tolist(), rel=0.05)
 
@@ -77,7 +78,7 @@ def test_holm_is_across_all_outcomes_of_the_groups():
 
 
 def test_groups_with_constant_answers_are_not_compared():
-    result, (refused,) = compared(np.full(9, 3.0), np.full(9, 3.0))
+    result, (refused,) = comparison_and_refusals(np.full(9, 3.0), np.full(9, 3.0))
     assert not result and refused.rule == "no-variance" and "between first and second" in refused.what
 
 

@@ -16,18 +16,19 @@ SIZES = [50, pytest.param(colony.TARGET_FACES, marks=pytest.mark.slow)]
 
 
 @pytest.fixture(scope="module", params=SIZES)
-def poses(request):
+def near_poses_of_size(request):
+    """Poses of a torus near a ball, for meshes of each size."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(colony, "TARGET_FACES", request.param)
         yield near_poses("torus-sphere", 40)
 
 
 @pytest.mark.slow
-def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
-    detector = create_detector("obb", poses.bodies)
-    assert (detector.detect(poses.colliding).verdict == Verdict.CONTACT).all()
-    assert not (detector.detect(poses.free).verdict == Verdict.CONTACT).any()
-    assert len(poses.colliding) + len(poses.free) == 40 and len(poses.free) > 2
+def test_an_independent_hierarchy_agrees_which_poses_collide(near_poses_of_size):
+    detector = create_detector("obb", near_poses_of_size.bodies)
+    assert (detector.detect(near_poses_of_size.colliding).verdict == Verdict.CONTACT).all()
+    assert not (detector.detect(near_poses_of_size.free).verdict == Verdict.CONTACT).any()
+    assert len(near_poses_of_size.colliding) + len(near_poses_of_size.free) == 40 and len(near_poses_of_size.free) > 2
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -53,10 +54,11 @@ def test_collider_contacts_in_free_poses_count_as_false():
         assert (answers.hits, answers.false, answers.evaluations) == ((1,), (false,), (0,))
 
 
-def test_search_seeds_each_give_a_count(poses):
-    both = count_detections(poses, "qaco", (3, 4), variant="corrected", warm_start=False, budget=200)
+def test_search_seeds_each_give_a_count(near_poses_of_size):
+    both = count_detections(near_poses_of_size, "qaco", (3, 4), variant="corrected", warm_start=False, budget=200)
     alone = [
-        count_detections(poses, "qaco", (seed,), variant="corrected", warm_start=False, budget=200) for seed in (3, 4)
+        count_detections(near_poses_of_size, "qaco", (seed,), variant="corrected", warm_start=False, budget=200)
+        for seed in (3, 4)
     ]
     assert both.hits == tuple(answers.hits[0] for answers in alone)
     assert both.evaluations == tuple(answers.evaluations[0] for answers in alone)

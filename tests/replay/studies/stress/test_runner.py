@@ -18,11 +18,22 @@ from replay.studies.stress.tally import StressResult, Tally, judge_answers
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
-def above(height):
+def faces_above_floor(height):
+    """A floor, and a triangle whose lowest corner is at this height."""
     return [FLOOR, [[0.2, 0.2, height], [0.3, 0.2, 1], [0.2, 0.3, 1]]]
 
 
-PAIRS = np.array([above(-0.1), above(0.1), above(-1e-6), above(1e-6), above(-0.1), above(0.1)], dtype=float)
+PAIRS = np.array(
+    [
+        faces_above_floor(-0.1),
+        faces_above_floor(0.1),
+        faces_above_floor(-1e-6),
+        faces_above_floor(1e-6),
+        faces_above_floor(-0.1),
+        faces_above_floor(0.1),
+    ],
+    dtype=float,
+)
 TRUTH = np.array([True, False, True, False, True, False])
 OPPOSITE = np.where(TRUTH, Verdict.CLEAR, Verdict.CONTACT).astype(np.uint8)
 MIXED = [Verdict.INVALID, Verdict.CANDIDATE, Verdict.UNRESOLVED, Verdict.CLEAR, Verdict.CANDIDATE, Verdict.NOT_FOUND]
