@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, box_mesh, shift_mesh, still, unturned
+from support.shapes import ball_mesh, box_mesh, motion_at_rest, shift_mesh, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import detect_live
@@ -81,7 +81,7 @@ def test_blocks_of_a_stream_remember_the_pose_before():
 def test_faces_of_every_pair_stay_across_blocks():
     """Three bodies at rest about one middle: each pair is queried once, in the first block."""
     bodies = [*BODIES, Body("lid", box_mesh((0.5, 0.5, 2.0)))]
-    motion = still(bodies, np.zeros((3, 3)), frames=6)
+    motion = motion_at_rest(bodies, np.zeros((3, 3)), frames=6)
     detector = create_detector("static", bodies)
     joined = join(detector.stream(motion.blocks(2), faces=True))
     assert (joined.verdict == Verdict.CONTACT).all() and joined.work["pair_looks"] == 3

@@ -95,7 +95,7 @@ def test_solution_that_freezes_states_its_coldest_temperature():
     """40 g of ammonium nitrate take 12.8 kJ, enough to cool 60 mL of water at 5 degC by 50 K."""
     solid = {"solid": {"formula": "NH4NO3", "mass_g": 40.0}}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
-    effects = poured([0.0, *([120.0] * 10)], bodies, MIX, ("heat", {**HEAT, "ambient_c": 5.0}))
+    effects = effects_of_pouring([0.0, *([120.0] * 10)], bodies, MIX, ("heat", {**HEAT, "ambient_c": 5.0}))
     (event,) = effects["heat"].output.events_named("freeze")
     coldest = effects["heat"].series["b/temperature"].values.min()
     assert event.values["celsius"] == pytest.approx(coldest) and coldest < -10.0
@@ -196,7 +196,7 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
 def test_water_comes_in_wrong_order_while_the_acid_is_strong():
     """5 mL of 18 mol/L are below 5 mol/L, which is no strong acid, from 18 mL on."""
     bodies = (vessel("a", 60.0, "", 0.0), vessel("b", 5.0, "H2SO4", 18.0))
-    effects = poured([0.0, *([120.0] * 10)], bodies, MIX, ("heat", HEAT))
+    effects = effects_of_pouring([0.0, *([120.0] * 10)], bodies, MIX, ("heat", HEAT))
     (event,) = effects["heat"].output.events_named("wrong-order")
     volume = effects["mixing"].series["b/volume"].values
     assert event.values["volume_ml"] == pytest.approx(np.diff(volume)[volume[:-1] < 18.0].sum())

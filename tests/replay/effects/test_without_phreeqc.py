@@ -30,7 +30,8 @@ def test_only_scenes_with_an_equilibrium_import_phreeqc():
     """One program runs all scenes that need no PHREEQC, and then one that does."""
     runs = "\n".join(WITHOUT_CHEMISTRY.values())
     loaded = proofs.modules_after(
-        "from support.liquid_worlds import MIXING_IN_FLASK, NEUTRALISATION, effects_of_burette, effects_of_pouring, glass\n"
+        "from support.liquid_worlds import MIXING_IN_FLASK, NEUTRALISATION\n"
+        "from support.liquid_worlds import effects_of_burette, effects_of_pouring, glass\n"
         f"{runs}\n"
         "assert {'replay.effects.pour', 'replay.effects.burette'} <= set(sys.modules)\n"
         "assert not {name for name in sys.modules if name.partition('.')[0] in ('phreeqc', '_phreeqc')}\n"

@@ -63,7 +63,9 @@ def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
     log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind,tracked", *(f"{row},pose,1" for row in rows), ""]))
-    assert_import_refused("csv", log, r"every pose in it is lost \(cup: 5 of 5 poses dropped: with a quaternion of length 0 ")
+    assert_import_refused(
+        "csv", log, r"every pose in it is lost \(cup: 5 of 5 poses dropped: with a quaternion of length 0 "
+    )
     log.write_text(log.read_text().replace("0,0,0,0,0,0,0,pose", "0,0,0,0,0,0,1,pose", 1))
     assert import_session("csv", log).tracks["cup"].valid.tolist() == [True, False, False, False, False]
 
