@@ -205,7 +205,7 @@ RUN_OF_STATE = {  # what a run may show its reader -> makes such a run
     "nine pairs": lambda: compute(cubes({"a": [0.0] * 40, **MANY}), detectors="slow=discrete[rate_hz=12]"),
     "in a hollow": lambda: gated(0.0),
     "in a hollow that is cut": lambda: cut_gate(),
-    "beside a hollow": lambda: gated(1.19),
+    "beside a hollow": lambda: gated(0.49),
     "millimetres": lambda: compute(
         cubes({"a": [0.0] * 12, "b": [3000, 3000, 0.9, 3000, 0.9, 0.8] * 2}), detectors="hybrid"
     ),

@@ -150,7 +150,7 @@ def test_folder_meshes_reach_their_bodies_in_import_and_draft(session_and_scene,
         lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in cube().faces + 1]
         (folder / f"{name}.obj").write_text("\n".join(lines))
     rows = [f"{t},{name},{t},0,0,0,0,0,1" for t in (0, 0.1) for name in ("a", "b", "c")]
-    (session_and_scene / "x.csv").write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw", *rows]))
+    (session_and_scene / "x.csv").write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw", *rows, ""]))
     (session_and_scene / "map.toml").write_text(
         '[time]\ncolumn = "time"\nunit = "s"\n[body]\nname = "body"\nposition = ["px", "py", "pz"]\n'
         'quaternion_xyzw = ["qx", "qy", "qz", "qw"]\n'
