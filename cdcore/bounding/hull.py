@@ -1,4 +1,4 @@
-"""The convex hull of a mesh."""
+"""The convex hull of a mesh. Recorded meshes, which know no core, have theirs from `sessions.meshes.hull`."""
 
 import numpy as np
 

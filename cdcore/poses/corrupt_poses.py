@@ -1,7 +1,8 @@
 """Refuses corrupt poses: not finite, or no rotation; repairs what is nearly a rotation, and blanks what is not valid.
 
 Compiled passes go over many poses once, in place. Poses are read and written by address (``cdcore.kernels.memory``),
-which is twice as fast as by three indices.
+which is twice as fast as by three indices. Samples of a recording are refused before, in the pass over a session that
+precedes a run.
 """
 
 from collections.abc import Callable

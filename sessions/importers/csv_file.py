@@ -39,10 +39,10 @@ from sessions.importers.csv_table import CsvTable
 from sessions.importers.importing import SourceFrame, Stream, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger, Rows, Stamps, increasing_rows, is_large_loss, rows_lost
 from sessions.importers.unstated_units import (
+    angle_unit_assumption,
     largest_angle,
     likely_angle_unit,
-    unstated_angle_unit,
-    unstated_time_unit,
+    time_unit_assumption,
     usual_length_unit,
 )
 from sessions.meshes.conventions import Convention
@@ -335,7 +335,7 @@ def _time_unit(table: CsvTable, plan: CsvMapping) -> tuple[Assumption, ...]:
         return (Assumption(Subject.TIME_UNIT, plan.unit, Origin.FORMAT),)
     origin = _origin(plan, Guessable.TIME_UNIT, is_stated=_state_unit(table, [plan.time], plan.unit))
     if origin is Origin.GUESS:
-        return (unstated_time_unit(plan.unit, table.stamps(plan.time, plan.unit)),)
+        return (time_unit_assumption(plan.unit, table.stamps(plan.time, plan.unit)),)
     return (Assumption(Subject.TIME_UNIT, plan.unit, origin),)
 
 
@@ -394,7 +394,7 @@ def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assu
     is_stated = _state_unit(table, columns.rotation, unit)
     origin = _origin(plan, Guessable.ANGLE_UNIT, is_stated=is_stated)
     if origin is Origin.GUESS or not (columns.is_angle_unit_stated or is_stated):
-        return unstated_angle_unit(unit, largest_angle([table.numbers(columns.rotation)]))
+        return angle_unit_assumption(unit, largest_angle([table.numbers(columns.rotation)]))
     return Assumption(Subject.ANGLE_UNIT, unit, origin)
 
 

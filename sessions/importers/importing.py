@@ -30,7 +30,7 @@ from sessions.importers.given_meshes import (
     placed_meshes,
 )
 from sessions.importers.ledger import FACT, FLAGGED, POSES, Ledger, Numbers, Rows, Stamps, increasing_rows, ledger_of
-from sessions.importers.unstated_units import room_radius, unstated_length_unit, usual_length_unit
+from sessions.importers.unstated_units import length_unit_assumption, room_radius, usual_length_unit
 from sessions.input_files import check_regular, open_input, parse_toml, read_text
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS, Convention, pose_axes_alternatives
@@ -404,7 +404,7 @@ def length_unit(frame: SourceFrame, tracks: Iterable[Track]) -> Assumption:
     """Returns the unit of lengths; where nobody states it, tracks in metres tell whether it is plausible."""
     alternatives = (frame.units, *(unit for unit in LENGTH_UNITS if unit != frame.units))
     if frame.units_origin is Origin.GUESS:
-        return unstated_length_unit(frame.units, room_radius(tracks), frame.units_reason, alternatives)
+        return length_unit_assumption(frame.units, room_radius(tracks), frame.units_reason, alternatives)
     return Assumption(Subject.LENGTH_UNIT, frame.units, frame.units_origin, alternatives=alternatives)
 
 

@@ -37,7 +37,7 @@ def usual_length_unit(axes: Convention) -> str:
     return axes.unit or "m"
 
 
-def unstated_length_unit(unit: str, radius: float, reason: str, alternatives: Sequence[str]) -> Assumption:
+def length_unit_assumption(unit: str, radius: float, reason: str, alternatives: Sequence[str]) -> Assumption:
     """Returns that lengths are taken to be in this unit; it is open where no laboratory is as large as the room then.
 
     ``radius``: metres from the origin of nearly all poses. ``reason``: why the unit is sure whatever the room; ``""``.
@@ -77,7 +77,7 @@ def time_unit_by_steps(values: Sequence[float]) -> str:
     return next((name for name, lower, upper in STEPS if lower <= step < upper), "")
 
 
-def unstated_time_unit(unit: str, stamps_ns: Stamps) -> Assumption:
+def time_unit_assumption(unit: str, stamps_ns: Stamps) -> Assumption:
     """Returns that a clock is taken to be in this unit; it is open where no tracker has the rate of its stamps then."""
     steps = np.diff(np.unique(stamps_ns))
     rate = 1e9 / float(np.median(steps)) if len(steps) else math.nan
@@ -87,7 +87,7 @@ def unstated_time_unit(unit: str, stamps_ns: Stamps) -> Assumption:
     return Assumption(Subject.TIME_UNIT, unit, Origin.GUESS, confidence, reason=reason)
 
 
-def unstated_angle_unit(unit: str, largest: float) -> Assumption:
+def angle_unit_assumption(unit: str, largest: float) -> Assumption:
     """Returns that angles are taken to be in this unit; it is open where the largest is one turn of radians at most."""
     is_open = 0.0 < largest <= 2.0 * math.pi
     return Assumption(

@@ -14,7 +14,8 @@ from sessions.file_kinds import file_kind
 from sessions.input_files import check_regular, open_input, read_bytes
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb_tree import COLLIDER_NAME, GlbTree, read_glb, rigid_of
-from sessions.meshes.mesh_files import FILE_TYPES, convex_hull, load_mesh
+from sessions.meshes.hull import convex_hull
+from sessions.meshes.mesh_files import FILE_TYPES, load_mesh
 from sessions.quantities import length, number
 
 UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "ft": 0.3048}

@@ -23,7 +23,7 @@ from sessions.errors import MeshFileError, SceneError, SceneSourceError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData, concatenated_meshes
 from sessions.meshes.glb_tree import read_glb, read_glb_mesh, rigid_of
-from sessions.meshes.mesh_files import convex_hull
+from sessions.meshes.hull import convex_hull
 from sessions.scene_formats.body_names import distinct_names, repeated_names
 from sessions.scene_formats.round_shapes import ROUND_FACES, tapered_shape
 from sessions.scene_formats.safe_files import MOST_FILE_BYTES, SceneFiles

@@ -6,7 +6,7 @@ import numpy as np
 
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import hull_of_points
+from sessions.meshes.hull import hull_of_points
 
 ROUND_FACES: Final = 4000
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import SceneSourceError
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import convex_hull
+from sessions.meshes.hull import convex_hull
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.scene import Pose, SceneBody
 

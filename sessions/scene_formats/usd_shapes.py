@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sessions.errors import MeshFileError, SceneError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import convex_hull
+from sessions.meshes.hull import convex_hull
 from sessions.meshes.polygons import PolygonMesh
 from sessions.scene_formats.round_shapes import ROUND_FACES, tapered_shape
 

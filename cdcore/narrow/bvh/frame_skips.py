@@ -4,6 +4,9 @@ Skipped is a frame that repeats the one before, and one in which two bodies cert
 known from the gap of two root boxes now and both paths (`next_frame_to_search`). A path bounds how far any point of its
 body moves between two frames; it errs upwards only. Equal entries of consecutive frames lie side by side, as kernels
 load them.
+
+Frames of a live session are skipped in ``cdcore.broad.live_skips``; a pair whose poses repeat bit for bit keeps its
+answer in ``cdcore.narrow.pair_frames``.
 """
 
 from __future__ import annotations

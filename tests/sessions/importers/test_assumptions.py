@@ -7,7 +7,7 @@ from support.session_files import samples, stream_header, write_transforms, xdf_
 
 from sessions.importers import import_session
 from sessions.importers.importing import SourceFrame, length_unit, pose_assumptions
-from sessions.importers.unstated_units import room_radius, unstated_length_unit
+from sessions.importers.unstated_units import length_unit_assumption, room_radius
 from sessions.meshes.conventions import convention
 from sessions.model.assumption import Confidence, Origin, Subject
 from sessions.model.session import Track
@@ -25,7 +25,7 @@ def by_subject(session):
     ("farthest", "confidence"), [(0.0, "open"), (0.019, "open"), (0.02, "sure"), (30.0, "sure"), (31.0, "open")]
 )
 def test_guessed_unit_is_open_for_implausible_room_size(farthest, confidence):
-    row = unstated_length_unit("m", farthest, "", ())
+    row = length_unit_assumption("m", farthest, "", ())
     assert (row.value, row.origin, row.confidence) == ("m", Origin.GUESS, Confidence(confidence))
     stated = SourceFrame.in_axes("openxr", "openxr", "mm", "clock")
     assert length_unit(stated, []).confidence is Confidence.SURE
