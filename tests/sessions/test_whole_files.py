@@ -35,11 +35,11 @@ def once(self, to):
     rename(self, to)
     os.kill(os.getpid(), 9)
 
-if "{moment}" == "between":
+if "{moment}" == "between two renames":
     Path.rename = once
 with whole_folder(Path("{out}"), OSError, lambda _: ("table", "mark")) as folder:
     (folder / "table").write_text("torn")
-    if "{moment}" == "before":
+    if "{moment}" == "before the first rename":
         os.kill(os.getpid(), 9)
 """
 
@@ -148,7 +148,7 @@ def test_replacing_a_folder_removes_only_files_it_lists(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there")
-@pytest.mark.parametrize("moment", ["before", "between"])
+@pytest.mark.parametrize("moment", ["before the first rename", "between two renames"])
 def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
     out = tmp_path / "out"
     with whole_folder(out, RefusalError, listed_files) as folder:
@@ -156,7 +156,7 @@ def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
     (out / "note").write_text("mine")
     program = KILLED.format(out=str(out), moment=moment)
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -9
-    assert len(file_names(tmp_path)) == 3
+    assert len(file_names(tmp_path)) == 3  # a lock, the new folder, the old one or what was set aside
     with whole_folder(out, RefusalError, listed_files) as living:
         with whole_folder(out, RefusalError, listed_files) as folder:
             write(folder, "second")

@@ -37,6 +37,7 @@ def draws(request):
 
 
 def amplitudes(angle):
+    """The two amplitudes of a qubit, a unit vector at this angle."""
     return np.array([np.cos(angle), np.sin(angle)])
 
 
@@ -55,6 +56,7 @@ def test_the_weight_is_the_product_of_powers(draws):
 
 
 def test_gate_is_a_rotation_and_not_swaps_amplitudes(draws):
+    """Equation 17 is the rotation gate, 18 the quantum NOT; both are given the angle of a qubit."""
     angle, step = draws.uniform(-10, 10, 2)
     rotation = np.array([[np.cos(step), -np.sin(step)], [np.sin(step), np.cos(step)]])
     np.testing.assert_allclose(

@@ -70,5 +70,6 @@ def test_pin_beside_centimetre_meshes_may_be_smaller():
 
 
 def test_unit_of_the_poses_is_a_possible_unit_of_meshes():
-    row = mesh_unit("pin.obj", mesh(0.2, 0.2, 0.2), "m", CONVENTIONS["unreal"])
+    """A pin 0.2 units long, taken for metres, beside poses of Unreal, which are in centimetres."""
+    row = mesh_unit("pin.obj", mesh(0.2, 0.2, 0.2), unit="m", poses=CONVENTIONS["unreal"])
     assert row.alternatives == ("m", "cm") and row.is_open
