@@ -10,6 +10,7 @@ from sessions.errors import SceneSourceError, SessionError
 from sessions.importers import import_session
 from sessions.importers.ledger import ledger_of
 from sessions.model.assumption import Origin
+from sessions.scene_formats.joint_motion import read_joint_motion
 from sessions.scene_formats.scene_source import Surface, read_scene_source, surface_assumptions
 
 mujoco = pytest.importorskip("mujoco")
@@ -119,6 +120,15 @@ def test_soft_bodies_and_height_fields_are_named(tmp_path):
     )
     left_out = " ".join(read_scene_source(path).left_out)
     assert "a height field of body 'ground'" in left_out and "soft bodies (flex): 1" in left_out
+
+
+@pytest.mark.parametrize(
+    ("content", "kind"), [(b"", "empty; save it again"), (b"<!DOCTYPE html>", "an HTML page, as a share link")]
+)
+def test_joint_motion_of_another_kind_is_named(tmp_path, content, kind):
+    (tmp_path / "arm.npz").write_bytes(content)
+    with pytest.raises(SceneSourceError, match=f"joint motion .*arm.npz is {kind}"):
+        read_joint_motion(tmp_path / "arm.npz", model=None)
 
 
 @pytest.mark.parametrize("file", ["arm.npz", "arm.csv"])

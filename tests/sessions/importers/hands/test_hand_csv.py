@@ -135,6 +135,14 @@ def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
         np.testing.assert_allclose(session.tracks[f"{side} ring tip"].positions, joints["ring tip"], atol=2e-7)
 
 
+def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
+    take = write_in_axes(tmp_path / "take.csv", left_hand(), "openxr", "cm")
+    names, _, rows = take.read_text().partition("\n")
+    take.write_text(re.sub(r"(_P[xyz])", r"\1 (cm)", names) + "\n" + rows)
+    unit = assumption_about(import_session("hands", take, convention="openxr"), Subject.LENGTH_UNIT)
+    assert (unit.value, unit.origin) == ("cm", Origin.FILE)
+
+
 @pytest.mark.parametrize(
     ("axes", "alternatives"), [("unity", {"unity", "unreal"}), ("openxr", {"openxr", "ros", "z-up"})]
 )
