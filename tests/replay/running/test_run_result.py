@@ -98,6 +98,8 @@ def test_plot_draws_every_detector_over_cost_and_time(result_of_bump):
     assert any(text.startswith("slow: ") for text in texts) and any(text.startswith("exact: 0") for text in texts)
     assert {"slow", "exact"} <= {text.split(":")[0].split(" ")[0] for text in texts}
     assert len([*tree.iter("{http://www.w3.org/2000/svg}svg")]) == 3 and "slow: " in tree.get("aria-label")
+    lowest_text = max(float(node.get("y", 0)) for node in tree.findall("{http://www.w3.org/2000/svg}text"))
+    assert lowest_text < float(tree.get("viewBox").split()[3]) < lowest_text + 40
 
 
 @pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"])

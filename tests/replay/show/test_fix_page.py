@@ -22,7 +22,7 @@ from replay.document.tables import Column, text_of
 from replay.running.collider_files import before_after_page, fix_colliders
 from replay.show.fix_page import pictures
 from replay.show.fix_page.page import comparison, cure_sentences, seam_line
-from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
+from replay.show.fix_page.pictures import Shape, beyond_mesh, colour_numbers, reach_picture, scale_colour
 from replay.show.fix_table import before_after_table, card_table
 from replay.show.palette import SERIES_COLOURS
 from sessions import MeshData, Session
@@ -170,3 +170,13 @@ def test_report_cards_list_pieces_of_cut_bodies_only():
     ]
     rows = [row[:3] for row in card_table(bodies).rows]
     assert rows == [("cup", "hull", 1), ("", "planes", 4), ("rod", "hull", 1), ("", "box", 1)]
+
+
+def test_farthest_piece_has_the_end_of_the_scale(monkeypatch):
+    """A piece as large as the mesh has the colour of no distance, one 50 mm beyond it that of the farthest."""
+    colours = []
+    monkeypatch.setattr(pictures, "Shape", lambda triangles, colour: colours.append(colour) or Shape(triangles, colour))
+    mesh = box_mesh((0.1, 0.1, 0.1))
+    for piece in (mesh, shift_mesh(mesh, (0.15, 0.0, 0.0))):
+        reach_picture(mesh, [piece], largest_distance=0.05, alternative_text="pieces")
+    assert colours == [scale_colour(0.0), scale_colour(1.0)]
