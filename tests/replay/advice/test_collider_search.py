@@ -67,7 +67,6 @@ def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch)
     assert sum(pieces_of(fixed).values()) == min(tried["pieces"] for tried in alike)
 
 
-@pytest.mark.slow
 def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_only, monkeypatch):
     monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
     fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)
