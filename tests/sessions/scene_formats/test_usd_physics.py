@@ -223,6 +223,17 @@ def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
     assert ("joints (1 PhysicsRevoluteJoint)" in " ".join(scene.left_out)) == (kind == "joint")
 
 
+def test_articulation_with_self_collisions_excludes_no_pair(tmp_path):
+    stage = new_stage(tmp_path / "s.usda")
+    for number, name in enumerate(("arm", "hand")):
+        rigid_body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
+        ball_collider(stage, f"/world/{name}/shape")
+    root = stage.GetPrimAtPath("/world")
+    root.CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool).Set(True)
+    stage.Save()
+    assert read_scene_source(tmp_path / "s.usda").excluded == ()
+
+
 def test_usd_filter_of_single_colliders_is_listed_as_unsupported(tmp_path):
     """Bodies with two colliders each: a filter of one of them would not exclude the pair of bodies."""
     stage = new_stage(tmp_path / "s.usda")

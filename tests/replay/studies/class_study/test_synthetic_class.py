@@ -16,6 +16,12 @@ def scores(drawn, short):
     return answers.mean(axis=1)
 
 
+def test_made_up_students_are_numbered_and_take_turns_in_groups():
+    drawn = draw_class(4)
+    assert [student.pseudonym for student in drawn] == ["S01", "S02", "S03", "S04"]
+    assert drawn[0].group == drawn[2].group != drawn[1].group == drawn[3].group
+
+
 def test_traits_and_touches_go_together_as_the_model_says():
     drawn = draw_class(1500)
     ease, motivation = scores(drawn, "ease"), scores(drawn, "mot")
