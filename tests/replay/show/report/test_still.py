@@ -87,6 +87,19 @@ def test_picture_holds_the_whole_cage_and_the_gap_arrow():
     )
 
 
+def test_arrow_of_a_gap_has_two_symmetric_heads():
+    """Each head is two strokes from its tip, 6 pixels back along the shaft and 4 aside."""
+    result = run_with_steady_times("in a hollow")
+    (fault,) = result.false["hull"]
+    path, *_ = re.findall(r'd="((?:M[-\d. ]+(?:L[-\d. ]+)+){3})"', fault_still(result, "hull", fault, FIRST_SIZE)[0])
+    shaft, *heads = (np.array(re.findall(r"([-\d.]+) ([-\d.]+)", stroke), float) for stroke in path.split("M")[1:])
+    direction = (shaft[1] - shaft[0]) / np.linalg.norm(shaft[1] - shaft[0])
+    for (left, tip, right), end, inward in zip(heads, shaft, (direction, -direction), strict=True):
+        np.testing.assert_allclose(tip, end)
+        np.testing.assert_allclose((left + right) / 2.0 - tip, 6.0 * inward, atol=0.15)
+        assert np.linalg.norm(left - right) == pytest.approx(8.0, abs=0.2)
+
+
 @pytest.mark.parametrize("state", ["several", "only false", "between frames", "no reference", "a tradeoff"])
 def test_drawings_of_a_page_are_unchanged(state, monkeypatch, snapshot):
     """Lanes, plots and words as they are written; of each raster picture the mean of its tiles."""
