@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.shapes import ball_mesh, box_mesh, lab_bodies_and_motion
 
-from cdcore import Body, Motion, Verdict, create_detector, join
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.detectors.continuous import GAP_BEFORE, LOST_BEFORE
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
 
@@ -156,3 +156,13 @@ def test_undecidable_pairs_are_unresolved_counted_and_explained():
     assert labels(detection) == ["CLEAR", "UNRESOLVED"]
     assert detection.work["unresolved"] == 1
     assert "half a turn" in detection.reasons[1, 0]
+
+
+def test_path_out_of_an_open_box_is_unresolved():
+    """A box without its top: the ball leaves it between frames 1 and 2, whose end alone would say CLEAR."""
+    closed = box_mesh((1.0, 1.0, 1.0))
+    has_lower_middle = closed.triangles.mean(axis=1)[:, 2] < 0.49
+    box = Body("box", TriangleMesh(closed.vertices, closed.faces[has_lower_middle]))
+    bodies, motion = (BALL, box), heights([0.0, 0.0, 2.0, 2.0])
+    assert labels(detect(motion, bodies)) == ["UNRESOLVED", "UNRESOLVED", "UNRESOLVED", "CLEAR"]
+    assert labels(create_detector("exact", bodies).detect(motion)) == ["UNRESOLVED", "UNRESOLVED", "CLEAR", "CLEAR"]
