@@ -1,4 +1,4 @@
-"""The convex hull of a mesh. Recorded meshes, which know no core, have theirs from `sessions.meshes.hull`."""
+"""The convex hull of a mesh. Sessions, which do not import the core, have theirs in `sessions.meshes.hull`."""
 
 import numpy as np
 

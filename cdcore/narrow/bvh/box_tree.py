@@ -8,7 +8,7 @@ Source: Gottschalk, Lin and Manocha (1996) for oriented boxes; Wald (2007) for b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,6 +44,10 @@ class BoxTree(NamedTuple):
     reach: float
     memory_row: IntArray
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has arrays of its own, so its row names these."""
+        return _tree_of_arrays, tuple(self[:-1])
+
 
 @once_for_meshes
 def box_trees_of(meshes: Sequence[TriangleMesh]) -> list[BoxTree]:
@@ -75,5 +79,11 @@ def _box_tree(nodes: BoxNodes, triangles: FloatArray) -> BoxTree:
     doubles = [np.ascontiguousarray(array.reshape(len(array), -1)) for array in (placed, local, boxed, spans)]
     arrays = [boxes, *integers, *doubles]
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
+    return _tree_of_arrays(*arrays, reach)
+
+
+def _tree_of_arrays(*arrays_and_reach: Any) -> BoxTree:
+    """A tree of the fields of a ``BoxTree`` but the last, the row that names its arrays by address."""
+    arrays = arrays_and_reach[:-1]
     row = row_of(TreeMemory, **dict(zip(TreeMemory._fields, arrays, strict=True)))
-    return BoxTree._make([*arrays, reach, integers_of_rows(row)[0]])
+    return BoxTree._make([*arrays_and_reach, integers_of_rows(row)[0]])

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from time import perf_counter
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,6 +154,10 @@ class FrameLooks:
         self._rows = list(self._search.rows[:, None])
         self._ready: Motion | None = None
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has memory of its own."""
+        return FrameLooks, (self._trees, self._pairs)
+
     def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
         search = self._search
@@ -197,6 +202,7 @@ class SegmentSearch:
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, frames: int, *, every: bool) -> None:
         self.frames, self.every = frames, every
+        self._arguments = trees, pairs, frames
         self.tracks = Tracks(trees, np.unique(pairs), frames)
         self.marks = np.zeros((len(pairs), 3, frames), dtype=np.uint8)
         radius, bits = np.array([tree.boxes[0, 15] for tree in trees]), face_bits(trees)
@@ -218,6 +224,10 @@ class SegmentSearch:
             self._pairs[name] = first + plane * frames
         self.rows = integers_of_rows(self._pairs)
         self._make_room(max((len(tree.child) for tree in trees), default=0))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has memory of its own."""
+        return partial(SegmentSearch, every=self.every), self._arguments
 
     def _make_room(self, nodes: int) -> None:
         """Make the ``Scratch`` memory of trees of at most so many nodes."""

@@ -7,6 +7,7 @@ what is apart by more than a reach is proven, but for rounding.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +29,10 @@ class ClearanceSearch:
         # Kept because the row names them by address; to make both takes longer than most searches.
         self._memory = tree_a, tree_b, room
         self._row = room.search_row(tree_a, tree_b)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has memory of its own."""
+        return ClearanceSearch, self._memory[:2]
 
     def separated(self, pose_a: Poses, pose_b: Poses, reach: FloatArray) -> BoolArray:
         """Whether the surfaces keep more than ``reach`` (K,), metres, at each of K poses of both, (K,)."""
