@@ -115,7 +115,7 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
     ``column``: name of a column -> its place.
     """
     water = _solvent_mol(column, amounts)
-    bound = max(0, salt.components.get(WATER, 0) + min(0, salt.components.get(PROTON, 0)))
+    bound = crystal_water(salt.formula)
     ions_present = _ions_present(salt, column, amounts)
     most = np.min([amount / many for many, amount in ions_present], axis=0)
     water = water + _water_taken_up(salt, most)
@@ -126,8 +126,8 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
         beyond = counts @ np.log(moles_per_ion) > counts.sum() * np.log(
             np.maximum(saturated * water * WATER_KG, 1e-300)
         )
-    # Less is dissolved with each mol of solid: below saturation nothing falls out, unless its water leaves first.
-    if not (beyond | (bound * np.max(moles_per_ion, axis=0) > water)).any():
+    # Less is dissolved with each mol of solid: below saturation nothing falls out.
+    if not beyond.any():
         return np.zeros(len(amounts))
     # Logarithms of the product of what is dissolved, each ion as a share of what saturation has of it.
     lower, upper = np.zeros(len(amounts)), np.maximum(most, 0.0)
@@ -152,9 +152,11 @@ def _solvent_mol(column: Mapping[str, int], amounts: FloatArray) -> FloatArray:
 def _water_taken_up(salt: Salt, dissolved: FloatArray) -> FloatArray:
     """Mol (n,) of water of which so many mol of a salt made ions: tables of solubility count it as solvent.
 
-    Dichromate is counted as chromate and protons, with the oxygen of a water.
+    Dichromate is counted as chromate and protons, with the oxygen of a water; borax as boric acid and hydroxide, with
+    seven waters beside its own.
     """
-    return np.asarray(max(0, -salt.components.get(WATER, 0)) * dissolved)
+    water_brought = salt.components.get(WATER, 0) + min(0, salt.components.get(PROTON, 0))
+    return np.asarray((crystal_water(salt.formula) - water_brought) * dissolved)
 
 
 def _ions_present(salt: Salt, column: Mapping[str, int], amounts: FloatArray) -> list[tuple[int, FloatArray]]:

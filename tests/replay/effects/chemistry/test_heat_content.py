@@ -54,15 +54,15 @@ def test_table_values_are_printed_again_from_their_parameters():
         assert stands == pytest.approx(value, abs=contents.ENOUGH_KJ), (pair, molal)
 
 
-def joule_of(solution):
-    """J of ions (formula -> mol) in a kilogram of water."""
+def joule_of(solution, declared=()):
+    """J of ions (formula -> mol) in a kilogram of water; ``declared``: formulas whose heat the scene declares."""
     columns = dict.fromkeys(name for formula in solution for name in dissolved_components(formula))
     column = {name: place for place, name in enumerate(dict.fromkeys(("H+", "H2O", *columns)))}
     amounts = np.zeros((1, len(column)))
     for formula, moles in solution.items():
         for name, many in dissolved_components(formula).items():
             amounts[0, column[name]] += many * moles
-    content = HeatContent(column, None)
+    content = HeatContent(column, None, declared)
     moles = content.moles(amounts, np.zeros((1, 0)), column["H+"])
     return float(content.joule(moles, np.ones(1))[0])
 
@@ -72,6 +72,11 @@ def test_heat_of_dissolved_salts_depends_only_on_their_ions():
     assert joule_of({"NaNO3": 3.0, "KCl": 3.0}) == pytest.approx(joule_of({"NaCl": 3.0, "KNO3": 3.0}), rel=1e-12)
     assert joule_of({"NaCl": 4.0}) == pytest.approx(-4.0 * 1430.0, rel=1e-9)
     assert joule_of({"HCl": 1.0}) == 0.0 == joule_of({"Na2CO3": 0.5})
+
+
+def test_declared_salt_has_no_tabled_heat_of_its_own():
+    assert joule_of({"NaCl": 4.0}, declared=["NaCl"]) == 0.0
+    assert joule_of({"NaCl": 4.0}, declared=["NaNO3"]) == joule_of({"NaCl": 4.0})
 
 
 # kJ/mol of a solid in so many mol/kg. Source: integral heats of solution of R. M. Felder and R. W. Rousseau, Elementary
@@ -133,6 +138,20 @@ def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
     assert solid == 0.0 and 4180.0 + dissolved == pytest.approx(joule_k, rel=0.07)
     amounts[column[f"{formula}(s)"]] = molal
     assert heats.capacities(amounts) == pytest.approx((molal * solid_j_per_mol_k(formula), 0.0))
+
+
+def test_undissolved_solid_leaves_the_capacity_of_its_solution_alone():
+    """Of 8 mol of NaNO3 in a kilogram of water 3 are solid: the other 5 count as if they were alone."""
+    column = {name: place for place, name in enumerate(("H+", "H2O", "NaNO3(s)", *ENERGY_COLUMNS))}
+    heats = Heats(column, None, (), Warmth(4.18, {}, {}, 0.0, 80.0))
+    joule_mol_k = solid_j_per_mol_k("NaNO3")
+    amounts = np.zeros((2, len(column)))
+    amounts[:, column["H2O"]] = 1.0 / 0.0180153
+    amounts[:, column["NaNO3(s)"]] = 3.0, 0.0
+    amounts[:, column[HEAT_CAPACITY_COLUMN]] = 8.0 * joule_mol_k, 5.0 * joule_mol_k
+    solid, dissolved = heats.capacities(amounts)
+    assert solid == pytest.approx([3.0 * joule_mol_k, 0.0])
+    assert dissolved[0] == pytest.approx(dissolved[1]) and dissolved[1] > 0.0
 
 
 def test_solid_that_does_not_dissolve_is_warmed():

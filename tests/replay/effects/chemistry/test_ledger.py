@@ -10,6 +10,7 @@ from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.ledger import Ledger
 from replay.effects.chemistry.ledger_columns import HEAT_COLUMN, UNFOLLOWED_WARMTH, Warmth
 from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.salts import salt_of, solubility_of
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -116,3 +117,17 @@ def test_an_equilibrium_goes_on_while_another_equation_takes_its_product():
     amounts[0, [book.column["Cl-"], book.column[WATER]]] = 1.0, 55.5
     assert book.reactions.run_processes(amounts)[0] == pytest.approx([1.0, 1.0], abs=1e-5)
     assert amounts[0, book.column["I-"]] == pytest.approx(1.0, abs=1e-5)
+
+
+@pytest.mark.parametrize(("rate_per_s", "silver_chloride"), [(None, 1.0), (0.1, 0.0)])
+def test_solid_dissolving_at_a_rate_feeds_no_equation_at_once(rate_per_s, silver_chloride):
+    """A mol of salt stands in a litre with a mol of silver, which takes chloride as soon as some is dissolved."""
+    salt = salt_of("NaCl", solubility_of("NaCl"))
+    to_chloride = Process("", {"Ag+": -1.0, "Cl-": -1.0, "AgCl(s)": 1.0})
+    dissolving = Process("", {"NaCl(s)": -1.0, "Na+": 1.0, "Cl-": 1.0}, rate_per_s, salt=salt)
+    processes = [to_chloride] if rate_per_s is None else [to_chloride, dissolving]
+    book = Ledger("a", ["Ag+"], processes, None, [salt])
+    book.fill("a", 1000.0, {"NaCl(s)": 1.0, "Ag+": 1.0, WATER: 55.5})
+    amounts, _ = book.reactions.react(book.amounts[:1], np.array([25.0]))
+    assert amounts[0, book.column["AgCl(s)"]] == pytest.approx(silver_chloride)
+    assert amounts[0, book.column["NaCl(s)"]] == pytest.approx(1.0 - silver_chloride if rate_per_s else 0.0)

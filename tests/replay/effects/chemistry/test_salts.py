@@ -5,7 +5,13 @@ import pytest
 
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G, salt_of, settled_solid, solubility_of
+from replay.effects.chemistry.salts import (
+    SOLUBILITY_G_PER_100_G,
+    salt_of,
+    saturation_fraction,
+    settled_solid,
+    solubility_of,
+)
 
 KILOGRAM = 1.0 / 0.0180153
 
@@ -24,13 +30,35 @@ def solid(formula, moles, celsius=20.0, **others):
     return float(settled_solid(salt, column, amounts, np.array([celsius]))[0])
 
 
+CRYSTAL_WATER = {**dict.fromkeys(SOLUBILITY_G_PER_100_G, 0), "Na2B4O7.10H2O": 10, "CuSO4.5H2O": 5}
+"""Salt -> molecules of its crystal water."""
+
+
 def test_salts_beyond_their_solubility_stay_solid():
-    """90 % of the tabled solubility dissolve wholly; of 150 % a third stays."""
-    for formula, row in SOLUBILITY_G_PER_100_G.items():
-        molal = 10.0 * np.interp(20.0, list(row), list(row.values())) / molar_mass(formula)
-        assert solid(formula, 0.9 * molal) == pytest.approx(0.0, abs=1e-9), formula
-        # The water that hydroxides and acid anhydrides bring counts as water too.
-        assert solid(formula, 1.5 * molal) == pytest.approx(0.5 * molal, rel=0.5), formula
+    """90 % of the tabled solubility dissolve wholly; of 150 % a third stays; crystal water dissolves its salt too."""
+    for formula, crystal_water in CRYSTAL_WATER.items():
+        dry_formula = formula.partition(".")[0]
+        row = SOLUBILITY_G_PER_100_G[dry_formula]
+        molal = 10.0 * np.interp(20.0, list(row), list(row.values())) / molar_mass(dry_formula)
+        soluble = molal / (1.0 - molal * crystal_water / KILOGRAM)
+        assert solid(formula, 0.9 * soluble) == pytest.approx(0.0, abs=1e-9), formula
+        assert solid(formula, 1.5 * soluble) == pytest.approx(0.5 * soluble, rel=1e-9), formula
+
+
+def test_solution_of_the_tabled_solubility_is_saturated():
+    """At each temperature of its table, which counts crystal water as water; of half as much by half."""
+    for formula, crystal_water in CRYSTAL_WATER.items():
+        dry_formula = formula.partition(".")[0]
+        celsius, grams = (np.array(values) for values in zip(*SOLUBILITY_G_PER_100_G[dry_formula].items(), strict=True))
+        salt = salt_of(formula, SOLUBILITY_G_PER_100_G[dry_formula])
+        column = {name: index for index, name in enumerate(dict.fromkeys([PROTON, WATER, *salt.components]))}
+        for fraction in (0.5, 1.0):
+            moles = fraction * 10.0 * grams / molar_mass(dry_formula)
+            amounts = np.zeros((len(moles), len(column)))
+            for component, many in salt.components.items():
+                amounts[:, column[component]] = many * moles
+            amounts[:, column[WATER]] += KILOGRAM - crystal_water * moles
+            assert saturation_fraction(salt, column, amounts, celsius) == pytest.approx(fraction), formula
 
 
 def test_potassium_nitrate_crystallises_on_cooling():
