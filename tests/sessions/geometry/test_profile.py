@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from sessions.geometry import rotations
 from sessions.geometry.profile import (
@@ -62,8 +62,21 @@ def test_matrices_and_vectors_give_their_rotation(seed):
     rotation = some(seed, 1)[0]
     from_matrix = rotations.quaternion_from_matrix(rotation.as_matrix())
     np.testing.assert_allclose(Rotation.from_quat(from_matrix).as_matrix(), rotation.as_matrix(), atol=1e-13)
+    assert from_matrix[3] >= 0.0
     from_vector = rotations.quaternion_from_vector(rotation.as_rotvec())
     np.testing.assert_allclose(Rotation.from_quat(from_vector).as_matrix(), rotation.as_matrix(), atol=1e-13)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-6, 0.1, 3.1])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_slerp_takes_the_shorter_arc_as_scipy_does(angle, sign):
+    """Also between equal rotations, and where one is written with all signs turned."""
+    start = Rotation.from_euler("xyz", [0.3, -1.0, 0.2])
+    end = start * Rotation.from_rotvec([0.0, angle, 0.0])
+    fractions = np.array([0.0, 0.25, 1.0])
+    expected = Slerp([0.0, 1.0], Rotation.concatenate([start, end]))(fractions)
+    blended = Rotation.from_quat(rotations.slerp(start.as_quat(), sign * end.as_quat(), fractions))
+    np.testing.assert_allclose(blended.as_matrix(), expected.as_matrix(), atol=1e-12)
 
 
 def test_facing_rotates_minus_z_forward_and_keeps_up_up():

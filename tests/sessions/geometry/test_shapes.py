@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from sessions.geometry.shapes import SIZES, make_shape
+from sessions.geometry.solids import pointed_ball
 from sessions.mesh_data import has_consistent_winding
 
 CASES = {
@@ -26,3 +27,11 @@ def test_shape_is_closed_outward_and_within_its_size(shape, faces):
     assert mesh.bounds[1][1] == pytest.approx(half[1], rel=1e-15)
     if shape != "box":
         assert 0.6 * faces <= len(mesh.faces) <= 1.4 * faces or faces < 100
+
+
+def test_pointed_ball_is_closed_and_touches_its_sphere_on_axes():
+    ball = pointed_ball(0.5, splits=2)
+    assert has_consistent_winding(ball) and ball.volume > 0 and len(ball.faces) == 8 * 4**2
+    assert np.linalg.norm(ball.vertices, axis=1) == pytest.approx(0.5)
+    on_axes = {*map(tuple, ball.vertices[np.count_nonzero(ball.vertices, axis=1) == 1].tolist())}
+    assert on_axes == {*map(tuple, np.concatenate([0.5 * np.eye(3), -0.5 * np.eye(3)]).tolist())}
