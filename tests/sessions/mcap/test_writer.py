@@ -16,7 +16,15 @@ from support.session_files import (
 )
 
 from sessions.errors import SessionFileError
-from sessions.mcap.metadata import FORMAT, MESH_HASH, session_record
+from sessions.mcap.metadata import (
+    FORMAT,
+    MESH_HASH,
+    collider_file,
+    collider_name,
+    mesh_file,
+    mesh_name,
+    session_record,
+)
 from sessions.mcap.reader import read_session
 from sessions.mcap.writer import write_session
 from sessions.meshes.glb import mesh_to_glb
@@ -122,3 +130,8 @@ def test_scene_text_survives_and_changed_scene_gets_new_text(tmp_path):
 
 def test_rewritten_file_states_itself_and_its_meshes_anew():
     assert session_record({FORMAT: "older", f"{MESH_HASH}a": "0"}, {}) == session_record({}, {})
+
+
+def test_attachments_of_meshes_and_colliders_name_their_body():
+    assert mesh_name(mesh_file("a/b")) == "a/b" and mesh_name("scene.toml") is None
+    assert collider_name(collider_file("a/b", 12)) == ("a/b", 12) and collider_name(mesh_file("a/b")) is None
