@@ -66,7 +66,7 @@ def made_up(number):
     if number % 2:
         bodies[1] = SceneBody("slab", fixed=Pose((0.0, 0.0, -0.01), (0.0, 0.0, 0.0, 1.0)))
         del poses["slab"]
-    meshes = {"glass": cube(GLASS), "slab": stretched(SLAB, 0.02), "tool": cube(TOOL)}
+    meshes = {"glass": cube(GLASS), "slab": stretched(SLAB, height=0.02), "tool": cube(TOOL)}
     stamps = np.round(times * 1e9).astype(np.int64)
     return Session.from_arrays(stamps, poses, meshes, Scene(bodies=tuple(bodies))), height
 

@@ -90,7 +90,7 @@ def test_answer_tab_opens_on_false_contact_and_seeks_to_misses(open_tab, demo_au
     worst_miss = worst_first(demo_audit.misses["mesh50"])[0]
     with open_tab("Answer") as viewer:
         close_up, lanes = view(viewer, "Close-up"), view(viewer, "When")
-        assert yellow(close_up) > 1000 and light(close_up, 235) > 1000 and count_red_pixels(close_up) < 100
+        assert yellow(close_up) > 1000 and light(close_up, least=235) > 1000 and count_red_pixels(close_up) < 100
         assert yellow(view(viewer, "Where")) > 300 and light(view(viewer, "The answer")) > 2000
         assert count_red_pixels(lanes) > 150 and yellow(lanes) > 1000
         assert not any(item.reports for item in viewer.state().views)

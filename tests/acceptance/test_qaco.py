@@ -48,7 +48,7 @@ def test_default_detects_99_of_100_contacts_within_10000_evaluations():
         assert min(len(mesh.faces) for mesh in meshes) > 4500
         for seed in FRESH_SEEDS:
             poses = colliding_poses(*meshes, 200, seed)
-            result[scene, seed] = hits_and_evaluations(meshes, poses, "memetic", 10_000, seed)[0]
+            result[scene, seed] = hits_and_evaluations(meshes, poses, "memetic", budget=10_000, seed=seed)[0]
     assert np.mean(list(result.values())) >= 0.99, result
 
 
@@ -86,7 +86,7 @@ def test_default_detects_99_of_100_session_contacts_cold_and_warm():
 def test_colony_detects_no_less_than_random_with_fewer_evaluations(scene):
     meshes = SCENES[scene]()
     poses = colliding_poses(*meshes, 60, FRESH_SEEDS[0])
-    colony, evaluations = hits_and_evaluations(meshes, poses, "corrected", 40_000, 1)
-    random, spent = hits_and_evaluations(meshes, poses, "random", 40_000, 1)
+    colony, evaluations = hits_and_evaluations(meshes, poses, "corrected", budget=40_000, seed=1)
+    random, spent = hits_and_evaluations(meshes, poses, "random", budget=40_000, seed=1)
     assert colony >= random
     assert evaluations <= 0.6 * spent

@@ -73,13 +73,13 @@ def assert_same(faces, frames, seed):
 
 
 def test_a_short_session_has_contact_exactly_where_the_loop_collides():
-    assert_same(500, 1500, 0)
+    assert_same(faces=500, frames=1500, seed=0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_every_pair_frame_of_the_session_agrees_with_the_loop(seed):
-    assert_same(FACES, 5400, seed)
+    assert_same(FACES, frames=5400, seed=seed)
 
 
 @contextmanager
@@ -103,7 +103,7 @@ def seconds(call, clock=perf_counter):
 @pytest.mark.parametrize(("faces", "seed"), [(faces, seed) for faces in (500, FACES) for seed in SEEDS] + [(50000, 0)])
 @pytest.mark.parametrize(("what", "at_most"), [("bool", BOOLEANS_AT_MOST), ("faces", FACE_SETS_AT_MOST)])
 def test_hybrid_takes_at_most_this_fraction_of_the_loop(faces, what, at_most, seed):
-    work, loop, detector = session(faces, 5400, seed)
+    work, loop, detector = session(faces, frames=5400, seed=seed)
     own(work, detector, what)
     both = [(seconds(lambda: loop.query(what)), seconds(lambda: own(work, detector, what))) for _ in range(REPEATS)]
     plain, hybrid = (float(np.median(column)) for column in zip(*both, strict=True))
@@ -113,7 +113,7 @@ def test_hybrid_takes_at_most_this_fraction_of_the_loop(faces, what, at_most, se
 
 @pytest.mark.bench
 def test_live_sample_takes_at_most_its_fraction_of_the_loop():
-    work, loop, _ = session(FACES, 5400, 0)
+    work, loop, _ = session(FACES, frames=5400, seed=0)
     bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
     motion = Motion.from_matrices(np.arange(len(work.poses)) / work.rate_hz, work.poses)
     frames = [motion.frames(k, k + 1) for k in range(len(motion))]
@@ -135,7 +135,7 @@ def test_live_sample_takes_at_most_its_fraction_of_the_loop():
 def test_exact_is_as_many_times_faster_than_the_loop(faces, what):
     speeds, fractions = [], []
     for seed in SEEDS:
-        work, loop, hybrid = session(faces, 5400, seed)
+        work, loop, hybrid = session(faces, frames=5400, seed=seed)
         both = [
             create_detector("exact", hybrid.bodies, pairs=work.pairs, containment=requested)
             for requested in (True, False)

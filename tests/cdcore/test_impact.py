@@ -120,7 +120,10 @@ def random_direction(rng, reach, largest_angle):
 def test_dense_sampling_contradicts_no_time_of_impact(seed, largest_angle):
     rng = np.random.default_rng(seed)
     a, b = box_mesh(rng.uniform(0.05, 0.6, 3)), ball_mesh(rng.uniform(0.1, 0.4), rings=4, sides=6)
-    directions = random_direction(rng, 0.7, largest_angle), random_direction(rng, 0.7, largest_angle)
+    directions = (
+        random_direction(rng, reach=0.7, largest_angle=largest_angle),
+        random_direction(rng, reach=0.7, largest_angle=largest_angle),
+    )
     answer = time_of_impact(a, directions[0], b, directions[1])
     rotations = [Slerp([0, 1], Rotation.from_matrix(item[:, :3, :3])) for item in directions]
     until = 1.0 if answer.toi is None else answer.toi[0]

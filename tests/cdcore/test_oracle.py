@@ -115,7 +115,7 @@ def long_motion(frames, away=0.0):
 
 @pytest.mark.parametrize("far", [1e9, 1e15, 1e80])
 def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
-    bodies, motion = long_motion(400)
+    bodies, motion = long_motion(frames=400)
     position = motion.translations.copy()
     position[200, 0] = far
     work = [
@@ -127,7 +127,11 @@ def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
 
 
 def test_distant_bodies_are_skipped_while_paths_allow():
-    work = create_detector("exact", long_motion(8)[0], **PLAIN).detect(long_motion(8_192, away=100.0)[1]).work
+    work = (
+        create_detector("exact", long_motion(frames=8)[0], **PLAIN)
+        .detect(long_motion(frames=8_192, away=100.0)[1])
+        .work
+    )
     assert work["skipped"] == 8_192 and work["blocks"] == 0
     assert work["gap_tests"] < 8_192 / 30
 

@@ -87,7 +87,7 @@ def study_of(word):
 
 
 def class_of(word):
-    return page_of_class(word, None)
+    return page_of_class(word, study=None)
 
 
 def page_of_class(word, study):

@@ -73,8 +73,8 @@ def test_35_float32_quaternions_do_not_scale_the_body():
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 @pytest.mark.parametrize("row", range(ODD_MESHES))
 def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, row):
-    assert len(scenes(37)) == ODD_MESHES
-    odd, scene = [*scenes(37).items()][row]
+    assert len(scenes(number=37)) == ODD_MESHES
+    odd, scene = [*scenes(number=37).items()][row]
     detection = detected(name, scene, faces=True)
     verdict = detection.verdict[:, 0]
     assert counts_as_contact(verdict)[scene.truth == Verdict.CONTACT].all()
@@ -91,7 +91,7 @@ def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, row):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 def test_38_far_from_the_origin_no_contact_is_lost(name):
-    for scene in scenes(38).values():
+    for scene in scenes(number=38).values():
         verdict = detected(name, scene).verdict[:, 0]
         assert counts_as_contact(verdict)[0]
         assert verdict[-1] == Verdict.CLEAR or name == "sphere"

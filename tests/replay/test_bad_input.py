@@ -37,7 +37,7 @@ CALLS = {
     "detectors": parse_detectors,
     "settings": lambda settings: RunSettings(**settings),
     "gates": lambda limits: Gates(**limits),
-    "tolerance": lambda tau: Tolerance(None, None, tau),
+    "tolerance": lambda tau: Tolerance(assembly=None, faces=None, tau=tau),
     "noise": lambda words: parse_noise([words]),
     "noisy copies": lambda count: parse_noise(["vive"], count),
     "run": lambda asked: compute(cubes(SEPARATE), **{"detectors": "hybrid", **asked}),

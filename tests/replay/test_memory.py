@@ -55,7 +55,7 @@ class Wandering:
 
 
 def peak_of(frames, folder, *, picture):
-    mesh = pointed_ball(0.05, 4)
+    mesh = pointed_ball(radius=0.05, splits=4)
     write_session(Session(Wandering(frames), dict.fromkeys(Wandering.names, mesh)), folder / "s.mcap")
     arguments = [str(folder / "s.mcap"), str(folder / "run"), "yes" if picture else "no"]
     command = [sys.executable, "-c", MEASURED, *arguments]
@@ -71,7 +71,7 @@ def peak_of(frames, folder, *, picture):
 
 @pytest.mark.slow
 def test_ten_minute_run_needs_less_than_1_gibibyte(tmp_path):
-    assert peak_of(54_000, tmp_path, picture=True) < GIBIBYTE
+    assert peak_of(frames=54_000, folder=tmp_path, picture=True) < GIBIBYTE
 
 
 @pytest.mark.bench

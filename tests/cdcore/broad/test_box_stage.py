@@ -73,7 +73,7 @@ def test_numbers_that_overflow_are_never_rejected():
 
 def test_box_candidates_are_sphere_candidates_and_hold_every_contact():
     bodies, motion = lab_bodies_and_motion(frames=100)
-    broad = BroadPhase(bodies, resolve_pairs(bodies, None))
+    broad = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
     spheres, boxes = broad.by_stage(motion)
     answer = broad.candidates(motion)
     assert answer.work["box_tests"] == spheres.sum() > boxes.sum() == len(answer.frames)

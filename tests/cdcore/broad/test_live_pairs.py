@@ -19,12 +19,12 @@ def lab_bodies_at_random_poses(seed, frames=60):
 
 def live_pairs_without_narrow_phase(broad_phase):
     """Live pairs that nobody decides further: they name the candidates of a frame and keep verdicts."""
-    return LivePairs(broad_phase, None, None)
+    return LivePairs(broad_phase, decide=None, inside=None)
 
 
 def test_live_candidate_pairs_equal_the_offline_broad_phase():
     bodies, motion = lab_bodies_at_random_poses(seed=0)
-    broad_phase = BroadPhase(bodies, resolve_pairs(bodies, None))
+    broad_phase = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
     live = live_pairs_without_narrow_phase(broad_phase)
     offline = broad_phase.candidates(motion)  # row k: pair columns[k] may meet in frame frames[k]
     assert 0 < len(offline.frames) < offline.verdict.size, "some pairs may meet in some frames, and some may not"
@@ -34,7 +34,7 @@ def test_live_candidate_pairs_equal_the_offline_broad_phase():
 
 
 def test_verdicts_stay_until_a_move_or_a_lost_pose():
-    bodies, motion = lab_bodies_at_random_poses(1, 1)
+    bodies, motion = lab_bodies_at_random_poses(seed=1, frames=1)
     positions, rotations = np.repeat(motion.translations, 6, axis=0) * 0.1, np.repeat(motion.rotations, 6, axis=0)
     positions[3:, 0] += 1e-9
     rotations[4:, 0] = Rotation.from_rotvec([1e-9, 0.0, 0.0]).as_matrix() @ rotations[4, 0]

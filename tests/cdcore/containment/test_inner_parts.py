@@ -75,7 +75,7 @@ def test_frames_that_a_clearance_leaves_out_are_beside(name):
     mesh, rng, left_out = INNER[name], np.random.default_rng(8), 0
     components, boxes, size = inner_components_of(mesh), boxes_of(cup()), farthest_corner(mesh) + farthest_corner(cup())
     for _ in range(40):
-        motion = path(rng, 60)
+        motion = path(rng, count=60)
         near = ~(clearances_over(motion, np.arange(60), (1, 0), components, boxes, size) > 0.0)
         rotation, move = np.empty((3, 3)), np.empty(3)
         for frame in np.flatnonzero(~near).tolist():
@@ -95,7 +95,7 @@ def test_live_containment_in_open_meshes_equals_offline(asker, name):
     detector = create_detector(asker, [Body("cup", cup()), Body("inner", INNER[name])])
     rng, codes = np.random.default_rng(9), set()
     for _ in range(25):
-        motion = path(rng, 50)
+        motion = path(rng, count=50)
         offline = detector.detect(motion)
         assert np.array_equal(detect_live(detector, motion).verdict, offline.verdict)
         codes |= set(offline.verdict.ravel().tolist())

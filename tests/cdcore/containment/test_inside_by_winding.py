@@ -49,7 +49,7 @@ def grid_box(size, count):
 
 def without_a_side():
     """A block that lacks its side at x = -0.1 m, through which bodies pass without touching."""
-    return without_faces(grid_box(SIZE, 4), *range(32))  # 4 x 4 squares of two triangles
+    return without_faces(grid_box(SIZE, count=4), *range(32))  # 4 x 4 squares of two triangles
 
 
 @cache
@@ -60,7 +60,8 @@ def damaged():
     rows = {"sound": (block, [0 * SHIFT], 0)}
     rows |= {f"block lacks face {k}": (without_faces(block, k), [0 * SHIFT], 1) for k in range(0, 12, 3)}
     rows |= {
-        f"fine block lacks face {k}": (without_faces(grid_box(SIZE, 4), k), [0 * SHIFT], 1) for k in range(0, 192, 60)
+        f"fine block lacks face {k}": (without_faces(grid_box(SIZE, count=4), k), [0 * SHIFT], 1)
+        for k in range(0, 192, 60)
     }
     rows |= {
         "every face twice": (merge_meshes(block, block), [0 * SHIFT], 0),
@@ -167,7 +168,7 @@ LOST_FACES = {"one side": range(32), "one square": (10, 11), "four squares": (10
 def test_arc_through_a_hole_and_back_is_not_clear(lost):
     """A bead on an arm dips into the block between two frames, at both of which it is outside."""
     rng = np.random.default_rng(5)
-    block = Body("block", without_faces(grid_box(SIZE, 4), *LOST_FACES[lost]))
+    block = Body("block", without_faces(grid_box(SIZE, count=4), *LOST_FACES[lost]))
     answer = {}
     for _ in range(16):
         arm, shift = rng.uniform(0.02, 0.05), rng.uniform(-0.035, 0.005)
@@ -246,7 +247,7 @@ def free_triangles(mesh, jitter):
 def test_inside_unconnected_triangles_is_never_clear_and_outside_is():
     positions = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
     overlaps, within = overlap_of_boxes(positions, [0 * SHIFT])
-    for mesh in (free_triangles(grid_box(SIZE, 4), 1e-7), free_triangles(box_mesh(SIZE), 1e-9)):
+    for mesh in (free_triangles(grid_box(SIZE, count=4), jitter=1e-7), free_triangles(box_mesh(SIZE), jitter=1e-9)):
         verdict = verdicts_of("exact", mesh, positions)
         assert not (overlaps & (verdict == Verdict.CLEAR)).any()
         assert (verdict[~overlaps] == Verdict.CLEAR).all()

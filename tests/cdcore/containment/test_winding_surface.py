@@ -27,12 +27,12 @@ def cut_sphere(height):
 ALL = {
     "box": (box_mesh(), ComponentKind.CLOSED),
     "one triangle of a box": (without_faces(box_mesh(), 4), ComponentKind.HOLED),
-    "one side of a box": (without_faces(box_mesh(), *side(box_mesh(), 2)), ComponentKind.OPEN),
+    "one side of a box": (without_faces(box_mesh(), *side(box_mesh(), axis=2)), ComponentKind.OPEN),
     "one face of a ball": (without_faces(icosphere_mesh(), 7), ComponentKind.HOLED),
     "two places of a ball": (without_faces(ball_mesh(1.0, rings=24, sides=36), 200, 900), ComponentKind.HOLED),
-    "half a ball": (cut_sphere(0.0), ComponentKind.OPEN),
-    "bowl": (cut_sphere(0.7), ComponentKind.OPEN),
-    "flask without a neck": (cut_sphere(0.9), ComponentKind.OPEN),
+    "half a ball": (cut_sphere(height=0.0), ComponentKind.OPEN),
+    "bowl": (cut_sphere(height=0.7), ComponentKind.OPEN),
+    "flask without a neck": (cut_sphere(height=0.9), ComponentKind.OPEN),
     "curved sheet": (
         TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]),
         ComponentKind.OPEN,

@@ -98,7 +98,7 @@ def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
     at_frames = exact.detect(motion).verdict
     contact = at_frames == Verdict.CONTACT
     assert (detection.verdict[contact] == Verdict.CONTACT).all()
-    finer = between(motion, 8)
+    finer = between(motion, instants=8)
     dense = exact.detect(finer).verdict.reshape(len(motion) - 1, 8, -1) == Verdict.CONTACT
     clear = np.isin(detection.verdict[1:], [Verdict.CLEAR, Verdict.CONTAINED])
     assert clear.sum() > 300, "of 890 intervals many are clear"

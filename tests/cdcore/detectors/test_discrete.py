@@ -57,7 +57,7 @@ def test_faces_queried_afterwards_equal_faces_of_detection():
 def test_quarter_rate_samples_every_fourth_frame_despite_rounded_stamps():
     every = list(range(0, 5400, 4))
     for times in (np.arange(5400) / 90, np.round(np.arange(5400) / 90 * 1e9) / 1e9):
-        assert requested_at(every, times, 22.5)
+        assert requested_at(every, times, rate=22.5)
 
 
 def test_samples_are_first_frames_at_or_after_ticks():

@@ -57,16 +57,16 @@ def jumps(frames):
 
 @cache
 def jumps_then_rest():
-    return scene(jumps(20_000), 3e-8, handle=False)
+    return scene(jumps(frames=20_000), step=3e-8, handle=False)
 
 
 def an_hour_of_jumps_then_rest():
-    return scene(jumps(330_000), 3e-7, handle=False)
+    return scene(jumps(frames=330_000), step=3e-7, handle=False)
 
 
 @cache
 def corrupt_pose_then_rest():
-    return scene(np.array([0.0, CORRUPT]), 3e-3, handle=True)
+    return scene(np.array([0.0, CORRUPT]), step=3e-3, handle=True)
 
 
 @pytest.mark.parametrize(

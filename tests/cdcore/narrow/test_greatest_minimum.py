@@ -25,7 +25,7 @@ def functions_of(seed, count, dimensions):
 def test_greatest_minimum_of_linear_functions_agrees_with_scipy(seed):
     from scipy.optimize import linprog
 
-    slopes, values = functions_of(seed, 60, 3)
+    slopes, values = functions_of(seed, count=60, dimensions=3)
     result = greatest_minimum(slopes, values, AROUND, np.full(6, 0.3))
     rows = np.column_stack([-slopes, np.ones(60)])
     least = linprog([0, 0, 0, -1], A_ub=rows, b_ub=values, bounds=[(-0.3, 0.3)] * 3 + [(None, None)])

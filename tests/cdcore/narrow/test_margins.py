@@ -36,7 +36,7 @@ def test_margin_of_a_corner_is_its_height_over_the_face(height):
 
 
 def test_touching_and_coplanar_overlap_have_no_depth():
-    assert meets_and_margin(FLOOR, poke(0.0)) == (True, 0.0)
+    assert meets_and_margin(FLOOR, poke(height=0.0)) == (True, 0.0)
     assert meets_and_margin(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
 
 
@@ -142,7 +142,7 @@ def test_tool_leaves_an_inconsistently_wound_sheet_along_the_normal(depth, free)
         triangles[::2] = triangles[::2, ::-1]
     tool, sheet = (body.mesh for body in bodies_of(faces))
     rotation = random_rotations(np.random.default_rng(2), 1)[0]
-    assert freed(tool, sheet, 1e-3, rotation, (2.6, 2.7, 1.5 - depth)) == free
+    assert freed(tool, sheet, step=1e-3, rotation=rotation, shift=(2.6, 2.7, 1.5 - depth)) == free
 
 
 def test_cube_corners_move_every_face_by_1():

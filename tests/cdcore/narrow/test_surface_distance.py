@@ -70,7 +70,7 @@ def test_distances_have_their_closed_form_beside_above_and_at_corners():
 
 def test_largest_distance_is_at_least_its_lower_bound():
     """The last argument is a distance known beforehand; where it exceeds the true maximum it is returned itself."""
-    triangles = triangles_of(0)
+    triangles = triangles_of(seed=0)
     points = np.random.default_rng(5).normal(size=(20, 3))
     alone = largest_distance(points, triangles, *balls_of(triangles))
     assert largest_distance(points, triangles, *balls_of(triangles), 0.5 * alone) == alone

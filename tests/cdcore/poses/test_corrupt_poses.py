@@ -47,7 +47,7 @@ def test_repair_gives_the_nearest_rotation(size):
 def test_translations_as_large_as_doubles_go_are_good():
     position = np.random.default_rng(5).normal(size=(COUNT, 3))
     position[3] = 1.7e308, 1.7e308, -1.7e308
-    bad, _, worst = check(position, spoiled(0))
+    bad, _, worst = check(position, spoiled(size=0))
     assert bad == GOOD and worst < 1e-14
     assert position[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
 

@@ -12,8 +12,8 @@ BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
 
 def test_all_pairs_are_tested_when_pairs_is_omitted():
-    assert resolve_pairs(BODIES, None).tolist() == [[0, 1], [0, 2], [1, 2]]
-    assert resolve_pairs(BODIES[:1], None).shape == (0, 2)
+    assert resolve_pairs(BODIES, pairs=None).tolist() == [[0, 1], [0, 2], [1, 2]]
+    assert resolve_pairs(BODIES[:1], pairs=None).shape == (0, 2)
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ def test_empty_list_of_pairs_requests_no_pair():
 
 def test_two_bodies_of_equal_name_are_refused():
     with pytest.raises(InvalidPairError, match="used twice: rod"):
-        resolve_pairs([*BODIES, BODIES[1]], None)
+        resolve_pairs([*BODIES, BODIES[1]], pairs=None)
 
 
 def test_motion_needs_as_many_bodies():
@@ -67,5 +67,5 @@ def test_sampling_agrees_for_blocks_whole_and_single_frames(rate):
 
 def test_full_rate_samples_every_frame_despite_rounded_stamps():
     times = np.round(np.arange(9000) / 90, 9)
-    assert ZeroOrderHold(0, 90.0).sampled(times).all()
-    assert ZeroOrderHold(0, 45.0).sampled(times).sum() == 4500
+    assert ZeroOrderHold(pairs=0, rate_hz=90.0).sampled(times).all()
+    assert ZeroOrderHold(pairs=0, rate_hz=45.0).sampled(times).sum() == 4500

@@ -110,7 +110,7 @@ def block(start, stop, **changes):
 
 def test_detections_of_consecutive_blocks_join_to_the_whole():
     """``block(a, b)`` is frames a to b of ``detection()``; frame numbers of the second block shift by 1."""
-    joined = join([block(0, 1), block(1, 3, reasons={(1, 0): "why"}, toi={(0, 1): (0.1, 0.2)})])
+    joined = join([block(start=0, stop=1), block(start=1, stop=3, reasons={(1, 0): "why"}, toi={(0, 1): (0.1, 0.2)})])
     assert joined.digest == detection().digest
     assert joined.faces_digest == detection().faces_digest
     assert joined.work["tests"] == 3

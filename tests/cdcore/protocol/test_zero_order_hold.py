@@ -74,5 +74,5 @@ def test_samples_are_the_first_frame_and_those_at_ticks():
     times = np.arange(10) / 10.0
     sampled = [frame for frame in range(10) if is_sampled(times, frame, 2.0, offset_s=0.2)]
     assert sampled == [0, 2, 7]
-    assert all(is_sampled(times, frame, None) for frame in range(10))
-    assert len(ZeroOrderHold(1, 2.0).sampled(times[:0])) == 0
+    assert all(is_sampled(times, frame, rate_hz=None) for frame in range(10))
+    assert len(ZeroOrderHold(pairs=1, rate_hz=2.0).sampled(times[:0])) == 0

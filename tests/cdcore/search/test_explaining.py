@@ -56,7 +56,7 @@ def test_missing_sample_pairs_are_reported_exactly(name):
     components = []
     for body in bodies:
         features = features_of(body.mesh)
-        faces = features.face[sample_of(features, 20, 0, body.name).pick]
+        faces = features.face[sample_of(features, size=20, seed=0, name=body.name).pick]
         components.append(Body(body.name, TriangleMesh(body.mesh.vertices, body.mesh.faces[faces])))
     left = create_detector("exact", components).detect(motion, faces=True).face_counts
     for (frame, pair), item in reported.items():

@@ -18,8 +18,8 @@ def test_samples_are_nested_and_depend_on_the_name():
     small, large = (set(sample_of(features, size, 1, "ring").pick.tolist()) for size in (50, 400))
     assert (len(small), len(large)) == (50, 400)
     assert small < large
-    assert set(sample_of(features, 50, 1, "hoop").pick.tolist()) != small
-    assert set(sample_of(features, 50, 2, "ring").pick.tolist()) != small
+    assert set(sample_of(features, size=50, seed=1, name="hoop").pick.tolist()) != small
+    assert set(sample_of(features, size=50, seed=2, name="ring").pick.tolist()) != small
 
 
 def test_faces_are_drawn_by_their_area():
@@ -33,7 +33,7 @@ def test_faces_are_drawn_by_their_area():
 
 def test_neighbours_of_a_sample_are_its_nearest_centroids():
     features = features_of(torus_mesh())
-    sample = sample_of(features, 100, 0, "a")
+    sample = sample_of(features, size=100, seed=0, name="a")
     centroids = features.rows[:, :3]
     for face in range(0, len(features), 37):
         others = sample.pick[sample.pick != face]

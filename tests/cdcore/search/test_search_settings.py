@@ -29,9 +29,9 @@ def test_equation_17_as_printed_does_not_keep_length():
 
 def test_negative_pheromone_breaks_equation_16_as_printed():
     """With pheromones 1 and 3 and weight 1 the probabilities are 1/4 and 3/4."""
-    assert not (printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.0, 1.0) >= 0).all()
-    assert not np.isfinite(printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.5, 1.0)).all()
-    assert printed_16(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
+    assert not (printed_16(np.array([-0.5, 1.0]), np.ones(2), alpha=1.0, beta=1.0) >= 0).all()
+    assert not np.isfinite(printed_16(np.array([-0.5, 1.0]), np.ones(2), alpha=1.5, beta=1.0)).all()
+    assert printed_16(np.array([1.0, 3.0]), np.ones(2), alpha=1.0, beta=1.0).tolist() == [0.25, 0.75]
 
 
 def test_iterations_as_printed_end_when_distances_fall():

@@ -76,9 +76,9 @@ def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_onl
 
 def test_limit_of_missed_contact_is_among_the_limits():
     assert Limits(0.2).hold(0.2, 1.0)
-    assert Limits(0.2, 0.1).hold(0.2, 0.1)
-    assert not Limits(0.2, 0.1).hold(0.2, 0.11)
-    assert not Limits(0.2, 0.1).hold(0.21, 0.0)
+    assert Limits(false=0.2, missed=0.1).hold(0.2, 0.1)
+    assert not Limits(false=0.2, missed=0.1).hold(0.2, 0.11)
+    assert not Limits(false=0.2, missed=0.1).hold(0.21, 0.0)
 
 
 def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
@@ -92,13 +92,15 @@ def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
 
 @pytest.mark.parametrize(("limit", "counts"), [(1, (1,)), (4, (1, 2, 3, 4)), (5, (1, 2, 3, 4, 5))])
 def test_round_body_is_tried_with_counts_up_to_the_limit(limit, counts):
-    ladder = Ladder(revolved_mesh(WALL, 12), Deadline(None, lambda _: None), limit)
+    ladder = Ladder(revolved_mesh(WALL, 12), Deadline(seconds=None, advance=lambda _: None), limit)
     assert ladder.counts == counts and ladder.finest_cut().name == "sectors"
 
 
 def test_other_pieces_of_a_body_follow_after_its_own_steps():
     box = box_mesh((0.1, 0.1, 0.1))
-    ladder = Ladder(merge_meshes(box, shift_mesh(box, (0.3, 0.0, 0.0))), Deadline(None, lambda _: None), 4)
+    ladder = Ladder(
+        merge_meshes(box, shift_mesh(box, (0.3, 0.0, 0.0))), Deadline(seconds=None, advance=lambda _: None), 4
+    )
     finest = ladder.finest_cut()
     steps = ladder.add_pieces([box], "by hand"), ladder.add_step(finest), ladder.add_pieces([box, box], "again")
     assert ladder.counts == (1, 4) and steps == (2, 3, 4) and finest.name == "planes"
@@ -112,7 +114,7 @@ def test_mirrored_bodies_are_cut_and_counted_as_they_are():
     mirrored = TriangleMesh(beaker.vertices, beaker.faces[:, ::-1])
     box = box_collider(beaker)
     turned_box = TriangleMesh(box.vertices, box.faces[:, ::-1])
-    deadline = Deadline(None, lambda _: None)
+    deadline = Deadline(seconds=None, advance=lambda _: None)
     assert Ladder(turned_box, deadline).reason == Ladder(box, deadline).reason == CONVEX_REASON
     ladders = [sector_ladder(mesh) for mesh in (beaker, mirrored)]
     assert len(ladders[0].ends) == len(ladders[1].ends) > 8
@@ -163,7 +165,7 @@ def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monk
 
 
 def test_cut_skipped_for_lack_of_time_names_its_duration(beaker_and_rod, monkeypatch):
-    plant_methods(monkeypatch, 1.0)
+    plant_methods(monkeypatch, shrunk=1.0)
     seconds = Cut.seconds.fget
     monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))
     fixed = fix_colliders(beaker_and_rod, limits=Limits(0.2))

@@ -75,7 +75,7 @@ def test_repeated_measured_fix_gives_its_figures(subject):
     again = run(session, detectors=f"it={fix.setting},subject={subject},exact")
     ranks = {rank.label: rank for rank in again.ranking}
     pieces = len(again.detectors["it"].parts["beaker"])
-    before, after = (errors_of_rank(ranks[label], None) for label in ("subject", "it"))
+    before, after = (errors_of_rank(ranks[label], seconds=None) for label in ("subject", "it"))
     assert fix.change.startswith(change_text(before, after)) and f"into {pieces} convex pieces" in fix.text
     row = fixed_rank(ranks["subject"], fix.figures, fix.setting, first.document)
     same = ("missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases")
@@ -98,7 +98,7 @@ def test_pieces_that_miss_more_are_advised_at_every_frame():
     assert "but missed" in trade and "but missed" not in fix.change and "rate_hz" not in fix.setting
     again = run(session, detectors=f"it={fix.setting},stepped={fix.setting[:-1]},rate_hz=50],subject=hull50,exact")
     ranks = {rank.label: rank for rank in again.ranking}
-    before, after, stepped = (errors_of_rank(ranks[label], None) for label in ("subject", "it", "stepped"))
+    before, after, stepped = (errors_of_rank(ranks[label], seconds=None) for label in ("subject", "it", "stepped"))
     pieces = plural(len(again.detectors["it"].parts["beaker"]), "convex piece")
     assert (
         fix.measured

@@ -33,14 +33,14 @@ def test_area_and_rim_tell_an_opening_from_lost_faces(height, sides, is_opening)
 
 
 def test_closed_surface_has_no_opening():
-    solid = tube(1.0)
+    solid = tube(height=1.0)
     component = surface_component(solid.vertices, solid.faces)
     assert component.is_closed and not component.has_opening
 
 
 def test_rims_that_touch_are_no_opening():
     """Two opposite quarters of the top are missing: their rims meet in its middle."""
-    solid = tube(1.0, sides=4)
+    solid = tube(height=1.0, sides=4)
     is_top = solid.face_normals[:, 2] > 0.9
     kept = np.ones(len(solid.faces), dtype=bool)
     kept[np.flatnonzero(is_top)[[0, 2]]] = False

@@ -109,7 +109,7 @@ def exact_contacts(first, second, rotations, positions):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
     first, second = SHAPES[shape]
-    rotations, positions = winding_path(seed, 0.3)
+    rotations, positions = winding_path(seed, reach=0.3)
     states = PairStates(mesh_data(first), mesh_data(second)).states(rotations, positions, QueryBudget())
     contact = exact_contacts(first, second, rotations, positions)
     is_known = states != PairState.UNKNOWN
@@ -168,7 +168,7 @@ MESHES_WITH_HOLES = {
 @pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
 def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
     holed, ball = MESHES_WITH_HOLES[shape](), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
-    rotations, positions = winding_path(seed, 0.3)
+    rotations, positions = winding_path(seed, reach=0.3)
     states = PairStates(mesh_data(holed), mesh_data(ball)).states(rotations, positions, QueryBudget())
     contact = exact_contacts(holed, ball, rotations, positions)
     is_known = states != PairState.UNKNOWN

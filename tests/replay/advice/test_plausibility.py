@@ -21,7 +21,9 @@ PLANTED = ("silver-chloride", "titration")
 
 def outcome(deep_fraction, contacts=3):
     contact = np.ones((1, 1), dtype=bool)
-    return Outcome(contacts, contact, 0.01, 0.0, 0, 0, deep_at_rest=deep_fraction)
+    return Outcome(
+        contacts, contact, deepest=0.01, closest=0.0, closest_frame=0, closest_pair=0, deep_at_rest=deep_fraction
+    )
 
 
 @pytest.mark.parametrize(
@@ -45,8 +47,8 @@ def test_reading_is_plausible_if_alone_without_deep_contact(fractions, marked):
 
 
 def test_a_reading_without_contact_is_as_plausible_as_shallow_contacts():
-    assert more_plausible({"a": outcome(0.0, contacts=0), "b": outcome(0.0)}) == ""
-    assert more_plausible({"a": outcome(0.0, contacts=0), "b": outcome(0.8)}) == "a"
+    assert more_plausible({"a": outcome(deep_fraction=0.0, contacts=0), "b": outcome(deep_fraction=0.0)}) == ""
+    assert more_plausible({"a": outcome(deep_fraction=0.0, contacts=0), "b": outcome(deep_fraction=0.8)}) == "a"
 
 
 @pytest.mark.parametrize(("until", "expected"), [(2.0, 0.0), (1.0, 1.0)], ids=["passes through", "comes to rest"])

@@ -68,7 +68,7 @@ def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convent
 
 def test_offset_of_a_body_is_kept_in_other_pose_axes(tmp_path):
     """Other axes of poses do not move the room alone where a mesh is offset in its tracker's axes."""
-    session = with_open_pose_axes(imported(tmp_path, "unity", "obj", True))
+    session = with_open_pose_axes(imported(tmp_path, "unity", "obj", exported=True))
     session = replace(session, scene=Scene(bodies=(SceneBody("tool", offset=Pose((0.1, 0.2, 0.3))),)))
     row = next(row for row in open_rows(session) if row.subject is Subject.POSE_AXES)
     whole = prepare(session).assembly

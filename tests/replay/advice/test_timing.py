@@ -28,7 +28,7 @@ class Sleepy:
 
 def test_timed_pass_queries_frames_in_order_with_clock_outside():
     motion = unturned(np.zeros((12, 1, 3)))
-    item, two, whole = Sleepy(0.001), Sleepy(0.003), Sleepy(0.024, online=False)
+    item, two, whole = Sleepy(seconds=0.001), Sleepy(seconds=0.003), Sleepy(seconds=0.024, online=False)
     requested = [Timed("", detector, motion) for detector in (item, two, whole)]
     first, second, third = LiveFrames(motion, 10_000).live_pass(requested)
     assert item.looks == two.looks == [1] * 12 and len(first) == len(second) == 12
@@ -88,7 +88,7 @@ class Frames:
 
 
 def clocked(frames, compiled=None):
-    reference, twin, item = (Timed(name, None, None) for name in ("reference", "twin", "one"))
+    reference, twin, item = (Timed(name, detector=None, motion=None) for name in ("reference", "twin", "one"))
     clock = Clock(frames, reference, twin, compiled)
     for _ in frames.ratios:
         clock.time([item, twin])
@@ -124,7 +124,7 @@ def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
     frames = LiveFrames(motion, 10_000)
     samples = frames.samples(rate_hz)
     assert samples.sum() == sampled and samples[0]
-    clock = Clock(frames, Timed("reference", None, None), Timed("twin", None, None))
+    clock = Clock(frames, Timed("reference", detector=None, motion=None), Timed("twin", detector=None, motion=None))
     item = timed_detector([np.where(samples, 0.28, 1e-6)] * 3, [np.full(60, 0.01)] * 3)
     item.rate_hz = rate_hz
     clock.twin.reference = item.reference

@@ -51,7 +51,7 @@ def session_with_reports(session, late_ns, digits=9, residual="0"):
 ELSEWHERE = {
     # what was planted: (session, detector, oracle, its only cause)
     "a collider that never meets": (
-        lambda: corners_first(0.6), "collider[shape=capsule,rate_hz=20]", "exact", Cause.COLLIDER_SHAPE),
+        lambda: corners_first(nearest=0.6), "collider[shape=capsule,rate_hz=20]", "exact", Cause.COLLIDER_SHAPE),
     "a budget": (
         lambda: make_analytic("spinning-rod", seconds=3.0)[0], "hybrid-qaco[budget=100]", "exact", Cause.BUDGET),
     "lateness where bodies are inside others": (
@@ -61,9 +61,10 @@ ELSEWHERE = {
         lambda: make_analytic("ball-in-box", seconds=3.0)[0], name, "exact", Cause.CONTAINMENT,
     ) for name in ("hybrid[containment=false]", "qaco")},
     "an engine five frames late": (
-        lambda: session_with_reports(corners_first(), 50_000_000), "recorded", "exact", Cause.LATE),
+        lambda: session_with_reports(corners_first(), late_ns=50_000_000), "recorded", "exact", Cause.LATE),
     "a clock": (
-        lambda: session_with_reports(corners_first(), 15_000_000, residual="0.026"), "recorded", "exact", Cause.CLOCK),
+        lambda: session_with_reports(corners_first(), late_ns=15_000_000, residual="0.026"), "recorded", "exact",
+        Cause.CLOCK),
 }  # fmt: skip
 
 

@@ -117,7 +117,7 @@ def test_steady_clock_is_hardly_ever_given_a_drift():
     rng, drifts = np.random.default_rng(1), []
     for _ in range(100):
         contacts, span = int(rng.integers(2, 12)), float(rng.uniform(5, 60))
-        reported, truth = reports_of_a_drifting_clock(contacts, span, 0.0, rng, jitter=0.02)
+        reported, truth = reports_of_a_drifting_clock(contacts, span, drift=0.0, rng=rng, jitter=0.02)
         drifts.append(estimate_offset(reported, truth).drift)
     assert sum(drift != 0.0 for drift in drifts) <= 1
 

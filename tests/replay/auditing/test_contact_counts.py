@@ -88,7 +88,7 @@ def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
 @pytest.mark.parametrize(("contacts", "every", "longest"), [(18, 4, 0.8), (12, 4, 1.0), (18, 9, 0.8), (30, 4, 0.8)])
 def test_intervals_cover_the_true_proportion_in_95_percent_of_sessions(contacts, every, longest):
     random = np.random.default_rng(16)
-    truth = drawn(random, 20_000, every, longest)
+    truth = drawn(random, contacts=20_000, every=every, longest=longest)
     sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
     for what, of_all in truth.items():
         kept = [item[what].lower <= of_all.value <= item[what].upper for item in sessions]
@@ -99,7 +99,7 @@ def test_intervals_cover_the_true_proportion_in_95_percent_of_sessions(contacts,
 @pytest.mark.parametrize("contacts, least, most", [(18, 0.5, 0.7), (60, 0.75, 0.9)])
 def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, least, most):
     random = np.random.default_rng(16)
-    truth = drawn(random, 20_000, unseen=0.05)["missed"].value
+    truth = drawn(random, contacts=20_000, unseen=0.05)["missed"].value
     sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
     assert least <= np.mean([item.lower <= truth <= item.upper for item in sessions]) <= most
     assert "They are too narrow where contacts are few and the missed ones are long" in INTERVALS_CAPTION

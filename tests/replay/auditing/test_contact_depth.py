@@ -77,7 +77,7 @@ def session_with_deep_frame(frames, at, shallow, deep):
 @pytest.mark.parametrize("at", [18, *(pytest.param(frame, marks=pytest.mark.slow) for frame in (1, 59))])
 def test_single_deep_frame_of_a_long_contact_is_found(at):
     result = run(
-        session_with_deep_frame(60, at, 0.1, 0.35),
+        session_with_deep_frame(frames=60, at=at, shallow=0.1, deep=0.35),
         detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]",
         oracle="exact",
     )
@@ -101,14 +101,18 @@ def test_round_body_is_deepest_where_its_path_comes_nearest():
 
 
 def test_very_shallow_contact_is_measured():
-    result = run(session_with_deep_frame(30, 17, 1e-5, 4e-5), detectors="exact,mesh=discrete", oracle="exact")
+    result = run(
+        session_with_deep_frame(frames=30, at=17, shallow=1e-5, deep=4e-5),
+        detectors="exact,mesh=discrete",
+        oracle="exact",
+    )
     assert 1e-5 * 0.999 <= result.depths[0].depth <= 4e-5 * 1.001
 
 
 def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
     monkeypatch.setattr("replay.auditing.contact_depth.FRAMES_SEARCHED", 20)
     result = run(
-        session_with_deep_frame(60, 7, 0.1, 0.35),
+        session_with_deep_frame(frames=60, at=7, shallow=0.1, deep=0.35),
         detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]",
         oracle="exact",
     )
@@ -123,7 +127,7 @@ def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
 @pytest.mark.parametrize(("metres", "noise"), [(0.0006, True), (0.0009, False)])
 def test_shallow_miss_is_said_to_be_possible_tracker_noise(metres, noise):
     """0.6 mm is within what the noise of a tracker makes, 0.9 mm is not."""
-    session = session_with_deep_frame(12, 5, metres, metres)
+    session = session_with_deep_frame(frames=12, at=5, shallow=metres, deep=metres)
     result = run(session, detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact", tau=0.0)
     (miss,) = result.misses["slow"]
     said = f"It is {1e3 * metres:g} mm deep: the noise of a tracker could have made it." in miss.why

@@ -15,7 +15,18 @@ from sessions import MeshData, Session
 
 def miss(pair, first, last):
     """A miss of these frames that is not yet measured."""
-    return Fault(1, "it", pair, ("a", "b"), FaultKind.NEVER_REPORTED, first, last, 0.0, 1.0, frame=first)
+    return Fault(
+        number=1,
+        detector="it",
+        pair=pair,
+        bodies=("a", "b"),
+        kind=FaultKind.NEVER_REPORTED,
+        first=first,
+        last=last,
+        start=0.0,
+        end=1.0,
+        frame=first,
+    )
 
 
 def measured_misses(assembly, detector, segments, *, between=False):
@@ -72,8 +83,9 @@ def test_a_contained_body_has_a_point_and_no_curve():
 
 
 def test_long_misses_are_sampled_evenly_with_both_ends():
-    assert spread_frames(3, 9, 10).tolist() == list(range(3, 10)) and spread_frames(4, 10, 1).tolist() == [7]
-    many = spread_frames(0, 10_000, EVIDENCE_BUDGET.per_miss)
+    assert spread_frames(first=3, last=9, most_frames=10).tolist() == list(range(3, 10))
+    assert spread_frames(first=4, last=10, most_frames=1).tolist() == [7]
+    many = spread_frames(first=0, last=10_000, most_frames=EVIDENCE_BUDGET.per_miss)
     assert (len(many), many[0], many[-1]) == (EVIDENCE_BUDGET.per_miss, 0, 10_000) and np.ptp(np.diff(many)) <= 1
 
 

@@ -128,9 +128,9 @@ def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes
     stamps = zip(("enter", "exit"), report, strict=True)
     contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
     known = {} if steps is None else {"rate_hz": steps}
-    engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, 0.0, known)
+    engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, first_ns=0, residual=0.0, settings=known)
     late = [item if steps else item.replace(STEP, "late" if "F." in frames else "unexplained") for item in causes]
-    assert [item.cause for item in false_of(outcomes, None, engine)] == late
+    assert [item.cause for item in false_of(outcomes, gaps=None, detector=engine)] == late
 
 
 def test_false_contact_is_blamed_on_clock_before_late_report():

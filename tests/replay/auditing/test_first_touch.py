@@ -15,7 +15,7 @@ STEP = STEP_NS * 1e-9
 
 def test_a_jump_through_a_cube_touches_on_its_line():
     assembly = assemble(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, -3.0, -3.0]}))
-    touch = first_touch(assembly, 0, 1)
+    touch = first_touch(assembly, pair=0, frame=1)
     expected = STEP + STEP * 2 / 6
     assert touch.frame == 1 and touch.free <= expected + 1e-12 and touch.moment == pytest.approx(expected, abs=1e-6)
     assert touch.later_ns == pytest.approx((expected - STEP) * 1e9, abs=1000)
@@ -58,7 +58,7 @@ def test_first_touch_of_a_corner_on_a_face():
         "b": (np.stack([[0.1, 0.1], heights, [0.2, 0.2]], axis=1), np.tile(quaternions, (2, 1))),
     }
     assembly = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()}))
-    touch = first_touch(assembly, 0, 0)
+    touch = first_touch(assembly, pair=0, frame=0)
     assert touch.moment == pytest.approx(STEP * (2.0 - 0.5 - np.sqrt(0.75)) / 2.5, abs=1e-6)
     assert touch.point == pytest.approx((0.1, 0.5, 0.2), abs=1e-3)
     assert np.abs(touch.normal) == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)

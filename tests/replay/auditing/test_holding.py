@@ -65,7 +65,7 @@ def test_bodies_tagged_as_hands_take_precedence_over_names():
 
 def grasp_episode(pair, first, last):
     """Episode of a grasp: its pair, first and last frame."""
-    return Episode(pair, first, last, 0.0, 0.0)
+    return Episode(pair, first, last, start=0.0, end=0.0)
 
 
 def test_grasp_lasts_only_while_the_body_is_carried():
@@ -73,21 +73,21 @@ def test_grasp_lasts_only_while_the_body_is_carried():
     assembly, session = assembly_with_trigger(*session_of_carried_cube())
     ((pair, first, last),) = [(item.pair, item.first, item.last) for item in holdings(assembly, session)]
     assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)
-    before, during = grasp_episode(pair, 40, 60), grasp_episode(pair, 95, 120)
+    before, during = grasp_episode(pair, first=40, last=60), grasp_episode(pair, first=95, last=120)
     assert [item for item in holdings(assembly, session, (before, during)) if item.first < 100] == [during]
-    assert holdings(assembly, None) == ()
+    assert holdings(assembly, session=None) == ()
 
 
 def test_interval_overlaps_a_grasp_if_they_share_a_frame():
     """Pair 2 is grasped in frames 10 to 20; each row is (pair, first, last)."""
-    item = (grasp_episode(2, 10, 20),)
+    item = (grasp_episode(pair=2, first=10, last=20),)
     requested = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
     assert overlaps_holding(item, *requested).tolist() == [False, True, True, False, False]
 
 
 def test_contact_while_grasped_is_in_no_count():
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
-    compared = compare(subject, oracle, holdings=(grasp_episode(0, 3, 6),))
+    compared = compare(subject, oracle, holdings=(grasp_episode(pair=0, first=3, last=6),))
     assert [Outcome(item).name[0] for item in compared.outcome[:, 0]] == list("NBMGGGGNBN")
     counts = count_contacts(compared, episodes(oracle))
     assert (counts.contacts, counts.missed, counts.late_or_cut_short, counts.numbers.tolist()) == (2, 0, 1, [1, 3])

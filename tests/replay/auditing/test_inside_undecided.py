@@ -45,14 +45,14 @@ BLOCKS = {
     "sound": cube_mesh(),
     **{f"lacks face {k}": cube_mesh(lost=[k]) for k in range(12)},
     "inwards, lacks a face": reversed_faces(cube_mesh(lost=[3])),
-    "lacks a side": cube_mesh(lost=side(1)),
-    "lacks the side that is entered": cube_mesh(lost=[k for k in range(12) if k in side(0)]),
+    "lacks a side": cube_mesh(lost=side(axis=1)),
+    "lacks the side that is entered": cube_mesh(lost=[k for k in range(12) if k in side(axis=0)]),
     "doubled": merged_mesh(cube_mesh(), cube_mesh()),
     "double-sided": merged_mesh(cube_mesh(), reversed_faces(cube_mesh())),
     "one face doubled": merged_mesh(cube_mesh(), MeshData(cube_mesh().vertices, cube_mesh().faces[:1])),
-    "crossing": merged_mesh(cube_mesh(), cube_mesh(9.0, [-4.0, 1.0, 1.0])),
-    "crossing, one reversed": merged_mesh(cube_mesh(), reversed_faces(cube_mesh(9.0, [-4.0, 1.0, 1.0]))),
-    "nested": merged_mesh(cube_mesh(), cube_mesh(8.0)),
+    "crossing": merged_mesh(cube_mesh(), cube_mesh(scale=9.0, shift=[-4.0, 1.0, 1.0])),
+    "crossing, one reversed": merged_mesh(cube_mesh(), reversed_faces(cube_mesh(scale=9.0, shift=[-4.0, 1.0, 1.0]))),
+    "nested": merged_mesh(cube_mesh(), cube_mesh(scale=8.0)),
 }
 
 
@@ -96,7 +96,7 @@ def test_frames_that_are_not_counted_break_no_gate():
 
 def test_a_hollow_needs_a_reference_that_knows_the_side():
     """A hull around two walls, and a cube between them: measured by exact, not by a search."""
-    walls = merged_mesh(cube_mesh(3.0, [-4.0, 0, 0]), cube_mesh(3.0, [4.0, 0, 0]))
+    walls = merged_mesh(cube_mesh(scale=3.0, shift=[-4.0, 0, 0]), cube_mesh(scale=3.0, shift=[4.0, 0, 0]))
     session = cubes({"walls": [0.0] * 4, "probe": [9.0, 0.0, 0.5, 9.0]})
     session = replace(session, meshes={"walls": walls, "probe": cube()})
     causes = {}

@@ -59,7 +59,7 @@ def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, seed):
 
 def test_requested_offset_is_kept():
     for offset in (0.0, 0.013):
-        result = compute(bumps(1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")
+        result = compute(bumps(seed=1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")
         assert result.document.detectors["slow"].settings["sampling_offset_s"] == offset
         times = result.assembly.motion.times
         ticks = np.floor((times - offset + 1e-6) * 20.0)

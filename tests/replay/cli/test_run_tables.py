@@ -61,12 +61,12 @@ def test_headline_colour_matches_its_worst_error(state, mark):
 
 def test_sources_are_printed_after_text_and_within_json(capsys):
     sources = sources_behind(["exact"], {}.items())
-    answer_cited(True, {"answer": 42}, list, sources)
+    answer_cited(as_json=True, json_value={"answer": 42}, render=list, sources=sources)
     assert json.loads(capsys.readouterr().out)["sources"].keys() == sources.keys()
-    answer_cited(False, {}, lambda: "the answer", sources)
+    answer_cited(as_json=False, json_value={}, render=lambda: "the answer", sources=sources)
     output = capsys.readouterr().out
     assert output.startswith("the answer") and "Shewchuk" in output
-    answer_cited(False, {}, lambda: "the answer", {})
+    answer_cited(as_json=False, json_value={}, render=lambda: "the answer", sources={})
     assert capsys.readouterr().out == "the answer\n"
 
 

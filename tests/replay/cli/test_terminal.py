@@ -79,7 +79,7 @@ def distinct_tokens(lines):
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_word_and_number_is_whole_at_every_width(screens, verb):
-    wide = at_width(screens[verb], 1000)
+    wide = at_width(screens[verb], width=1000)
     assert wide
     for width in WIDTHS:
         lines = at_width(screens[verb], width)
@@ -96,7 +96,7 @@ SNAPSHOT = table(
 
 
 def test_word_wider_than_the_terminal_is_folded_beside_its_row():
-    lines = at_width([stacked(table("", ("row", "name"), [("first", "x" * 30)], words=("row", "name")))], 20)
+    lines = at_width([stacked(table("", ("row", "name"), [("first", "x" * 30)], words=("row", "name")))], width=20)
     assert max(map(len, lines)) <= 20 and lines[-3:] == ["first  " + "x" * 13, " " * 7 + "x" * 13, " " * 7 + "xxxx"]
 
 

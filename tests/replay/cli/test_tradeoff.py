@@ -74,13 +74,13 @@ def tradeoff_of(count, **about):
 def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
     new = Column("probe", of=lambda row: f"marker-{row['label']}")
     monkeypatch.setitem(columns.COLUMNS, "tradeoff", (*columns.COLUMNS["tradeoff"], new))
-    done = tradeoff_of(3)
+    done = tradeoff_of(count=3)
     made = [tradeoff_list(done), tradeoff_values(done)["table"], tradeoff_numbers(done)]
     assert [table.column("probe") for table in made] == [["marker-r0", "marker-r1", "marker-r2"]] * 3
 
 
 def test_long_lists_are_cut_short_but_never_the_front():
-    short, whole = tradeoff_list(tradeoff_of(30)), tradeoff_list(tradeoff_of(30), is_complete=True)
+    short, whole = tradeoff_list(tradeoff_of(count=30)), tradeoff_list(tradeoff_of(count=30), is_complete=True)
     # Twelve rows of a short list, and r29, the last, of the front.
     assert len(short.rows) == 13 and short.rows[-1][0] == "r29" and len(whole.rows) == 30
     assert short.notes[0] == "... 17 more with -v; 2 settings were not tried within 20 s"
@@ -89,7 +89,7 @@ def test_long_lists_are_cut_short_but_never_the_front():
 
 def test_busy_machine_is_reported():
     """The program had 31 % of the processor; others had 69 %."""
-    notes = " ".join(tradeoff_list(tradeoff_of(4, processor_share=0.31), is_complete=True).notes)
+    notes = " ".join(tradeoff_list(tradeoff_of(count=4, processor_share=0.31), is_complete=True).notes)
     assert "The machine was busy (69 %)" in notes
 
 

@@ -54,7 +54,7 @@ def test_pieces_are_convex_and_cover_the_body(mesh, most):
 def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
     filled = sum(map(volume_of, pieces_of(CUP, MOST_REGIONS)))
     assert volume_of(CUP) <= filled * (1.0 + 1e-9)
-    assert filled < 1.1 * volume_of(CUP) < 0.5 * volume_of(pieces_of(CUP, 1)[0])
+    assert filled < 1.1 * volume_of(CUP) < 0.5 * volume_of(pieces_of(CUP, most=1)[0])
 
 
 def test_cutting_a_mesh_again_gives_identical_pieces():

@@ -46,8 +46,8 @@ def test_planted_seam_has_its_kind_width_and_place(width, sign, seed):
 
 
 def test_pieces_that_meet_have_no_seam():
-    assert seams_of(BAR, bar_cut_at_x(0.0)) == []
-    assert seams_of(BAR, bar_cut_at_x(5e-7)) == []
+    assert seams_of(BAR, bar_cut_at_x(gap=0.0)) == []
+    assert seams_of(BAR, bar_cut_at_x(gap=5e-7)) == []
 
 
 def test_gap_between_two_separate_bars_is_no_seam():
@@ -62,8 +62,8 @@ def test_gap_between_two_separate_bars_is_no_seam():
 
 def test_slit_filled_by_a_third_piece_is_no_slit():
     filled = shift_mesh(box_mesh((0.002, 0.1, 0.1)), (0.03, 0.0, 0.0))
-    assert seams_of(BAR, [*bar_cut_at_x(0.001), filled]) != []
-    kinds = {seam.kind for seam in seams_of(BAR, [*bar_cut_at_x(0.001), filled])}
+    assert seams_of(BAR, [*bar_cut_at_x(gap=0.001), filled]) != []
+    kinds = {seam.kind for seam in seams_of(BAR, [*bar_cut_at_x(gap=0.001), filled])}
     assert kinds == {SeamKind.OVERLAP}
 
 

@@ -155,12 +155,12 @@ def test_engine_steps_are_read_from_stamps_on_a_grid():
     ticks = np.sort(rng.choice(2000, 24, replace=False))
     for rate, phase in ((50.0, 0.3), (72.0, 0.0), (90.0, 0.9)):
         stamps = np.round((ticks + phase) / rate, 6).reshape(-1, 2)
-        result = physics_steps([*stamps, np.array([-np.inf, stamps[0, 0]])], None)
+        result = physics_steps([*stamps, np.array([-np.inf, stamps[0, 0]])], rate_hz=None)
         assert result is not None and result[0] == rate
         assert np.exp(2j * np.pi * result[1]) == pytest.approx(np.exp(2j * np.pi * phase), abs=0.01)
-        assert physics_steps([*stamps[:3]], None) is None  # too few to tell
-    assert physics_steps([*np.sort(rng.uniform(0, 60, 24)).reshape(-1, 2)], None) is None
-    assert physics_steps([], 25.0) == (25.0, 0.0) and physics_steps([], None) is None
+        assert physics_steps([*stamps[:3]], rate_hz=None) is None  # too few to tell
+    assert physics_steps([*np.sort(rng.uniform(0, 60, 24)).reshape(-1, 2)], rate_hz=None) is None
+    assert physics_steps([], 25.0) == (25.0, 0.0) and physics_steps([], rate_hz=None) is None
 
 
 def engine(*reports, rate_hz=50.0):

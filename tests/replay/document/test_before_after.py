@@ -13,34 +13,38 @@ def errors_of_detector(false=0.86, missed=(0, 1, 0.5), late=(0, 0, 0.0), seconds
 BEFORE = errors_of_detector()
 
 STATES = {
-    "better": (errors_of_detector(0.19, (0, 0, 0.0)), "False 86 % -> 19 %, missed up to 1 -> 0 of 18; 28 pieces", ""),
+    "better": (
+        errors_of_detector(false=0.19, missed=(0, 0, 0.0)),
+        "False 86 % -> 19 %, missed up to 1 -> 0 of 18; 28 pieces",
+        "",
+    ),
     "worse in missed": (
-        errors_of_detector(0.19, (0, 2, 0.75)),
+        errors_of_detector(false=0.19, missed=(0, 2, 0.75)),
         "False 86 % -> 19 %, but missed up to 1 -> up to 2 of 18; 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in the mean alone": (
-        errors_of_detector(0.19, (0, 1, 0.75)),
+        errors_of_detector(false=0.19, missed=(0, 1, 0.75)),
         "False 86 % -> 19 %, but missed up to 1 of 18 (0.5 -> 0.75 on average); 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in late": (
-        errors_of_detector(0.19, late=(5, 9, 7.0)),
+        errors_of_detector(false=0.19, late=(5, 9, 7.0)),
         "False 86 % -> 19 %, missed up to 1 as before, but late or cut short 0 -> 5 to 9 of 18; 28 pieces",
         "More contacts are late or cut short than before.",
     ),
     "worse in both": (
-        errors_of_detector(0.19, (1, 2, 1.5), (5, 9, 7.0)),
+        errors_of_detector(false=0.19, missed=(1, 2, 1.5), late=(5, 9, 7.0)),
         "False 86 % -> 19 %, but missed up to 1 -> 1 to 2 and late or cut short 0 -> 5 to 9 of 18; 28 pieces",
         "More contacts are missed, and more are late or cut short, than before.",
     ),
     "worse in false": (
-        errors_of_detector(0.9, (0, 0, 0.0)),
+        errors_of_detector(false=0.9, missed=(0, 0, 0.0)),
         "Missed up to 1 -> 0 of 18, but false 86 % -> 90 %; 28 pieces",
         "More contact time is false than before.",
     ),
     "worse in all": (
-        errors_of_detector(0.9, (1, 2, 1.5), (5, 9, 7.0)),
+        errors_of_detector(false=0.9, missed=(1, 2, 1.5), late=(5, 9, 7.0)),
         "False 86 % -> 90 % and missed up to 1 -> 1 to 2 and late or cut short 0 -> 5 to 9 of 18; 28 pieces",
         "More contacts are missed, and more are late or cut short, and more contact time is false, than before.",
     ),
@@ -56,7 +60,7 @@ def test_change_sentence_names_values_before_and_after_a_fix(state):
 
 
 def test_errors_absent_before_and_after_share_one_clause():
-    before, after = errors_of_detector(missed=(0, 0, 0.0)), errors_of_detector(0.0, missed=(0, 0, 0.0))
+    before, after = errors_of_detector(missed=(0, 0, 0.0)), errors_of_detector(false=0.0, missed=(0, 0, 0.0))
     assert change_text(before, after, "1 piece") == "False 86 % -> 0 %, none missed or late; 1 piece"
 
 
@@ -77,4 +81,6 @@ def test_time_is_a_difference_where_both_were_measured(seconds, text):
 def test_row_of_scoring_is_read_with_its_ranges():
     row = {"false": None, "missed": 0.5, "missed_smallest": 0.0, "missed_largest": 1.0}
     row |= {"late": 2.0, "late_smallest": 2.0, "late_largest": 2.0}
-    assert errors_of_row(row, 18, 1e-3) == errors_of_detector(0.0, (0, 1, 0.5), (2, 2, 2.0), 1e-3)
+    assert errors_of_row(row, contacts=18, seconds=1e-3) == errors_of_detector(
+        false=0.0, missed=(0, 1, 0.5), late=(2, 2, 2.0), seconds=1e-3
+    )

@@ -24,12 +24,12 @@ def run(**seconds):
 
 def test_gate_breaks_above_its_limit_and_not_at_the_limit():
     """``figures(1, 4)`` is an audit that missed 1 of 4 pair-frames in contact, a fraction of 0.25."""
-    assert Gates(max_missed=0.25).broken_limits({"x": figures(1, 4)}, []) == []
-    assert Gates().broken_limits({"x": figures(9, 9, 4)}, []) == []
+    assert Gates(max_missed=0.25).broken_limits({"x": figures(missed=1, of=4)}, []) == []
+    assert Gates().broken_limits({"x": figures(missed=9, of=9, contacts=4)}, []) == []
     assert len(Gates(max_missed=1.0, max_false=0.0).broken_limits({}, [])) == 2, "an audit of nothing cannot pass"
-    (item,) = Gates(max_missed=0.24).broken_limits({"x": figures(1, 4)}, [])
+    (item,) = Gates(max_missed=0.24).broken_limits({"x": figures(missed=1, of=4)}, [])
     assert "x missed 1 of 4 pair-frames in contact (25 %" in item
-    (two,) = Gates(max_missed=0.25).broken_limits({"x": figures(1, 400, contacts=2)}, [])
+    (two,) = Gates(max_missed=0.25).broken_limits({"x": figures(missed=1, of=400, contacts=2)}, [])
     assert "x missed 2 of 4 contacts" in two
 
 
@@ -47,7 +47,7 @@ def test_a_gate_judges_the_mean_over_sampling_offsets():
 
 
 def test_slowest_frames_agree_to_milliseconds():
-    audit = {"x": figures(0, 4)}
+    audit = {"x": figures(missed=0, of=4)}
     slow, fast = run(p99=0.012, mean=0.002), run(p99=0.011)
     assert Gates(max_p99_ms=11.1).broken_limits(audit, [fast]) == []
     (item,) = Gates(max_p99_ms=11.1).broken_limits(audit, [fast, slow])
@@ -55,21 +55,21 @@ def test_slowest_frames_agree_to_milliseconds():
     (item,) = Gates(max_p99_ms=11.1).broken_limits(audit, [run()])
     assert item == "--max-p99-ms cannot be checked: x was not timed frame by frame in s.mcap"
     fast[1]["y"] = times_of()
-    (item,) = Gates(max_p99_ms=11.1).broken_limits({**audit, "y": figures(0, 4)}, [fast])
+    (item,) = Gates(max_p99_ms=11.1).broken_limits({**audit, "y": figures(missed=0, of=4)}, [fast])
     assert "y was not timed" in item
 
 
 def test_undecided_contact_breaks_the_gate_about_misses():
-    (item,) = Gates(max_missed=1.0).broken_limits({"x": figures(0, 0, total=8, undecided=43_104)}, [])
+    (item,) = Gates(max_missed=1.0).broken_limits({"x": figures(missed=0, of=0, total=8, undecided=43_104)}, [])
     assert item == (
         "--max-missed cannot be checked: x left 43104 pair-frames in contact undecided, 1 of 8 contacts whole"
     )
-    (item,) = Gates(max_missed=1.0).broken_limits({"x": figures(0, 4, oracle=3)}, [])
+    (item,) = Gates(max_missed=1.0).broken_limits({"x": figures(missed=0, of=4, oracle=3)}, [])
     assert item == "--max-missed cannot be checked: the reference left 3 pair-frames undecided"
 
 
 def test_false_contact_beyond_the_limit_breaks_the_gate():
-    audit = {"x": figures(0, 4, false=(3, 4))}
+    audit = {"x": figures(missed=0, of=4, false=(3, 4))}
     assert Gates(max_false=0.75).broken_limits(audit, []) == []
     (item,) = Gates(max_false=0.7).broken_limits(audit, [])
     assert item.startswith("x reports false contact: 3 of the 4 pair-frames in contact that it reports (75 %")
@@ -77,11 +77,11 @@ def test_false_contact_beyond_the_limit_breaks_the_gate():
 
 
 def test_false_contact_gate_fails_where_nothing_was_compared():
-    (item,) = Gates(max_false=1.0).broken_limits({"x": figures(0, 0, decided=0, undecided=5)}, [])
+    (item,) = Gates(max_false=1.0).broken_limits({"x": figures(missed=0, of=0, decided=0, undecided=5)}, [])
     assert item == "--max-false cannot be checked: x was compared in no pair-frame"
-    (item,) = Gates(max_false=1.0).broken_limits({"x": figures(0, 4, oracle=3)}, [])
+    (item,) = Gates(max_false=1.0).broken_limits({"x": figures(missed=0, of=4, oracle=3)}, [])
     assert "the reference left 3" in item
-    assert Gates(max_false=0.0).broken_limits({"x": figures(4, 4)}, []) == []
+    assert Gates(max_false=0.0).broken_limits({"x": figures(missed=4, of=4)}, []) == []
 
 
 @pytest.mark.parametrize(

@@ -23,20 +23,25 @@ def took(mean, p99, *, live=True, busy=0.0):
 
 @pytest.mark.parametrize("busy", [0.03, 0.69])
 def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
-    detectors = {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}
+    detectors = {"slow": took(mean=1e-5, p99=2e-5, busy=busy), "exact": took(mean=4.1e-5, p99=1e-4)}
     document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
-    reference = Rank("exact", "", "", 3, 4.1e-5, 1e-4)
+    reference = Rank("exact", "", "", contacts=3, mean=4.1e-5, p99=1e-4)
     ranks = (replace(reference, label="slow", mean=1e-5), reference)
-    cost = price_reason(SimpleNamespace(document=document, ranking=ranks), None)
+    cost = price_reason(SimpleNamespace(document=document, ranking=ranks), decision_to_ship=None)
     slowest = "" if busy > 0.05 else ", 99 % within 0.1 ms"
     assert cost.text == f"exact takes 0.041 ms a frame{slowest}; slow 0.01 ms."
     assert cost.figures.startswith(f"exact takes 0.37 % of a 90 Hz frame on average. {TIMES_SENTENCE}")
     unknown = (*ranks[:1], replace(reference, p99=None))
-    cost_without = price_reason(SimpleNamespace(document=document, ranking=unknown), None)
+    cost_without = price_reason(SimpleNamespace(document=document, ranking=unknown), decision_to_ship=None)
     assert "99 %" not in cost_without.text and NO_SLOWEST_SENTENCE in cost_without.figures
     sentence = "The machine was busy (69 %): run again for reliable times."
     assert cost.figures.endswith(sentence) == (busy > 0.05)
-    assert price_reason(SimpleNamespace(document=structs.replace(document, audit={}), ranking=()), None).text == ""
+    assert (
+        price_reason(
+            SimpleNamespace(document=structs.replace(document, audit={}), ranking=()), decision_to_ship=None
+        ).text
+        == ""
+    )
 
 
 def test_cost_of_sampling_every_frame_is_measured_only_live():

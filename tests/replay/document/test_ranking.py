@@ -31,9 +31,9 @@ def document_of_audits(**audit):
 
 
 BENCH = {
-    "paper": audit_of_18_contacts(0, 1, 0),
-    "hull50": audit_of_18_contacts(0, 1, 967, while_grasped=zeros(GraspedCounts, false_contact=5324)),
-    "mesh50": audit_of_18_contacts(1, 6, 40),
+    "paper": audit_of_18_contacts(missed=0, late=1, false=0),
+    "hull50": audit_of_18_contacts(missed=0, late=1, false=967, while_grasped=zeros(GraspedCounts, false_contact=5324)),
+    "mesh50": audit_of_18_contacts(missed=1, late=6, false=40),
 }
 
 
@@ -47,7 +47,7 @@ def test_the_largest_loss_comes_first_and_the_oracle_last():
 
 @pytest.mark.parametrize(("missed", "late_or_cut_short"), [(1, 0), (0, 1), (1, 1), (0, 0)])
 def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
-    first, _ = ranking(document_of_audits(mesh50=audit_of_18_contacts(missed, late_or_cut_short, 0)))
+    first, _ = ranking(document_of_audits(mesh50=audit_of_18_contacts(missed, late_or_cut_short, false=0)))
     assert first.lost == (missed + late_or_cut_short > 0)
 
 
@@ -57,18 +57,22 @@ def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
         (BENCH["hull50"], "96.7 % of its contact time is false; 1 of 18 contacts late or cut short"),
         (BENCH["mesh50"], "1 of 18 contacts missed, 6 late or cut short; 4 % of its contact time is false"),
         (BENCH["paper"], "1 of 18 contacts late or cut short"),
-        (audit_of_18_contacts(0, 0, 0), "no contact of 18 missed, none false"),
-        (audit_of_18_contacts(0, 0, 0, undecided=2), "2 of 18 contacts undecided"),
+        (audit_of_18_contacts(missed=0, late=0, false=0), "no contact of 18 missed, none false"),
+        (audit_of_18_contacts(missed=0, late=0, false=0, undecided=2), "2 of 18 contacts undecided"),
         (
-            audit_of_18_contacts(0, 0, 1, 4, unconfirmed=2, pair_frames=zeros(PairFrames, false_contact=2)),
+            audit_of_18_contacts(
+                missed=0, late=0, false=1, reported=4, unconfirmed=2, pair_frames=zeros(PairFrames, false_contact=2)
+            ),
             "25 % of its contact time is unconfirmed: only bounding volumes overlap",
         ),
         (
-            audit_of_18_contacts(0, 0, 1, 4, unconfirmed=1, pair_frames=zeros(PairFrames, false_contact=2)),
+            audit_of_18_contacts(
+                missed=0, late=0, false=1, reported=4, unconfirmed=1, pair_frames=zeros(PairFrames, false_contact=2)
+            ),
             "25 % of its contact time is false",
         ),
         (
-            audit_of_18_contacts(0, 0, 1, 4, undecided=2),
+            audit_of_18_contacts(missed=0, late=0, false=1, reported=4, undecided=2),
             "2 of 18 contacts undecided; 25 % of its contact time is false",
         ),
     ],
@@ -88,7 +92,9 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
     )
     counts = OffsetRanges(contacts_missed=CountRange(smallest=0, largest=2, mean=1.0), late_or_cut_short=COUNTS)
     (rank, _) = ranking(
-        document_of_audits(slow=audit_of_18_contacts(9, 0, 0, means_over_offsets=mean, counts_over_offsets=counts))
+        document_of_audits(
+            slow=audit_of_18_contacts(missed=9, late=0, false=0, means_over_offsets=mean, counts_over_offsets=counts)
+        )
     )
     assert (rank.phases, rank.missed_counts, rank.late_counts) == (OFFSET_COUNT, (0, 2), (0, 0))
     assert rank.missed.value == pytest.approx(1 / 18)
@@ -96,9 +102,12 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
 
 
 def test_undecided_or_undetected_contacts_are_ranked():
-    lazy, blind = audit_of_18_contacts(0, 0, 0, undecided=18), audit_of_18_contacts(0, 0, 0, 0)
+    lazy, blind = (
+        audit_of_18_contacts(missed=0, late=0, false=0, undecided=18),
+        audit_of_18_contacts(missed=0, late=0, false=0, reported=0),
+    )
     assert [rank.label for rank in ranking(document_of_audits(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
-    nothing = structs.replace(audit_of_18_contacts(0, 0, 0, 0), contacts=0)
+    nothing = structs.replace(audit_of_18_contacts(missed=0, late=0, false=0, reported=0), contacts=0)
     (rank, _) = ranking(document_of_audits(it=nothing))
     assert rank.loss == 0.0 and fault_text(rank) == "no contact to miss, and none false"
 
@@ -119,12 +128,15 @@ def test_ranking_prints_zeros_and_dashes_for_the_reference():
     assert first[2:] == ["0", "1", "96.7 %", "0.4", "1.1", "0.98", "3.6 %", "hull50[x=1]"]
     assert cells[1][2] == Marked("1", IN_RED) and cells[3][2:5] == ("reference", "-", "-")
     assert "undecided" in {
-        column.name for column in tabled(document_of_audits(it=audit_of_18_contacts(0, 0, 0, undecided=1))).columns
+        column.name
+        for column in tabled(
+            document_of_audits(it=audit_of_18_contacts(missed=0, late=0, false=0, undecided=1))
+        ).columns
     }
 
 
 def test_the_time_of_a_recorded_engine_is_not_measured():
-    document = document_of_audits(recorded=audit_of_18_contacts(1, 0, 0))
+    document = document_of_audits(recorded=audit_of_18_contacts(missed=1, late=0, false=0))
     engine = structs.replace(document.detectors["recorded"], name="recorded")
     document = structs.replace(document, detectors=document.detectors | {"recorded": engine})
     assert tabled(document).only("mean ms", "p99 ms").cells()[0] == ("-", "-")

@@ -22,9 +22,9 @@ def test_contacts_of_a_body_with_its_parent_are_not_counted():
 
 
 def test_excused_contacts_count_in_no_fraction():
-    match = EpisodeMatch(1, 1, 3, onset_error=0.5, duration_error=-0.25)
+    match = EpisodeMatch(truth=1, reported=1, overlap=3, onset_error=0.5, duration_error=-0.25)
     matches = EpisodeMatches((match,), missed=(2,), excused_truth=(3,), excused_reports=(2,))
-    figures = matching_of(matches, 3, 2)
+    figures = matching_of(matches, reference_contacts=3, reported_contacts=2)
     assert figures.missed_proportion.of == 3 - 1  # contact 3 is excused
     assert figures.false_proportion.of == 2 - 1  # report 2 is excused
     assert structs.astuple(figures.onset_error) == pytest.approx([0.5] * 4)
@@ -44,7 +44,7 @@ def test_pooled_sessions_sum_counts_before_dividing():
     other = structs.replace(SINGLE, undecided_reasons={"budget": 1})
     (audit,) = pooled_audits([{"x": SINGLE}, {"x": other}]).values()
     assert audit.time_missed == proportion(2, 20)
-    assert (audit.time_missed.lower, audit.time_missed.upper) == wilson_interval(2, 20)
+    assert (audit.time_missed.lower, audit.time_missed.upper) == wilson_interval(count=2, whole=20)
     assert audit.pair_frames == zeros(PairFrames, both=18, missed=2)
     assert audit.between_frames == "not examined"
     assert audit.undecided_reasons == {"open mesh": 2, "budget": 1}

@@ -119,7 +119,7 @@ SLOW = 1.1e-3 * BUDGET_MS
         ([rank_of("a", missed=1), rank_of("exact", p99=SLOW)], {"others": 0.5}, "exact"),
         ([rank_of("a", undecided=2), rank_of("exact")], {}, "exact"),
         ([rank_of("a", undecided=2), rank_of("exact", p99=SLOW)], {}, None),
-        ([rank_of("a", 0), rank_of("exact", 0)], {}, None),
+        ([rank_of("a", contacts=0), rank_of("exact", contacts=0)], {}, None),
         ([rank_of("a", missed=1), rank_of("b", false=0.5), rank_of("exact")], {}, "exact"),
     ],
 )
@@ -149,7 +149,14 @@ def fix_of(false, missed):
         p99=2e-4,
     )
     change = f"False 86 % -> {round(100 * false)} %, but missed 0 -> {missed} of 9."
-    return Fix("Split b.", True, "replay fix SESSION --engine unity", "collider", figures, change=change)
+    return Fix(
+        "Split b.",
+        measured=True,
+        command="replay fix SESSION --engine unity",
+        setting="collider",
+        figures=figures,
+        change=change,
+    )
 
 
 @pytest.mark.parametrize(("false", "missed", "ships"), [(0.1, 1, "fix"), (0.1, 8, "a"), (0.8, 1, "a")])
@@ -202,8 +209,8 @@ def test_without_a_contact_only_false_contact_is_judged(state, does):
 
 
 def test_without_a_contact_no_other_detector_is_called_right():
-    ranks = [rank_of("a", 0, false=0.86), rank_of("b", 0, mean=5e-5), rank_of("exact", 0)]
-    fix = structs.replace(fix_of(0.0, missed=0), command=SHIP_COMMAND)
+    ranks = [rank_of("a", contacts=0, false=0.86), rank_of("b", contacts=0, mean=5e-5), rank_of("exact", contacts=0)]
+    fix = structs.replace(fix_of(false=0.0, missed=0), command=SHIP_COMMAND)
     document = structs.replace(
         document_of("a", "b", "exact"), answers=(Answer("a", "", fix=fix),), audit={"a": audit_of()}
     )
@@ -237,7 +244,7 @@ def test_untimed_reference_is_not_said_to_fit_a_frame():
 
 def test_undecided_detector_is_never_shipped_with_its_fix():
     ranks = [rank_of("a", false=0.86, undecided=2), rank_of("exact")]
-    answers = (Answer("a", "", fix=fix_of(0.1, missed=0)),)
+    answers = (Answer("a", "", fix=fix_of(false=0.1, missed=0)),)
     made = shipping_decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
     assert made.rank.label == "exact" and not made.is_fix
 

@@ -58,7 +58,7 @@ def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
 def test_impact_point_lies_on_the_body_hit_despite_noise(side):
     """A fall of 0.1 m ends at the speed root of 2 g h; noise of 0.5 mm moves the glass in and out of the wall."""
     fallen = np.arange(60) / RATE >= 0.1 + np.sqrt(2 * 0.1 / GRAVITY)
-    (crash,), (impact,), _ = breakage_of(falling(0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
+    (crash,), (impact,), _ = breakage_of(falling(height=0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * 0.1), rel=0.01)
     assert crash.point == pytest.approx((side * 0.5, FLOOR, 0.0), abs=0.002)
 
@@ -94,7 +94,7 @@ def test_a_tracking_jump_into_contact_breaks_nothing(step):
     [
         # A jump shortly before a gentle contact.
         (world(np.maximum(0.0385 - 0.02 * FRAMES / RATE - 0.03 * (FRAMES >= 30), -0.001), speed_m_s=0.3), None),
-        (falling(0.25, valid=(FRAMES < 26) | (FRAMES >= 29)), GAP),
+        (falling(height=0.25, valid=(FRAMES < 26) | (FRAMES >= 29)), GAP),
         (world(np.where(FRAMES < 30, 0.3, -0.0005), FRAMES / RATE + 0.3 * (FRAMES >= 30)), GAP),
         (world(np.full(20, -0.0005)), "not judged: in contact from the start"),
         # It drifts back after a loss.

@@ -126,7 +126,7 @@ def on_zinc(grams, volume=0.0, **more):
 
 def test_a_slow_reaction_uses_up_its_limiting_reagent():
     acid, slow = glass("a", 60.0, solute="HCl", molar=2.0), reaction(ZINC, rate_per_s=2.0)
-    run = effects_of_pouring([0.0, *([60.0] * 100)], (acid, on_zinc(0.05)), MIXED, slow)["reaction"]
+    run = effects_of_pouring([0.0, *([60.0] * 100)], (acid, on_zinc(grams=0.05)), MIXED, slow)["reaction"]
     extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
     assert extent.values[0] == 0.0 and len(extent.times) == run.frames_run == 99 and extent.times[0] == 0.02
     assert extent.values[-1] == pytest.approx(-0.05 / 65.38 * np.expm1(-2.0 * 0.98), rel=1e-9)

@@ -37,7 +37,15 @@ def test_each_effect_has_its_fraction_of_the_time():
 
 
 def run_of(kind, *events, **series):
-    return EffectRun(EffectSpec(kind, "x", lambda i: None), (), EffectOutput(events, series), 0.1, {}, 3, 3)
+    return EffectRun(
+        EffectSpec(kind, "x", lambda i: None),
+        (),
+        EffectOutput(events, series),
+        seconds=0.1,
+        counters={},
+        frames=3,
+        frames_run=3,
+    )
 
 
 def test_the_weightiest_result_leads_else_the_last_event():
@@ -54,7 +62,7 @@ def test_the_weightiest_result_leads_else_the_last_event():
 def curves_of(ends, **series):
     """Quantities of the curves of a flask that gets 10 mL in 10 s on its first 2 mL, with mL of their end points."""
     volume = Series(np.array([0.0, 10.0]), np.array([2.0, 12.0]), "mL")
-    end_points = [EffectEvent(time, "end-point", ("flask",), None, {"of": kind}) for kind, time in ends]
+    end_points = [EffectEvent(time, "end-point", ("flask",), end=None, values={"of": kind}) for kind, time in ends]
     values = {f"flask/{name}": Series(np.array([0.0, 10.0]), np.zeros(2), unit) for name, unit in series.items()}
     values["beaker/pH"] = Series(np.array([0.0, 10.0]), np.zeros(2), "pH")
     runs = {

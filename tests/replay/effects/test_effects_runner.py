@@ -84,12 +84,14 @@ def test_skipped_frames_are_counted_and_displayed():
 
 
 TIMES = np.arange(3.0)
-LIQUID = Liquid(TIMES, np.ones(3), 0.1, 0.2, np.zeros((3, 4), dtype=np.uint8))
-SPILL = EffectEvent(1.0, "spill", ("cup",), 2.0, {"volume_ml": np.float64(3.0)}, point=(0.0, 1.0, 2.0))
+LIQUID = Liquid(TIMES, np.ones(3), floor=0.1, radius=0.2, rgba=np.zeros((3, 4), dtype=np.uint8))
+SPILL = EffectEvent(
+    time=1.0, name="spill", bodies=("cup",), end=2.0, values={"volume_ml": np.float64(3.0)}, point=(0.0, 1.0, 2.0)
+)
 WHOLE = EffectOutput(
     (SPILL,),
     {"cup/volume": Series(TIMES, TIMES * 2, "mL")},
-    {"cup": (LaneSpan(0.0, 1.0, "pours"),)},
+    {"cup": (LaneSpan(start=0.0, end=1.0, word="pours"),)},
     np.array([True, False, True]),
     {"cup": LIQUID},
 )

@@ -34,14 +34,14 @@ def dip_then_flame(frames, before=DIP):
 
 
 def test_a_salt_that_stays_shows_its_colour():
-    run_ = flame_test_of(dip_then_flame(20))
+    run_ = flame_test_of(dip_then_flame(frames=20))
     dip, flame = run_.events
     assert (dip.name, dip.values["salt"]) == ("dip", "NaCl") and (dip.time, dip.end) == pytest.approx((0.15, 0.35))
     assert flame.bodies == ("wire", "lamp") and flame.message == "NaCl is in the flame for 1.0 s: yellow"
     assert [span.word for span in run_.output.lanes["wire"]] == ["in b", "yellow"] and run_.frames_run == 24
 
 
-POSES_LOST_IN_FLAME = np.ones(len(dip_then_flame(30)), dtype=bool)
+POSES_LOST_IN_FLAME = np.ones(len(dip_then_flame(frames=30)), dtype=bool)
 """No pose is known in five of the thirty frames in the flame."""
 POSES_LOST_IN_FLAME[15:20] = False
 
@@ -49,10 +49,10 @@ POSES_LOST_IN_FLAME[15:20] = False
 @pytest.mark.parametrize(
     ("points", "valid", "visits"),
     [
-        (dip_then_flame(19), None, [("NaCl", "", 19 * STEP_S)]),
-        (dip_then_flame(30, before=AWAY), None, [("", "", 30 * STEP_S)]),
-        (dip_then_flame(1), None, []),
-        (dip_then_flame(30), POSES_LOST_IN_FLAME, [("NaCl", "yellow", 30 * STEP_S)]),
+        (dip_then_flame(frames=19), None, [("NaCl", "", 19 * STEP_S)]),
+        (dip_then_flame(frames=30, before=AWAY), None, [("", "", 30 * STEP_S)]),
+        (dip_then_flame(frames=1), None, []),
+        (dip_then_flame(frames=30), POSES_LOST_IN_FLAME, [("NaCl", "yellow", 30 * STEP_S)]),
     ],
     ids=["shorter than 1 s", "clean wire", "one frame is noise", "a loss of poses ends no visit"],
 )

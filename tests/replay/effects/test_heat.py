@@ -129,7 +129,7 @@ def mixed(bodies, degrees=TILT, **more):
 
 def test_acid_into_water_gives_off_the_heat_of_the_table():
     """NBS Circular 500: 67.03, 72.3 and 73.34 kJ/mol in 10, 25 and 50 mol of water, 15.73 in a half."""
-    effects = mixed((acid("a", 60.0), glass("b", 60.0)))
+    effects = mixed((acid("a", volume=60.0), glass("b", 60.0)))
     moved = effects["pour"].events[0].values["volume_ml"]
     h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * water_molar({})
     # Up to a half mol of water the heat is that of H2SO4 and 1.8 mol of water, n / (n + 1.8).
@@ -145,7 +145,7 @@ def test_acid_into_water_gives_off_the_heat_of_the_table():
 
 
 def test_water_into_acid_is_the_wrong_order():
-    effects = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=400.0)
+    effects = mixed((glass("a", 60.0), acid("b", volume=60.0)), boils_c=400.0)
     (event,) = effects["heat"].output.events_named("wrong-order")
     assert event.level == "error" and event.bodies == ("a", "b")
     assert event.time == pytest.approx(0.01)
@@ -155,7 +155,7 @@ def test_water_into_acid_is_the_wrong_order():
 
 def test_a_boiling_liquid_gets_no_hotter():
     assert heat_of_flame(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
-    hot = mixed((glass("a", 60.0), acid("b", 60.0)), [0.0, *([60.0] * 12)])["heat"]
+    hot = mixed((glass("a", 60.0), acid("b", volume=60.0)), [0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.events_named("boil")[0].text
 
 

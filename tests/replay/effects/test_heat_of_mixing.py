@@ -49,8 +49,8 @@ def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
 def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
     """First in order: 0.5 M into 1 M; a vessel of 30 J/K at 30 degC and a liquid of 10 degC that comes."""
     bodies = (
-        vessel("a", 20.0, "HCl", 0.5, temperature_c=10.0),
-        vessel("b", 20.0, "NaOH", 1.0, temperature_c=30.0, heat_capacity_j_per_k=30.0),
+        vessel("a", volume=20.0, solute="HCl", molar=0.5, temperature_c=10.0),
+        vessel("b", volume=20.0, solute="NaOH", molar=1.0, temperature_c=30.0, heat_capacity_j_per_k=30.0),
     )
     celsius = (MIX, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
     effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, *celsius)
@@ -63,7 +63,10 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
 
 
 def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
-    bodies = (vessel("a", 60.0, "", 0.0), vessel("b", 50.0, "", 0.0, temperature_c=80.0))
+    bodies = (
+        vessel("a", volume=60.0, solute="", molar=0.0),
+        vessel("b", volume=50.0, solute="", molar=0.0, temperature_c=80.0),
+    )
     heat = ("heat", {**HEAT, "loss_w_per_k": 100.0})
     effects = effects_of_pouring([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
     series = effects["heat"].series["b/temperature"]
@@ -74,7 +77,10 @@ def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
 
 def test_a_vessel_that_drifts_to_the_room_is_no_result():
     """Hot water cools in its glass, and warms what it is poured into: the second is what is reported."""
-    bodies = (vessel("a", 60.0, "", 0.0, temperature_c=60.0), vessel("b", 50.0, "", 0.0))
+    bodies = (
+        vessel("a", volume=60.0, solute="", molar=0.0, temperature_c=60.0),
+        vessel("b", volume=50.0, solute="", molar=0.0),
+    )
     heat = ("heat", {**HEAT, "loss_w_per_k": 10.0})
     effects = effects_of_pouring([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
     assert {event.bodies for event in effects["heat"].events if event.name in ("warmest", "coldest")} == {("b",)}
@@ -83,7 +89,7 @@ def test_a_vessel_that_drifts_to_the_room_is_no_result():
 def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     """2 g of calcium chloride's hydrate cool 25 mL or so by 1.4 K; the first drops on it are not what is told."""
     solid = {"solid": {"formula": "CaCl2.6H2O", "mass_g": 2.0}}
-    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=solid))
     effects = effects_of_pouring([0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT))
     (coldest,) = effects["heat"].output.events_named("coldest")
     last = effects["heat"].series["b/temperature"].values[-1]
@@ -94,7 +100,7 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
 def test_solution_that_freezes_states_its_coldest_temperature():
     """40 g of ammonium nitrate take 12.8 kJ, enough to cool 60 mL of water at 5 degC by 50 K."""
     solid = {"solid": {"formula": "NH4NO3", "mass_g": 40.0}}
-    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=solid))
     effects = effects_of_pouring([0.0, *([120.0] * 10)], bodies, MIX, ("heat", {**HEAT, "ambient_c": 5.0}))
     (event,) = effects["heat"].output.events_named("freeze")
     coldest = effects["heat"].series["b/temperature"].values.min()
@@ -110,7 +116,7 @@ def test_solution_that_freezes_states_its_coldest_temperature():
 )  # fmt: skip
 def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, declared, ions):
     powder = {"solid": {"formula": formula, "mass_g": mass_g}}
-    bodies = (vessel("a", 30.0, "", 0.0), glass("b", 0.0, properties=powder))
+    bodies = (vessel("a", volume=30.0, solute="", molar=0.0), glass("b", 0.0, properties=powder))
     products = {"Na2S2O3": "2 Na+ + S2O3^2-", "CO(NH2)2": "CO(NH2)2(aq)", "LiCl": "Li+ + Cl-", "NaNO3": "Na+ + NO3-"}
     equation = [("reaction", {"equation": f"{formula}(s) -> {products[formula]}", **declared})] if declared else []
     effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
@@ -129,7 +135,7 @@ def test_a_warm_titration_goes_by_drops():
 
 def test_a_hot_dry_solid_does_not_boil():
     solid = {"solid": {"formula": "KNO3", "mass_g": 10.0}, "temperature_c": 250.0}
-    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=solid))
     effects = effects_of_pouring([0.0] * 20, bodies, MIX, ("heat", HEAT))
     assert not effects["heat"].output.events_named("boil")
 
@@ -137,7 +143,7 @@ def test_a_hot_dry_solid_does_not_boil():
 def test_hot_copper_warms_the_water_poured_onto_the_metal():
     """100 g of copper have 38.5 J/K by the handbook's 0.385 J/(g K)."""
     metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}
-    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=metal))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=metal))
     effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))
     moved = effects["pour"].events[0].values["volume_ml"]
     celsius = effects["heat"].series["b/temperature"].values
@@ -150,7 +156,7 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     seconds, count = 6.0, round(7.0 * hz)
     degrees = np.interp(np.arange(count) / hz, [0.0, 0.2, 0.7, 0.9], [0.0, 0.0, 120.0, 120.0])
     poses = {"a": poses_of_tilted_glass(degrees), "b": poses_at_rest(count)}
-    bodies = (vessel("a", 20.0, "HCl", 0.5), vessel("b", 20.0, "NaOH", 1.0))
+    bodies = (vessel("a", volume=20.0, solute="HCl", molar=0.5), vessel("b", volume=20.0, solute="NaOH", molar=1.0))
     tables = (MIX, ("pour", {"from": ["a"], "into": ["b"]}), ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
     heat = ("heat", {**HEAT, "loss_w_per_k": 5.0})
     series = (
@@ -180,7 +186,11 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
         "b": poses_of_tilted_glass(np.interp(times, [0.2, 3.5], [0.0, 25.0]), (0.02, 0.2, 0.0)),
         "c": poses_at_rest(len(times), (0.02, 0.0, 0.0)),
     }  # fmt: skip
-    bodies = [vessel("a", 60.0, "", 0.0, temperature_c=80.0), vessel("b", 70.0, "", 0.0), vessel("c", 0.0, "", 0.0)]
+    bodies = [
+        vessel("a", volume=60.0, solute="", molar=0.0, temperature_c=80.0),
+        vessel("b", volume=70.0, solute="", molar=0.0),
+        vessel("c", volume=0.0, solute="", molar=0.0),
+    ]
     settings = (("pour", {"from": order, "into": ["b", "c"]}), ("mixing", {"in": sorted(order)}), ("heat", HEAT))
     bodies = bodies if order[0] == "a" else bodies[::-1]
     effects = compute(session_with_effects(poses, bodies, *settings, step_ns=round(1e9 / hz))).effects
@@ -195,7 +205,7 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
 
 def test_water_comes_in_wrong_order_while_the_acid_is_strong():
     """5 mL of 18 mol/L are below 5 mol/L, which is no strong acid, from 18 mL on."""
-    bodies = (vessel("a", 60.0, "", 0.0), vessel("b", 5.0, "H2SO4", 18.0))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), vessel("b", volume=5.0, solute="H2SO4", molar=18.0))
     effects = effects_of_pouring([0.0, *([120.0] * 10)], bodies, MIX, ("heat", HEAT))
     (event,) = effects["heat"].output.events_named("wrong-order")
     volume = effects["mixing"].series["b/volume"].values

@@ -40,7 +40,7 @@ def nitre(celsius, mass_g=40.0):
 
 
 def test_a_salt_crystallises_where_its_solution_merely_cools():
-    effects = standing(4.0, nitre(70.0), NITRE, HEAT)
+    effects = standing(4.0, nitre(celsius=70.0), NITRE, HEAT)
     (event,) = effects["precipitation"].events
     celsius = effects["heat"].series["flask/temperature"].values[-1]
     # 50 mL of hot water weigh as much less as it is lighter: 0.978 g/mL at 70 degC. Source: CRC Handbook.
@@ -82,7 +82,7 @@ def test_every_fresh_precipitate_has_a_default_colour():
 @pytest.mark.parametrize("colour", ["deep blue", "light blue", "pale yellow", "blue-green", "dark red-brown", "grey"])
 def test_colours_may_have_shades_and_be_halves_of_two(colour):
     tables = (MIXING_IN_FLASK, HEAT, ("precipitation", {"solid": "KNO3", "colour": colour}))
-    assert plan_faults(session_with_effects({"flask": poses_at_rest(2)}, (nitre(20.0),), *tables).scene) == ()
+    assert plan_faults(session_with_effects({"flask": poses_at_rest(2)}, (nitre(celsius=20.0),), *tables).scene) == ()
 
 
 def test_shades_are_ordered_from_pale_to_dark():

@@ -27,8 +27,8 @@ def titration():
     poses = {"burette": poses_at_rest(COUNT, (0.0, 0.15, 0.0)), "flask": poses_at_rest(COUNT)}
     poses["tap"] = tap_rotations([0.0, *([90.0] * (COUNT - 1))])
     bodies = (
-        holding("burette", 50.0, cavity=BURETTE_COLUMN, HCl=0.5),
-        holding("flask", 1.0, Na2CO3=0.05, NaHCO3=0.05),
+        holding("burette", volume=50.0, cavity=BURETTE_COLUMN, HCl=0.5),
+        holding("flask", volume=1.0, Na2CO3=0.05, NaHCO3=0.05),
         SceneBody("tap"),
     )
     orange = {"in": "flask", "indicator": "methyl orange", "from_ph": 3.1, "to_ph": 4.4, "acid_colour": "red",
@@ -43,11 +43,15 @@ def titration():
 
 def pours():
     """Three salts fall out of what two glasses pour into one, which grows warm and pours on."""
-    poses = {"a": ramp(10, 60, 100.0), "b": poses_at_rest(COUNT), "c": ramp(70, 140, 100.0)}
+    poses = {
+        "a": ramp(first=10, last=60, degrees=100.0),
+        "b": poses_at_rest(COUNT),
+        "c": ramp(first=70, last=140, degrees=100.0),
+    }
     bodies = (
-        holding("a", 30.0, AgNO3=0.2, BaCl2=0.05),
-        holding("b", 10.0, NaCl=0.1, KI=0.1, Na2SO4=0.1),
-        holding("c", 30.0, HCl=0.3, K2SO4=0.1),
+        holding("a", volume=30.0, AgNO3=0.2, BaCl2=0.05),
+        holding("b", volume=10.0, NaCl=0.1, KI=0.1, Na2SO4=0.1),
+        holding("c", volume=30.0, HCl=0.3, K2SO4=0.1),
     )
     falls = [("AgCl", "Ag+ + Cl- -> AgCl(s)"), ("AgI", "Ag+ + I- -> AgI(s)"), ("BaSO4", "Ba2+ + SO42- -> BaSO4(s)")]
     return poses, bodies, (
@@ -60,12 +64,16 @@ def pours():
 def chain():
     """Acid goes from glass to glass to glass over zinc that dissolves slowly, all at one time."""
     lower = (0.0, -0.2, 0.0)
-    poses = {"a": ramp(10, 150, 110.0), "b": ramp(20, 200, 110.0), "c": poses_at_rest(COUNT, lower)}
+    poses = {
+        "a": ramp(first=10, last=150, degrees=110.0),
+        "b": ramp(first=20, last=200, degrees=110.0),
+        "c": poses_at_rest(COUNT, lower),
+    }
     poses["b"] = (poses["b"][0] + np.array([0.0, -0.2, 0.0]), poses["b"][1])
     bodies = (
-        holding("a", 50.0, HCl=1.0),
-        holding("b", 40.0, {"formula": "Zn", "mass_g": 0.3}, NH3=0.5),
-        holding("c", 5.0, NaOH=1.0),
+        holding("a", volume=50.0, HCl=1.0),
+        holding("b", volume=40.0, solids={"formula": "Zn", "mass_g": 0.3}, NH3=0.5),
+        holding("c", volume=5.0, NaOH=1.0),
     )
     return poses, bodies, (
         ("pour", {"from": ["b", "a"], "into": ["b", "c"]}), ("mixing", {"in": ["c", "b", "a"]}), ("heat", HEAT),

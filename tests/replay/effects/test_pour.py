@@ -50,13 +50,13 @@ def test_poured_vessel_keeps_the_volume_of_its_greatest_tilt():
     assert millilitres_kept(degrees[first - 1]) >= 60.0 > millilitres_kept(degrees[first])
     assert event.end == pytest.approx(1.2) and event.bodies == ("a", "b")
     assert event.values["seconds"] == pytest.approx(event.end - event.time)
-    assert run.series["a/volume"].values[-1] == pytest.approx(millilitres_kept(60.0), rel=1e-9)
-    assert event.values["volume_ml"] == pytest.approx(60.0 - millilitres_kept(60.0), rel=1e-9)
-    assert run.series["b/volume"].values[-1] == pytest.approx(70.0 - millilitres_kept(60.0), rel=1e-9)
+    assert run.series["a/volume"].values[-1] == pytest.approx(millilitres_kept(degrees=60.0), rel=1e-9)
+    assert event.values["volume_ml"] == pytest.approx(60.0 - millilitres_kept(degrees=60.0), rel=1e-9)
+    assert run.series["b/volume"].values[-1] == pytest.approx(70.0 - millilitres_kept(degrees=60.0), rel=1e-9)
 
 
 def test_a_full_glass_pours_from_its_first_tilt():
-    run = effects_of_pouring(np.arange(0.0, 60.0, 0.5), (glass("a", millilitres_kept(0.0)), glass("b")))["pour"]
+    run = effects_of_pouring(np.arange(0.0, 60.0, 0.5), (glass("a", millilitres_kept(degrees=0.0)), glass("b")))["pour"]
     (event,) = run.events
     assert event.time == pytest.approx(0.01) and event.end is None
 

@@ -35,4 +35,4 @@ def test_spans_do_not_touch_and_contain_their_opening_frames(text):
 def test_hysteresis_switches_on_above_and_off_below():
     """On above 0.6 (frames 2 and 8), off below 0.4 (frame 6); at 0.5 or without a value the state stays."""
     value = np.array([0.0, 0.5, 0.7, 0.5, np.nan, 0.5, 0.3, 0.5, 0.61])
-    assert hysteresis_spans(value, 0.6, 0.4) == [(2, 6), (8, 9)]
+    assert hysteresis_spans(value, on_above=0.6, off_below=0.4) == [(2, 6), (8, 9)]

@@ -41,7 +41,7 @@ def test_an_end_point_gives_the_concentration_that_was_sought(burette, flask, so
 
 
 def test_two_bases_give_no_single_concentration():
-    events = end_points({"HCl": 0.1}, {"NaOH": 0.03, "Na2CO3": 0.02}, None, "HCl + NaOH -> NaCl + H2O")
+    events = end_points({"HCl": 0.1}, {"NaOH": 0.03, "Na2CO3": 0.02}, solid=None, equation="HCl + NaOH -> NaCl + H2O")
     assert "mol_per_l" in events[0].values and "mol_per_l" not in events[-1].values
 
 

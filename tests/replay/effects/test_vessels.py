@@ -29,7 +29,9 @@ def test_an_instrument_brings_its_cavity_and_its_level(name):
 
 def test_liquid_leaves_a_tilted_cylinder_at_its_lowest_rim_point():
     """The rim is sampled by 3600 points and has a lip of 0.1 m; ``down`` is gravity in axes of the vessel."""
-    cylinder = Cylinder(1.0, 2.0, np.array([1.1, 2.05, 0.0]), np.array([0.0, 2.0, 0.0]), 1.0)
+    cylinder = Cylinder(
+        radius=1.0, height=2.0, lip=np.array([1.1, 2.05, 0.0]), opening=np.array([0.0, 2.0, 0.0]), opening_radius=1.0
+    )
     around = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
     rim = np.column_stack([np.cos(around), np.full(3600, 2.0), np.sin(around)])
     points = np.concatenate([rim, [cylinder.lip]])

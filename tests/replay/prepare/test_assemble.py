@@ -107,11 +107,20 @@ def partly_meshed(meshed, bare, positions):
     ("session", "text"),
     [
         (framed(np.zeros(0), np.zeros((0, 1))), "no frames"),
-        (partly_meshed([], 1, [0, 1]), "no body has a mesh; there are tracks of: b0; import it again with --mesh"),
-        (partly_meshed("ab", 0, [0, 0]), "a, b do not move against each other; name pairs"),
-        (partly_meshed("a", 0, [0, 1]), "no pair to replay: a is the only body"),
-        (partly_meshed("a", 1, [0, 1]), "b0 has no mesh, only a has one; import it again with --mesh BODY=FILE, or"),
-        (partly_meshed("ac", 25, [0, 0]), "a, c do not move against each other; 25 bodies have no mesh; name pairs in"),
+        (
+            partly_meshed([], bare=1, positions=[0, 1]),
+            "no body has a mesh; there are tracks of: b0; import it again with --mesh",
+        ),
+        (partly_meshed("ab", bare=0, positions=[0, 0]), "a, b do not move against each other; name pairs"),
+        (partly_meshed("a", bare=0, positions=[0, 1]), "no pair to replay: a is the only body"),
+        (
+            partly_meshed("a", bare=1, positions=[0, 1]),
+            "b0 has no mesh, only a has one; import it again with --mesh BODY=FILE, or",
+        ),
+        (
+            partly_meshed("ac", bare=25, positions=[0, 0]),
+            "a, c do not move against each other; 25 bodies have no mesh; name pairs in",
+        ),
         (cubes({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))), "leaves no pair of bodies with a mesh"),
     ],
 )

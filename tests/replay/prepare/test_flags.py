@@ -12,7 +12,7 @@ def test_flag_of_a_body_covers_children_pairs_and_gaps():
     assembly = assemble(cubes({"a": range(10), "b": [9] * 10, "c": [4] * 10}, scene=scene), start=2 * STEP_NS / 1e9)
     reported = [("frozen", "c", 4, 5), ("frozen", "b", 5, 6), ("gap", "", 5, 5), ("teleport", "a", 1, 1)]
     spans = [
-        FlagSpan(kind, body, first * STEP_NS, last * STEP_NS, 0.0, 0.0, 1, "keep")
+        FlagSpan(kind, body, first * STEP_NS, last * STEP_NS, start=0.0, end=0.0, samples=1, action="keep")
         for kind, body, first, last in reported
     ]
     result = Flags.of(spans, assembly, scene)

@@ -44,12 +44,14 @@ def test_noisy_copies_have_the_requested_size_and_correlation():
 
 def test_noisy_copy_is_independent_of_blocks_and_bodies():
     times = np.sort(np.random.default_rng(0).uniform(0, 3, 50))
-    whole = item_tracker(VIVE, 5).errors(times)["cup"]
-    pieces = item_tracker(VIVE, 5)
+    whole = item_tracker(VIVE, copies=5).errors(times)["cup"]
+    pieces = item_tracker(VIVE, copies=5)
     blocks = [pieces.errors(piece)["cup"] for piece in np.split(times, [1, 7, 30])]
-    other = NoisyCopies(BodyNoise(("jug", "cup"), (0, 1), {"jug": VIVE, "cup": VIVE}), 5, 1).errors(times)["cup"]
+    other = NoisyCopies(BodyNoise(("jug", "cup"), (0, 1), {"jug": VIVE, "cup": VIVE}), copies=5, seed=1).errors(times)[
+        "cup"
+    ]
     assert whole.tobytes() == np.concatenate(blocks).tobytes() == other.tobytes()
-    assert item_tracker(VIVE, 5, seed=2).errors(times)["cup"].tobytes() != whole.tobytes()
+    assert item_tracker(VIVE, copies=5, seed=2).errors(times)["cup"].tobytes() != whole.tobytes()
 
 
 def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
@@ -64,7 +66,7 @@ def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
     assembly = assemble(session)
     noise = noise_of(parse_noise(["1 mm, 1 deg"]), assembly, session.scene)
     assert set(noise.noise) == {"hand"} and noise.reach((0, 1), (0.1, 0.1)) == 0.0 < noise.reach((1, 2), (0.1, 0.1))
-    drawn, every = NoisyCopies(noise, 3, 0), np.ones(4, dtype=bool)
+    drawn, every = NoisyCopies(noise, copies=3, seed=0), np.ones(4, dtype=bool)
     errors = drawn.errors(assembly.motion.times)
     (rotation, position), (rotation_rod, position_rod), (_, bench) = (
         drawn.poses(assembly.motion, errors, assembly.names.index(name), every) for name in ("hand", "rod", "bench")
@@ -79,7 +81,7 @@ def test_a_child_rotates_about_its_tracker():
     """A quarter turn about Z of the tracker at 1 m on X takes what is 0.5 m beyond to 0.5 m beside."""
     rest = np.tile(np.eye(3), (1, 2, 1, 1))
     motion = SimpleNamespace(rotations=rest, translations=np.array([[[1.0, 0.0, 0.0], [1.5, 0.0, 0.0]]]))
-    copies = NoisyCopies(BodyNoise(("hand", "hand"), (0, 0), {"hand": VIVE}), 1, 0)
+    copies = NoisyCopies(BodyNoise(("hand", "hand"), (0, 0), {"hand": VIVE}), copies=1, seed=0)
     errors = {"hand": np.array([[[0.0, 0.0, 0.1, 0.0, 0.0, np.pi / 2]]])}
     rows = np.array([True])
     for body, position in ((0, [1.0, 0.0, 0.1]), (1, [1.0, 0.5, 0.1])):

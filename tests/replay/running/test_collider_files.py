@@ -378,7 +378,7 @@ def test_session_in_which_not_even_hulls_touch_is_refused(dipped):
     [
         (Limits(0.3), 0.25, "Missed contact: 25 %; with a hull a body it is 0 %."),
         (Limits(0.3), 0.0, ""),
-        (Limits(0.3, 0.5), 0.25, "Missed contact: 25 %; at most 50 % was asked for."),
+        (Limits(false=0.3, missed=0.5), 0.25, "Missed contact: 25 %; at most 50 % was asked for."),
     ],
 )
 def test_remarks_state_missed_contact_that_changed_or_was_limited(unity_fix, limits, missed, sentence):

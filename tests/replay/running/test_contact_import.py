@@ -147,7 +147,7 @@ def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
     ],
 )
 def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
-    stamps, begins, ends = taps(7)
+    stamps, begins, ends = taps(seed=7)
     reports = engine_reports(begins, ends, hertz=50.0, delay=delay)
     session = unity_log(tmp_path / "log.csv", stamps, begins, ends, reports)
     unity = recorded_figures(session)

@@ -234,7 +234,7 @@ def facts_of_document(folder, labels):
 
 def facts_of_tradeoff(result):
     """Cell -> text, of the detectors of a run as a tradeoff counts them; its times are its own."""
-    scoring = Scoring(result.assembly, parse_detector(result.oracle), 0, 2e-6, result.session)
+    scoring = Scoring(result.assembly, parse_detector(result.oracle), seed=0, tau=2e-6, session=result.session)
     facts = {}
     for rank in result.ranking[:-1]:
         if result.document.detectors[rank.label].name == RECORDED_DETECTOR:

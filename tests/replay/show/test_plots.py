@@ -58,7 +58,7 @@ def test_lane_draws_intervals_in_its_window_and_lines_for_short():
 
 def test_long_label_of_an_interval_plot_is_wrapped_unshortened():
     names = ["ease of use with unintended contacts per minute: exact" * 2, "short"]
-    rows = [IntervalRow(name, 0.5, 0.0, 1.0, "+0.50, n = 24") for name in names]
+    rows = [IntervalRow(name, value=0.5, lower=0.0, upper=1.0, label="+0.50, n = 24") for name in names]
     plot = interval_plot(rows, "Results.", "coefficient", title="By detector")
     assert plot.title == "By detector"
     lines = [[label for label in plot.labels if label.dot == number] for number in range(2)]

@@ -58,7 +58,7 @@ def test_quantiles_and_budget_fraction_are_over_samples(result_of_two_contacts):
     assert figures.samples == 3 and figures.over_budget == pytest.approx(2 / 3)
     assert [figures.median, figures.max] == pytest.approx([0.012, 0.022])
     assert figures.stages["volumes"].max == 0.02
-    every = sample_times(slow, None)
+    every = sample_times(slow, rate_hz=None)
     assert every.samples == 12 and every.median == pytest.approx(0.002)
     was = result_of_two_contacts.document.detectors["slow"]
     reported = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))

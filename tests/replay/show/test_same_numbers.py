@@ -146,7 +146,13 @@ def test_recording_rate_is_the_same_in_fix_and_report(screens):
 @pytest.mark.parametrize("state", ["several", pytest.param("nine pairs", marks=pytest.mark.slow)])
 def test_tradeoff_and_ranking_have_the_same_counts(state):
     result = RUN_OF_STATE[state]()
-    scoring = Scoring(result.assembly, replay.detection.detector_spec.parse_detector("exact"), 0, 2e-6, result.session)
+    scoring = Scoring(
+        result.assembly,
+        replay.detection.detector_spec.parse_detector("exact"),
+        seed=0,
+        tau=2e-6,
+        session=result.session,
+    )
     assert len(result.ranking) > 1  # the last is the reference
     for rank in result.ranking[:-1]:
         (setting,) = settings_of(f"{rank.label}={rank.setting}")

@@ -17,7 +17,7 @@ from sessions.geometry.profile import (
 
 
 def test_root_is_exact_to_the_last_bits():
-    assert solve_rising(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
+    assert solve_rising(lambda x: x * x - 2.0, lower=0.0, upper=2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
 
 
 def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
@@ -35,7 +35,7 @@ def test_rounded_corner_is_a_tangent_quarter_circle():
     first, arc, last = rounded_strokes([(1.0, 1.0), (2.0, 1.0, 0.5), (2.0, 4.0)])
     assert (first.end, arc.centre, last.start) == (pytest.approx((1.5, 1.0)), (1.5, 1.5), pytest.approx((2.0, 1.5)))
     assert arc.weight == pytest.approx(0.25 * np.pi) and arc.finish == pytest.approx(0.0, abs=1e-15)
-    assert Arc((0.0, 0.0), 2.0, 1.0, 3.0).weight == pytest.approx(4.0)
+    assert Arc((0.0, 0.0), radius=2.0, begin=1.0, finish=3.0).weight == pytest.approx(4.0)
 
 
 seeds = st.integers(0, 2**32 - 1)
@@ -59,7 +59,7 @@ def test_products_rotations_and_inverses_agree_with_scipy(seed):
 
 @given(seeds)
 def test_matrices_and_vectors_give_their_rotation(seed):
-    rotation = some(seed, 1)[0]
+    rotation = some(seed, count=1)[0]
     from_matrix = rotations.quaternion_from_matrix(rotation.as_matrix())
     np.testing.assert_allclose(Rotation.from_quat(from_matrix).as_matrix(), rotation.as_matrix(), atol=1e-13)
     assert from_matrix[3] >= 0.0

@@ -29,7 +29,7 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     angles = (20.0, -75.0, 140.0)
     data = {
         "cup": {
-            "poses": [pose_row(1000.5, angles), pose_row(1011.6)],
+            "poses": [pose_row(stamp=1000.5, angles=angles), pose_row(stamp=1011.6)],
             "events": [{"name": "buttondown", "detail": {"id": 1}, "timestamp": 1005}],
         }
     }
@@ -51,28 +51,28 @@ def button_row(stamp, button, name="buttondown"):
 
 def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
     happened = [
-        button_row(5, 1),
-        button_row(6, 2),
-        button_row(6, 1, "buttonup"),
-        button_row(7, 2, "buttonup"),
-        button_row(8, 99),
-        {**button_row(8, 9), "detail": 3},
+        button_row(stamp=5, button=1),
+        button_row(stamp=6, button=2),
+        button_row(stamp=6, button=1, name="buttonup"),
+        button_row(stamp=7, button=2, name="buttonup"),
+        button_row(stamp=8, button=99),
+        {**button_row(stamp=8, button=9), "detail": 3},
     ]
     wand = {
-        "poses": [pose_row(1), pose_row(9)],
+        "poses": [pose_row(stamp=1), pose_row(stamp=9)],
         "events": happened,
         "gamepad": {"id": "OpenVR Gamepad", "hand": "right"},
     }
-    session = import_session("aframe", take_file(tmp_path, {"leftWheel": wand, "lamp": {"poses": [pose_row(1)]}}))
+    session = import_session("aframe", take_file(tmp_path, {"leftWheel": wand, "lamp": {"poses": [pose_row(stamp=1)]}}))
     assert list(session.hands) == ["student/left"]
     hand = session.hands["student/left"]
     assert (hand.times_ns.tolist(), hand.trigger.tolist()) == ([5_000_000, 6_000_000], [1.0, 0.0])
 
 
 def test_a_pose_without_a_number_is_lost(tmp_path):
-    broken = pose_row(3)
+    broken = pose_row(stamp=3)
     del broken["position"]["y"]
-    session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": [pose_row(1), broken]}}))
+    session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": [pose_row(stamp=1), broken]}}))
     assert session.tracks["cup"].valid.tolist() == [True, False]
 
 
@@ -86,19 +86,23 @@ def test_a_pose_without_a_number_is_lost(tmp_path):
     ids=["two devices", "two recordings", "two lists"],
 )
 def test_duplicate_key_in_an_aframe_recording_is_refused(tmp_path, text, name):
-    path = take_file(tmp_path, text % (json.dumps(pose_row(1)), json.dumps(pose_row(2))))
+    path = take_file(tmp_path, text % (json.dumps(pose_row(stamp=1)), json.dumps(pose_row(stamp=2))))
     assert_import_refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
 
 
 def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
     def wand(*presses):
         return {
-            "poses": [pose_row(1)],
+            "poses": [pose_row(stamp=1)],
             "events": [button_row(*item) for item in presses],
             "gamepad": {"id": "OpenVR Gamepad"},
         }
 
-    data = {"leftHand": wand((2, 1)), "left wheel": wand((3, 1), (3, 1, "buttonup")), "right": {"posez": [pose_row(1)]}}
+    data = {
+        "leftHand": wand((2, 1)),
+        "left wheel": wand((3, 1), (3, 1, "buttonup")),
+        "right": {"posez": [pose_row(stamp=1)]},
+    }
     session = import_session("aframe", take_file(tmp_path, data))
     assert list(session.hands) == ["student/left", "student/left (2)"]
     assert session.hands["student/left (2)"].trigger.tolist() == [0.0]
@@ -107,7 +111,7 @@ def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
 
 
 def test_rotation_of_four_numbers_is_refused(tmp_path):
-    rotated = {**pose_row(1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
+    rotated = {**pose_row(stamp=1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
     assert_import_refused(
         "aframe",
         take_file(tmp_path, {"cup": {"poses": [rotated]}}),

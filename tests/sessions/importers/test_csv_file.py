@@ -134,7 +134,7 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(write_csv, tmp_path):
     """The glTF exporter flips X, the poses flip Z; both reverse the winding."""
     inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
     rotation, position = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
-    path = write_csv(HEADER, pose_line(0.0, "tool", (*position, *rotation.as_quat())))
+    path = write_csv(HEADER, pose_line(time=0.0, body="tool", numbers=(*position, *rotation.as_quat())))
     gltf = MeshData(inside_unity * [-1, 1, 1], [[0, 2, 1]])
     (tmp_path / "tool.glb").write_bytes(mesh_to_glb(gltf, "tool"))
     scene = parse_scene(
@@ -151,7 +151,7 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(write_csv, tmp_path):
 
 
 def test_a_column_of_numbers_taken_for_names_is_refused(write_csv):
-    path = write_csv(HEADER, *(pose_line(0.0, f"{k}") for k in range(1001)))
+    path = write_csv(HEADER, *(pose_line(time=0.0, body=f"{k}") for k in range(1001)))
     assert_import_refused("csv", path, r"column 'body' names 1,001 bodies; is it the column of names\?")
 
 
@@ -238,12 +238,12 @@ def test_non_pose_rows_become_triggers_events_or_unknown_kinds(write_csv):
         "csv",
         write_csv(
             HEADER,
-            pose_line(0),
+            pose_line(time=0),
             *(event_line("trigger", k, "LeftWheel", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
-            event_line("event", 2, "", "act", "pouring"),
-            event_line("event", 1, "Beaker", "", '"a, b"'),
-            event_line("event", 3, "Beaker", "", "fell, hard"),  # a cell too many
-            *(event_line(kind, 1, "x") for kind in "aabcdefg"),
+            event_line("event", time=2, body="", other="act", value="pouring"),
+            event_line("event", time=1, body="Beaker", other="", value='"a, b"'),
+            event_line("event", time=3, body="Beaker", other="", value="fell, hard"),  # a cell too many
+            *(event_line(kind, time=1, body="x") for kind in "aabcdefg"),
         ),
     )
     assert session.hands["student/left"].trigger.tolist() == [0.25, 0.0, 1.0, 0.0, 1.0]

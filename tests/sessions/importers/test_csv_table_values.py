@@ -36,7 +36,7 @@ def test_flags_survive_arrow(flags):
 def test_texts_survive_arrow(texts):
     assert text_array(texts).to_pylist() == texts
     assert [text_scalar(text).as_py() for text in texts] == texts
-    assert text_scalar(None).as_py() is None
+    assert text_scalar(text=None).as_py() is None
 
 
 @pytest.mark.parametrize("chunks", [[[]], [[1.5, None], [], [None, -2.0]], [[0.0] * 9]])

@@ -127,7 +127,7 @@ def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
 
 def test_body_recorded_only_after_midnight_is_in_the_next_day(tmp_path):
     rows = [csv_row(time_of_day(step), "cup", pose(step)) for step in range(COUNT)]
-    rows += [csv_row(time_of_day(step), "rod", pose(step, 1)) for step in range(COUNT - 10, COUNT)]
+    rows += [csv_row(time_of_day(step), "rod", pose(step, body=1)) for step in range(COUNT - 10, COUNT)]
     tracks = import_csv(tmp_path, f"time,name,{POSE}", *rows).tracks
     assert tracks["rod"].times_ns[-1] == tracks["cup"].times_ns[-1]
 
@@ -179,14 +179,16 @@ def test_draft_asks_which_of_two_poses_is_meant(tmp_path):
 )
 def test_numbers_behind_axes_are_bodies(tmp_path, second, bodies):
     head = csv_row("time", *(second.replace("{}", body) for body in bodies))
-    session = import_csv(tmp_path, head, *(csv_row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
+    session = import_csv(tmp_path, head, *(csv_row(SECONDS[k], pose(k), pose(k, body=1)) for k in range(COUNT)))
     assert session.names == bodies
     assert np.allclose(session.tracks["2"].positions - session.tracks["1"].positions, [1, 1, 0])
 
 
 def test_columns_named_twice_by_pandas_are_a_second_body(tmp_path):
     twice = csv_row(POSE, csv_row(*(f"{column}.1" for column in POSE.split(","))))
-    session = import_csv(tmp_path, f"time,{twice}", *(csv_row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
+    session = import_csv(
+        tmp_path, f"time,{twice}", *(csv_row(SECONDS[k], pose(k), pose(k, body=1)) for k in range(COUNT))
+    )
     assert session.names == ("log", "1")
 
 
@@ -215,14 +217,14 @@ def posed(*bodies):
 def test_tracking_flag_marks_lost_poses_of_its_body_only(tmp_path, kind):
     """The cup's flag is 1 in the first 30 rows, the rod's from row 6."""
     cup, rod = FLAGS[kind]
-    rows = [csv_row(SECONDS[k], pose(k), pose(k, 1), int(k < 30), int(k > 5)) for k in range(COUNT)]
+    rows = [csv_row(SECONDS[k], pose(k), pose(k, body=1), int(k < 30), int(k > 5)) for k in range(COUNT)]
     tracks = import_csv(tmp_path, csv_row("time", posed("cup", "rod"), cup, rod), *rows).tracks
     assert np.flatnonzero(~tracks["cup"].valid).tolist() == [*range(30, COUNT)]
     assert np.flatnonzero(~tracks["rod"].valid).tolist() == [*range(6)]
 
 
 def test_flag_without_a_name_is_that_of_every_body(tmp_path):
-    rows = [csv_row(SECONDS[k], pose(k), pose(k, 1), int(k < 30)) for k in range(COUNT)]
+    rows = [csv_row(SECONDS[k], pose(k), pose(k, body=1), int(k < 30)) for k in range(COUNT)]
     tracks = import_csv(tmp_path, csv_row("time", posed("cup", "rod"), "tracked"), *rows).tracks
     assert all(np.flatnonzero(~track.valid).tolist() == [*range(30, COUNT)] for track in tracks.values())
 

@@ -68,7 +68,7 @@ def test_only_losses_above_1_percent_are_findings(tmp_path, short, warns):
 
 def test_repeated_sample_is_merged_and_conflicting_sample_dropped(tmp_path):
     rows = [row(0.1 * k) for k in range(50)]
-    other = row(0.3).replace("0.300,0,0", "0.700,0,0")
+    other = row(time=0.3).replace("0.300,0,0", "0.700,0,0")
     session = import_session("csv", log(tmp_path, [*rows[:4], rows[3], other, *rows[4:]]))
     assert np.allclose(session.tracks["cup"].positions[:, 0], 0.1 * np.arange(50))
     assert books(session).split("; ") == [

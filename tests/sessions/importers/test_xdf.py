@@ -247,7 +247,7 @@ def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
 
 def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace("Controllers", "Mocap"))
-    pieces = [*chunks_of_cup(1, 0, COUNT), *chunks_of_cup(2, 0, COUNT, shift=0.004)]
+    pieces = [*chunks_of_cup(number=1, first=0, last=COUNT), *chunks_of_cup(number=2, first=0, last=COUNT, shift=0.004)]
     with pytest.raises(ImportFileError, match="2 streams are called 'Mocap' and differ in channels or overlap in time"):
         import_session("xdf", xdf_file(tmp_path, *pieces), mapping=tmp_path / "map.toml")
 

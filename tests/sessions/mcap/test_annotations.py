@@ -18,13 +18,14 @@ def test_any_intervals_come_back_in_order(given_spans):
 
 
 def test_open_interval_is_closed_by_its_successor_only():
-    first, other = Interval(5, 9, "task", "pour"), Interval(5, 7, "task", "stir")
+    first = Interval(start_ns=5, end_ns=9, kind="task", name="pour")
+    other = Interval(start_ns=5, end_ns=7, kind="task", name="stir")
     messages = [(first, False), (other, False), (first, True), (first, False)]
     result = a.read_intervals([a.interval_message(span, closed=closed)[2] for span, closed in messages], 20)
     assert result == (
         first,
-        Interval(5, 20, "task", "stir", {"unclosed": "true"}),
-        Interval(5, 20, "task", "pour", {"unclosed": "true"}),
+        Interval(start_ns=5, end_ns=20, kind="task", name="stir", data={"unclosed": "true"}),
+        Interval(start_ns=5, end_ns=20, kind="task", name="pour", data={"unclosed": "true"}),
     )
 
 

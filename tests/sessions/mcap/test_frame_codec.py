@@ -26,18 +26,20 @@ from sessions.model.session import Frames, Status
 def frame_messages(*records):
     """Messages of frames as a reader finds them in a file."""
     return messages_of_region(
-        b"".join(map(packed, records)), Region(RecordSpan(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None)
+        b"".join(map(packed, records)),
+        Region(RecordSpan(Opcode.MESSAGE, start=0, end=0), size=0, channels=None),
+        Catalogue(path=None),
     )
 
 
 def encoded(frames):
-    return list(FrameEncoder(1, 2).encode(frames))
+    return list(FrameEncoder(tf_channel=1, tracking_channel=2).encode(frames))
 
 
 def decoder(names=None, **more):
     catalogue = Catalogue(Path("file"))
     for number, topic in ((1, "/tf"), (2, "/tracking")):
-        catalogue.channels[number] = ChannelInfo(Channel(number, topic, "protobuf", {}, 0), None)
+        catalogue.channels[number] = ChannelInfo(Channel(number, topic, "protobuf", {}, 0), schema=None)
     return FrameDecoder(catalogue, names, **more)
 
 

@@ -25,7 +25,7 @@ def unpacked_chunk(given, compression, size=None, crc=None, before=0):
     builder = RecordBuilder()
     Chunk(compression, given, 0, 0, crc, size).write(builder)
     record = builder.end()
-    region = Region(RecordSpan(Opcode.CHUNK, 0, len(record)), size, None)
+    region = Region(RecordSpan(Opcode.CHUNK, 0, len(record)), size, channels=None)
     return read_region(io.BytesIO(record), region, Catalogue("file", messages=before))
 
 
@@ -36,7 +36,7 @@ def test_messages_are_listed_with_their_stamps_and_payloads(compression):
     assert (table.channel.tolist(), table.sequence.tolist()) == ([1, 2], [7, 8])
     assert (table.log_ns.tolist(), table.publish_ns.tolist()) == ([3, 5], [4, 6])
     assert table.of_channels({2, 9}).tolist() == [1]
-    assert unpacked_chunk(b"", "", 0, 0).channel.tolist() == []
+    assert unpacked_chunk(b"", "", size=0, crc=0).channel.tolist() == []
 
 
 def test_small_tables_are_joined_without_reading_beyond_the_end(monkeypatch):
@@ -65,7 +65,7 @@ def test_a_decompression_bomb_is_refused_without_being_unpacked():
     with pytest.raises(SessionFileError, match="damaged"):
         unpacked_chunk(hidden, "zstd")
     with pytest.raises(SessionFileError, match="declares 58 bytes and holds 59"):
-        unpacked_chunk(lz4.frame.compress(bytes(100 << 20), store_size=False), "lz4", 58)
+        unpacked_chunk(lz4.frame.compress(bytes(100 << 20), store_size=False), "lz4", size=58)
 
 
 def test_bad_checksum_compression_or_length_is_damage():
@@ -76,10 +76,10 @@ def test_bad_checksum_compression_or_length_is_damage():
     short = b"\x05" + (3).to_bytes(8, "little") + bytes(3)
     for data in (DATA[:-1], DATA + b"\x05", short):
         with pytest.raises(SessionFileError, match="impossible length"):
-            unpacked_chunk(data, "", len(data), 0)
+            unpacked_chunk(data, "", len(data), crc=0)
     late = MESSAGE_HEADER.pack(5, 22, 1, 0, 2**63, 0)
     with pytest.raises(SessionFileError, match="2262"):
-        unpacked_chunk(late, "", len(late), 0)
+        unpacked_chunk(late, "", len(late), crc=0)
 
 
 def test_total_messages_are_limited_by_file_size():

@@ -42,9 +42,13 @@ def full_session():
         meshes={"body 0": tetrahedron(), "a/b": tetrahedron(1 / 3)},
         scene=Scene(),
         events=(Event(7, "start"), Event(9, "drop: it", "the glass: fell", "body 0", "warning"), Event(9, "a", "a")),
-        intervals=(Interval(1, 5, "task", "pour", {"volume": "2", "by": "anna"}), Interval(1, 9, "stage", "one")),
+        intervals=(
+            Interval(start_ns=1, end_ns=5, kind="task", name="pour", data={"volume": "2", "by": "anna"}),
+            Interval(start_ns=1, end_ns=9, kind="stage", name="one"),
+        ),
         facts={"vr_type": "immersive", "source_units": "m"},
-        hands={"anna/left": HandTrack([1, 2, 9], [0.1, 0.2, 1.0], None, ("a", "menu"), [[0, 1], [1, 1], [0, 0]])},
+        hands={"anna/left": HandTrack(
+            [1, 2, 9], [0.1, 0.2, 1.0], grip=None, buttons=("a", "menu"), pressed=[[0, 1], [1, 1], [0, 0]])},
         live_contacts=(LiveContact(3, "body 0", "body 1", "enter", (0.5, -0.25, 1e-300)), LiveContact(4, "x", "y", "exit")),  # noqa: E501
         fast_tracks={"body 1": Track(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 4)), times % 3_000_000 > 0)},  # noqa: E501
         gaze={"anna": GazeTrack(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 3)), times % 2 > 0, ["", "cup"] * 200)},  # noqa: E501

@@ -238,7 +238,10 @@ def with_version(version, length=0):
 
 @pytest.mark.parametrize(
     ("data", "message"),
-    [(with_version(1), "it is glTF 1.0; export it as glTF 2.0"), (with_version(2, length=1), "cut short")],
+    [
+        (with_version(version=1), "it is glTF 1.0; export it as glTF 2.0"),
+        (with_version(version=2, length=1), "cut short"),
+    ],
 )
 def test_another_version_and_a_cut_file_are_named(data, message):
     with pytest.raises(MeshFileError, match=message):

@@ -48,7 +48,7 @@ def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
 )
 def test_unit_that_a_mesh_file_states_wins_over_size(tmp_path, name, head, scale):
     (tmp_path / name).write_text(head)
-    assert unit_of_file(ball(8.0), tmp_path / name, "cup")[0] == scale
+    assert unit_of_file(ball(size=8.0), tmp_path / name, "cup")[0] == scale
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):

@@ -78,7 +78,7 @@ def chain(path, count):
 
 
 def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
-    path = chain(tmp_path / "chain.urdf", 40)
+    path = chain(tmp_path / "chain.urdf", count=40)
     scene, model = read_scene_source(path), yourdfpy.URDF.load(str(path), load_meshes=False)
     assert len(scene.bodies) == 40
     for name, body in scene.bodies.items():
@@ -90,7 +90,7 @@ def test_long_chain_asks_the_library_for_neighbours_alone(tmp_path, monkeypatch)
     asked = []
     own = yourdfpy.URDF.get_transform
     monkeypatch.setattr(yourdfpy.URDF, "get_transform", lambda *given: asked.append(given[1:]) or own(*given))
-    read_scene_source(chain(tmp_path / "chain.urdf", 400))
+    read_scene_source(chain(tmp_path / "chain.urdf", count=400))
     assert len(asked) == 400 and sum(len(names) == 1 for names in asked) == 1
 
 

@@ -10,8 +10,8 @@ from sessions.synthetic.motion_profiles import Polyline, Swing, passes
 SECONDS = 7.0
 TIMES = np.linspace(0.0, SECONDS, 20_001)
 COURSES = {
-    "swing": Swing(0.2, 1.0, 1.3, 0.4),
-    "slow swing": Swing(0.0, 1.0, 30.0, 2.0),
+    "swing": Swing(middle=0.2, amplitude=1.0, period=1.3, start=0.4),
+    "slow swing": Swing(middle=0.0, amplitude=1.0, period=30.0, start=2.0),
     "polyline": Polyline((0.5, 1.0, 1.5, 3.0, 4.0, 4.5), (0.3, -1.2, -1.2, 1.1, 0.0, 0.9)),
     "passes": passes([0.5, 3.0, 1.0], [0.2, 0.3, 0.1], 1.0),
 }

@@ -15,12 +15,12 @@ from sessions.synthetic.truth import (
 )
 
 TOUCH = PlantedEpisode(("a", "b"), "contact", (1.0, 2.0), (1.1, 1.9), (0.9, 2.1), "a touch")
-NEAR = PlantedEpisode(("a", "b"), "contact", None, None, (5.0, 5.5))
-POUR = Fact("pour", 3.0, 4.0, ("a",), {"volume_ml": 0.1 + 0.2, "into": "b"})
+NEAR = PlantedEpisode(("a", "b"), "contact", nominal=None, surely=None, possibly=(5.0, 5.5))
+POUR = Fact("pour", start=3.0, end=4.0, bodies=("a",), values={"volume_ml": 0.1 + 0.2, "into": "b"})
 
 
 def truth(*facts):
-    return Truth("made up", 7, 10**18, 6.0, "off", (TOUCH, NEAR), facts)
+    return Truth("made up", seed=7, start_ns=10**18, seconds=6.0, noise="off", episodes=(TOUCH, NEAR), facts=facts)
 
 
 def test_truth_file_is_json_with_the_planted_facts(tmp_path):
@@ -35,9 +35,9 @@ def test_expected_knows_sure_open_and_clear_frames():
     stamps = 10**18 + np.array([0.5, 1.0, 1.5, 2.05, 3.0, 5.2]) * 1e9
     answer = truth().expected("b", "a", stamps.astype(np.int64)).tolist()
     assert answer == [CLEAR, OPEN, PRESENT, OPEN, CLEAR, OPEN]
-    lost = truth(Fact("loss", 1.2, 1.7, ("a",))).expected("a", "b", stamps.astype(np.int64)).tolist()
+    lost = truth(Fact("loss", start=1.2, end=1.7, bodies=("a",))).expected("a", "b", stamps.astype(np.int64)).tolist()
     assert lost == [CLEAR, OPEN, OPEN, OPEN, CLEAR, OPEN]
-    others = truth(POUR, Fact("loss", 0.0, 6.0, ("c",)))
+    others = truth(POUR, Fact("loss", start=0.0, end=6.0, bodies=("c",)))
     assert others.expected("a", "b", stamps.astype(np.int64)).tolist() == answer
     assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
 
@@ -49,9 +49,13 @@ def separate(height):
 
 def test_episode_length_is_bounded_by_noise_and_tessellation():
     for kind, near, deep in (("contact", 0.125, 0.375), ("contained", 0.375, 0.125)):
-        result, passing = levelled_episodes(("a", "b"), kind, separate, 0.125, 0.25, (0.5, 8.5))
+        result, passing = levelled_episodes(
+            ("a", "b"), kind, separate, noise=0.125, tessellation=0.25, clock=(0.5, 8.5)
+        )
         assert result.nominal == (2.5, 4.5) and result.pair == ("a", "b") and result.kind == kind
         assert result.surely == (2.5 + deep, 4.5 - deep) and result.possibly == (2.5 - near, 4.5 + near)
         assert passing.nominal is passing.surely is None and passing.possibly == (8.5 - near, 8.5)
-    (begun,) = levelled_episodes(("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], 0.125, 0.25, (0.5, 8.5))
+    (begun,) = levelled_episodes(
+        ("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], noise=0.125, tessellation=0.25, clock=(0.5, 8.5)
+    )
     assert (begun.surely, begun.nominal, begun.possibly) == ((0.0, 1.125), (0.0, 1.5), (0.0, 1.625))

@@ -22,7 +22,7 @@ def grids(scale):
 def test_integers_decide_as_sums_do_at_another_scale(faces):
     summed, by_integers = (
         create_detector("exact", bodies).detect(motion, faces=faces)
-        for bodies, motion in (grids(1.0), grids(BEYOND_SUMS))
+        for bodies, motion in (grids(scale=1.0), grids(BEYOND_SUMS))
     )
     assert summed.work["exact_tests"] > 0 == summed.work["integer_tests"]
     assert by_integers.work["integer_tests"] > 0

@@ -83,7 +83,7 @@ def test_pad_grows_with_size_to_infinity():
     near, far, skewed = random_segment(rng), random_segment(rng, size=1e6), random_segment(rng)
     skewed[0] += 1e-3
     legs, other = np.array([near, far, skewed]).T, np.array([near, near, far]).T
-    small, large, unknown = leg_pads(legs, 0.1, other, 0.1)
+    small, large, unknown = leg_pads(legs, reach_a=0.1, legs_b=other, reach_b=0.1)
     assert 1e-14 < small < 1e-11
     assert 1e4 * small < large < unknown == np.inf
     for reaches in ((1e80, 0.1), (0.1, 1e80)):

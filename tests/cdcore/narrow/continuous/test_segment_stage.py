@@ -173,4 +173,4 @@ def test_segment_search_reports_a_full_buffer():
     """The buffer has room for two pairs of nodes; a ball grazes a plate within many."""
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
     leg = straight((-1e-5, 0, 0.011), (1e-5, 0, 0.011))
-    assert searched(leg, (2e-5, 0.0, 1e-3, 1e-2), 1e-4, 10**6, room) in (TOO_CLOSE, TOO_LONG)
+    assert searched(leg, (2e-5, 0.0, 1e-3, 1e-2), tolerance=1e-4, effort=10**6, room=room) in (TOO_CLOSE, TOO_LONG)

@@ -56,7 +56,7 @@ def centre_at(sphere, rotation, move, frame, body, fraction):
 
 
 def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
-    spheres, rotation, move = scene(0, frames=60)
+    spheres, rotation, move = scene(seed=0, frames=60)
     requested = np.ones((len(rotation), 3), dtype=bool)
     requested[0] = False
     near = SweptSpheres(spheres).may_meet(rotation, move, np.ones(rotation.shape[:2], bool), PAIRS, requested)
@@ -69,7 +69,7 @@ def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
 
 
 def test_skipped_legs_are_not_near_and_invalid_poses_harmless():
-    spheres, rotation, move = scene(1)
+    spheres, rotation, move = scene(seed=1)
     valid = np.ones(rotation.shape[:2], dtype=bool)
     valid[40:50, 2] = False
     rotation[40:50, 2], move[40:50, 2] = np.nan, np.inf

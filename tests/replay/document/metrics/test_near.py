@@ -26,13 +26,13 @@ def near(gap):
 
 
 def test_two_approaches_count_twice_and_a_flicker_once():
-    assert len(near(np.minimum(approach(0.004, 1.0), approach(0.004, 3.0)))) == 2
-    assert len(near(np.minimum(approach(0.004, 2.0), approach(0.004, 2.3)))) == 1
+    assert len(near(np.minimum(approach(least=0.004, centre=1.0), approach(least=0.004, centre=3.0)))) == 2
+    assert len(near(np.minimum(approach(least=0.004, centre=2.0), approach(least=0.004, centre=2.3)))) == 1
 
 
 def test_near_miss_needs_half_a_second_without_contact():
     """The bodies are closest at 2 s: a contact at 2.5 s is within half a second, at 2.7 s or of another pair is not."""
-    result = near(approach(0.004))
+    result = near(approach(least=0.004))
     assert without_contact(result, np.array([[0, 2.5, 2.6]])) == ()
     assert without_contact(result, np.array([[0, 2.7, 2.8]])) == result
     assert without_contact(result, np.array([[1, 2.0, 2.1]])) == result
@@ -45,7 +45,11 @@ def test_near_misses_of_two_fingers_count_once_for_the_hand():
         '[[body]]\nid = "index"\n[[body]]\nid = "thumb"\n[[body]]\nid = "cup"\n'
         '[[group]]\nname = "hand"\nmembers = ["index", "thumb"]\n'
     )
-    gaps = {"index": approach(0.004, 2.0), "thumb": -approach(0.004, 2.4), "cup": np.zeros(FRAMES)}
+    gaps = {
+        "index": approach(least=0.004, centre=2.0),
+        "thumb": -approach(least=0.004, centre=2.4),
+        "cup": np.zeros(FRAMES),
+    }
     assembly = assemble(cubes(gaps, scene=scene))
     result = close_intervals(assembly, np.arange(len(assembly.pairs)))
     assert [close.pair for close in result] == [assembly.contact_columns[0]]
@@ -84,7 +88,7 @@ def test_close_is_the_distance_by_fcl_at_every_sample(rotations):
 @pytest.mark.parametrize("lost", [False, True])
 def test_a_lost_pose_is_not_close_to_anything(lost):
     positions, status = np.zeros((FRAMES, 2, 3)), np.ones((FRAMES, 2))
-    positions[:, 1, 0] = np.append(9.0, approach(0.004)[1:])
+    positions[:, 1, 0] = np.append(9.0, approach(least=0.004)[1:])
     status[150:250, 1] = not lost
     assembly = assemble(framed(np.arange(FRAMES) * 10_000_000, status, positions))
     assert (close_intervals(assembly, np.array([0])) == ()) == lost

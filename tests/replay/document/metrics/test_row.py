@@ -110,17 +110,20 @@ def test_contacts_per_minute_leave_out_contacts_of_a_grasped_body(oracle):
 @pytest.mark.parametrize(
     "pair, start, fixed, taken, expected",
     [
-        (0, 5.0, set(), (Grasp(0, 4.0, 6.0, 1),), True),  # the hand on what it holds
-        (0, 3.6, set(), (Grasp(0, 4.0, 6.0, 1),), True),  # as it reaches for it
-        (0, 3.0, set(), (Grasp(0, 4.0, 6.0, 1),), False),  # long before
-        (2, 5.0, set(), (Grasp(0, 4.0, 6.0, 1),), False),  # on another thing
-        (2, 5.0, set(), (Grasp(0, 4.0, 6.0, -1),), True),  # a grasp that failed
-        (1, 5.0, set(), (Grasp(0, 4.0, 6.0, 1),), False),  # two things against each other
+        (0, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # the hand on what it holds
+        (0, 3.6, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # as it reaches for it
+        (0, 3.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # long before
+        (2, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # on another thing
+        (2, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=-1),), True),  # a grasp that failed
+        (1, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # two things against each other
         (1, 5.0, {2}, (), True),  # a thing on what carries it
     ],
 )
 def test_contacts_that_belong_to_the_work(pair, start, fixed, taken, expected):
-    assert is_intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
+    assert (
+        is_intended(Episode(pair, first=0, last=0, start=start, end=start + 0.1), PAIRS, fixed, HANDS, taken)
+        is expected
+    )
 
 
 def test_metrics_of_effects_are_sums_or_null():

@@ -56,7 +56,7 @@ def test_salt_solubility_beside_other_ions_agrees_with_pitzer(formula, phase, ot
 def test_beyond_the_limit_the_table_is_far_from_pitzer():
     """The reason for the limit: in 3 mol/kg of HCl 3.10 mol/kg of NaCl dissolve, and the table says 4.8."""
     assert dissolved_by_pitzer("Halite", {"Cl": 3.0}) == pytest.approx(3.10, abs=0.01)
-    assert dissolved_by_table("NaCl", "HCl", 3.0) > 4.7
+    assert dissolved_by_table("NaCl", "HCl", molal=3.0) > 4.7
 
 
 @pytest.mark.parametrize(
@@ -89,14 +89,14 @@ def salted_out(molar):
 
 
 def test_a_salt_in_a_brine_is_withheld_by_name():
-    output = salted_out(12.0)
+    output = salted_out(molar=12.0)
     (event,) = output.events_named("brine")
     assert event.text.startswith("NaCl is in a brine in flask") and event.level == "warning"
     assert "flask/NaCl" not in output.series
 
 
 def test_dilute_salt_solution_is_not_reported_as_brine():
-    assert not salted_out(0.3).events_named("brine")
+    assert not salted_out(molar=0.3).events_named("brine")
 
 
 def test_gypsum_in_a_brine_is_named_in_the_warning():

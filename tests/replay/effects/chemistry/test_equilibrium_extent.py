@@ -17,7 +17,7 @@ def extent(process, most, *, celsius=25.0, holds_acid=(), **mol):
     changes = np.array([[process.changes.get(name, 0.0) for name in COLUMNS]])
     bound = np.array([dict(holds_acid).get(name, 0.0) for name in COLUMNS])
     amounts = np.array([[{"H2O": KILOGRAM_MOL, **mol}.get(name, 0.0) for name in COLUMNS]])
-    extents = EquilibriumExtents([process], changes, column, None, bound)
+    extents = EquilibriumExtents([process], changes, column, solver=None, holds_acid=bound)
     assert extents.known(0)
     return float(extents.extent(0, amounts, np.array([most]), np.array([celsius]))[0])
 
@@ -39,11 +39,11 @@ def test_isomers_stop_at_the_ratio_of_their_constant(a, b, log_k):
     "process", [Process("", ISOMER, rate=1.0, log_k=0.0), Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0)]
 )
 def test_slow_reactions_and_gases_never_run_back(process):
-    assert extent(process, 0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0
+    assert extent(process, most=0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0
 
 
 def test_complete_reaction_uses_up_its_reagent():
-    assert extent(Process("", ISOMER, log_k=12.0), 1.0, A=1.0) == 1.0
+    assert extent(Process("", ISOMER, log_k=12.0), most=1.0, A=1.0) == 1.0
 
 
 @pytest.mark.parametrize("celsius", [25.0, 60.0])
@@ -51,7 +51,7 @@ def test_constant_of_an_exothermic_equation_falls_with_temperature(celsius):
     """By van 't Hoff with -50 kJ/mol."""
     constant = np.exp(50e3 / 8.314462618 * (1.0 / (celsius + 273.15) - 1.0 / 298.15))
     process = Process("", ISOMER, joule=-50e3, log_k=0.0)
-    assert extent(process, 1.0, celsius=celsius, A=1.0) == pytest.approx(constant / (1.0 + constant), abs=1e-4)
+    assert extent(process, most=1.0, celsius=celsius, A=1.0) == pytest.approx(constant / (1.0 + constant), abs=1e-4)
 
 
 ESTER = Process(

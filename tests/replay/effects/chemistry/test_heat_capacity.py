@@ -50,13 +50,13 @@ def test_concentrated_solution_cools_by_its_own_heat_capacity(solutes, per_ml, t
 
 
 def test_dilute_solutions_keep_the_heat_of_water():
-    effect, declared = neutralised(1.0), neutralised(1.0, per_ml=4.18)
+    effect, declared = neutralised(molar=1.0), neutralised(molar=1.0, per_ml=4.18)
     assert last(effect) == pytest.approx(last(declared), abs=0.02)
     assert not effect.output.events_named("estimated")
 
 
 def test_a_strong_capacity_is_named_as_estimated_unless_declared():
-    effect, declared = neutralised(6.0), neutralised(6.0, per_ml=4.0)
+    effect, declared = neutralised(molar=6.0), neutralised(molar=6.0, per_ml=4.0)
     events = effect.output.events_named("estimated")
     assert {event.bodies for event in events} == {("a",), ("b",)}
     assert all("may be off by a tenth" in event.text for event in events)

@@ -62,7 +62,7 @@ def joule_of(solution, declared=()):
     for formula, moles in solution.items():
         for name, many in dissolved_components(formula).items():
             amounts[0, column[name]] += many * moles
-    content = HeatContent(column, None, declared)
+    content = HeatContent(column, mixture=None, declared=declared)
     moles = content.moles(amounts, np.zeros((1, 0)), column["H+"])
     return float(content.joule(moles, np.ones(1))[0])
 
@@ -130,7 +130,7 @@ CAPACITIES = [
 @pytest.mark.parametrize(("formula", "molal", "joule_k"), CAPACITIES)
 def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
     column = {name: place for place, name in enumerate(("H+", "H2O", f"{formula}(s)", *ENERGY_COLUMNS))}
-    heats = Heats(column, None, (), Warmth(4.18, {}, {}, 0.0, 80.0))
+    heats = Heats(column, mixture=None, salts=(), warmth=Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=80.0))
     amounts = np.zeros(len(column))
     amounts[column["H2O"]] = 1.0 / 0.0180153
     amounts[column[HEAT_CAPACITY_COLUMN]] = molal * solid_j_per_mol_k(formula)
@@ -163,7 +163,12 @@ def test_solid_that_does_not_dissolve_is_warmed():
 
 
 def test_heat_content_is_not_computed_unless_requested():
-    assert Heats({"H+": 0, "H2O": 1, **dict.fromkeys(ENERGY_COLUMNS, 2)}, None, (), UNFOLLOWED_WARMTH).content is None
+    assert (
+        Heats(
+            {"H+": 0, "H2O": 1, **dict.fromkeys(ENERGY_COLUMNS, 2)}, mixture=None, salts=(), warmth=UNFOLLOWED_WARMTH
+        ).content
+        is None
+    )
 
 
 SPECIES = [

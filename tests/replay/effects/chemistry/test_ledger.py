@@ -14,7 +14,9 @@ from replay.effects.chemistry.salts import salt_of, solubility_of
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
-MAGNESIUM = Process("Mg + 2 H+", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0, "H2(g)": 1.0}, 0.9, -466.9e3, 2.0)
+MAGNESIUM = Process(
+    "Mg + 2 H+", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0, "H2(g)": 1.0}, rate=0.9, joule=-466.9e3, acid=2.0
+)
 
 
 @pytest.mark.sampled(3)
@@ -49,7 +51,7 @@ def test_zinc_takes_only_protons_that_phosphate_loses_by_ph_7():
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
 def test_two_slow_reactions_last_as_long_as_time_does(seconds):
     components = dissolved_components("HCl")
-    book = Ledger(["a"], [*components], [ZINC, MAGNESIUM], None)
+    book = Ledger(["a"], [*components], [ZINC, MAGNESIUM], solver=None)
     book.fill(
         "a",
         10.0,
@@ -59,7 +61,7 @@ def test_two_slow_reactions_last_as_long_as_time_does(seconds):
     left = [book.amounts[0, book.column[metal]] for metal in ("Zn(s)", "Mg(s)")]
     assert left == pytest.approx(np.exp([-0.3 * seconds, -0.9 * seconds]), rel=1e-9)
     # Of too little acid each gets by its rate, and what is left falls by the sum of both.
-    scarce = Ledger(["a"], [*components], [ZINC, MAGNESIUM], None)
+    scarce = Ledger(["a"], [*components], [ZINC, MAGNESIUM], solver=None)
     scarce.fill(
         "a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{component: 0.1 * amount for component, amount in components.items()}}
     )
@@ -69,7 +71,7 @@ def test_two_slow_reactions_last_as_long_as_time_does(seconds):
 
 def plain(process=(), warmth=UNFOLLOWED_WARMTH):
     """Salt water in a, a millilitre of water in b, nothing in c."""
-    book = Ledger("abc", ["Cl-"], process, None, warmth=warmth)
+    book = Ledger("abc", ["Cl-"], process, solver=None, warmth=warmth)
     book.fill("a", 10.0, {"Cl-": 1.0, WATER: 0.55})
     book.fill("b", 1.0, {WATER: 0.055})
     book.begin(0.0)
@@ -89,7 +91,7 @@ def test_a_flow_without_reaction_has_a_row_per_frame():
 
 
 def test_a_pour_leaves_the_heat_of_the_glass_behind():
-    book = plain(warmth=Warmth(4.18, {"a": 41.8}, {"a": 10.0}, 0.0, np.inf, room=20.0))
+    book = plain(warmth=Warmth(per_ml=4.18, glass={"a": 41.8}, excess={"a": 10.0}, loss=0.0, most=np.inf, room=20.0))
     step(book, 1, 0.01, [("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])
 
@@ -98,21 +100,21 @@ def test_a_pour_leaves_the_heat_of_the_glass_behind():
     ("warmth", "joule", "expected"),
     [
         (UNFOLLOWED_WARMTH, -466.9e3, 0.0),
-        (Warmth(4.18, {}, {}, 0.0, np.inf), -466.9e3, -466.9e3),
-        (Warmth(4.18, {}, {}, 0.0, np.inf), np.nan, 0.0),
+        (Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=np.inf), -466.9e3, -466.9e3),
+        (Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=np.inf), np.nan, 0.0),
     ],
     ids=["no heat effect", "known", "unknown"],
 )
 def test_reaction_heat_counts_where_known_and_followed(warmth, joule, expected):
     process = replace(MAGNESIUM, joule=joule)
-    assert Ledger("a", ["Cl-"], [process], None, warmth=warmth).reactions.process_joule(0) == expected
+    assert Ledger("a", ["Cl-"], [process], solver=None, warmth=warmth).reactions.process_joule(0) == expected
 
 
 def test_an_equilibrium_goes_on_while_another_equation_takes_its_product():
     """The first stops at even amounts and the second uses up what it makes: each round halves what is left."""
     to_bromide = Process("", {"Cl-": -1.0, "Br-": 1.0}, log_k=0.0)
     to_iodide = Process("", {"Br-": -1.0, "I-": 1.0})
-    book = Ledger("a", ["Cl-", "Br-", "I-"], [to_bromide, to_iodide], None)
+    book = Ledger("a", ["Cl-", "Br-", "I-"], [to_bromide, to_iodide], solver=None)
     amounts = np.zeros((1, len(book.columns)))
     amounts[0, [book.column["Cl-"], book.column[WATER]]] = 1.0, 55.5
     assert book.reactions.run_processes(amounts)[0] == pytest.approx([1.0, 1.0], abs=1e-5)

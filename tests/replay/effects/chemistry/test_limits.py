@@ -17,7 +17,7 @@ def limit(process, cause, **amounts):
     """Mol of a process until a cause ends it, in a liquid with so many mol of each column."""
     column = {name: index for index, name in enumerate(COLUMNS)}
     changes = np.array([[process.changes.get(name, 0.0) for name in COLUMNS]])
-    limits = Limits([process], changes, column, solver_of(["SO3^2-"]), None, 25.0)
+    limits = Limits([process], changes, column, solver_of(["SO3^2-"]), slow_solids=None, room_c=25.0)
     row = np.zeros(len(COLUMNS))
     for name, moles in amounts.items():
         row[column[name]] = moles

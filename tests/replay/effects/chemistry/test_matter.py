@@ -17,7 +17,7 @@ def mixed(contents, times=TIMES, volume_ml=FILLING):
     """Whether a vessel with these contents at first is mixed at each time."""
     recipe = SimpleNamespace(contents={} if contents is None else {"a": contents})
     history = SimpleNamespace(times=TIMES)
-    return Matter(recipe, None, {}, {"a": history}).is_mixed("a", times, volume_ml).tolist()
+    return Matter(recipe, ledger=None, vessels={}, histories={"a": history}).is_mixed("a", times, volume_ml).tolist()
 
 
 @pytest.mark.parametrize("contents", [None, Contents(5.0, {}, {"NaCl": 1.0}, {}), Contents(0.0, {}, {}, {})])

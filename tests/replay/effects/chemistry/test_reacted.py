@@ -56,7 +56,7 @@ def test_solid_that_an_equation_makes_has_its_mass():
     ],
 )
 def test_an_equation_that_another_event_reports_is_not_repeated(name, values, is_reported):
-    earlier = EffectEvent(1.0, name, ("flask",), None, values)
+    earlier = EffectEvent(time=1.0, name=name, bodies=("flask",), end=None, values=values)
     events = list(reacted_events(matter(MAGNESIUM, [0.0, 0.0, 0.0, 0.005], {"Mg(s)": np.array(1.0)}), (), [earlier]))
     assert len(events) == (not is_reported)
 

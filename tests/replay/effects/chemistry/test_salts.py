@@ -63,25 +63,25 @@ def test_solution_of_the_tabled_solubility_is_saturated():
 
 def test_potassium_nitrate_crystallises_on_cooling():
     """A kilogram of water at 20 degC dissolves 316 g, at 60 degC all of 10 mol (Lange's Handbook); 101.1 g/mol."""
-    assert solid("KNO3", 10.0, 60.0) == 0.0
-    assert solid("KNO3", 10.0, 20.0) == pytest.approx(10.0 - 316.0 / 101.1, rel=1e-3)
+    assert solid("KNO3", moles=10.0, celsius=60.0) == 0.0
+    assert solid("KNO3", moles=10.0, celsius=20.0) == pytest.approx(10.0 - 316.0 / 101.1, rel=1e-3)
 
 
 def test_dichromate_dissolves_up_to_its_table_when_hot():
     """709 g in a kilogram of water at 80 degC (CRC Handbook), 294.2 g/mol; 7 % less came out before."""
-    assert solid("K2Cr2O7", 3.0, 80.0) == pytest.approx(3.0 - 709.0 / 294.2, rel=2e-3)
+    assert solid("K2Cr2O7", moles=3.0, celsius=80.0) == pytest.approx(3.0 - 709.0 / 294.2, rel=2e-3)
 
 
 def test_a_common_ion_salts_out():
     """The product of two ions is that of the saturated solution: s (s + 2) = 6.14^2."""
     more = {"Cl-": 2.0, "Na+": 0.0}
     root = -1.0 + np.sqrt(1.0 + (359.0 / 58.44) ** 2)
-    assert solid("NaCl", 10.0, 20.0, **more) == pytest.approx(10.0 - root, rel=1e-3)
+    assert solid("NaCl", moles=10.0, celsius=20.0, **more) == pytest.approx(10.0 - root, rel=1e-3)
 
 
 def test_a_hydroxide_goes_on_dissolving_in_acid():
-    assert solid("NaOH", 40.0) > 5.0
-    assert solid("NaOH", 40.0, **{PROTON: 39.0}) == 0.0
+    assert solid("NaOH", moles=40.0) > 5.0
+    assert solid("NaOH", moles=40.0, **{PROTON: 39.0}) == 0.0
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, "much", {20: 0}, {}])

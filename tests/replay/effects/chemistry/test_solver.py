@@ -86,8 +86,8 @@ def test_an_unanswered_row_leaves_the_others_answered():
 def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
     """The pKw of pure water is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
     solver, totals = solver_and_totals([{"NaCl": 1e-9}])
-    assert 2.0 * equilibrium(solver, totals, 25.0).ph[0] == pytest.approx(13.995, abs=0.01)
-    assert 2.0 * equilibrium(solver, totals, 60.0).ph[0] == pytest.approx(13.02, abs=0.06)
+    assert 2.0 * equilibrium(solver, totals, celsius=25.0).ph[0] == pytest.approx(13.995, abs=0.01)
+    assert 2.0 * equilibrium(solver, totals, celsius=60.0).ph[0] == pytest.approx(13.02, abs=0.06)
 
 
 def test_no_sulfide_is_a_polysulfide():

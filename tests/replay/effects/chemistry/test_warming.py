@@ -26,9 +26,9 @@ def test_an_excess_falls_by_newtons_law(loss):
 
 
 def test_a_steady_power_leads_to_its_balance():
-    assert temperature_after_seconds(20.0, 1e6, power_w=8.0, capacity=100.0, loss=0.4, ambient=20.0) == pytest.approx(
-        40.0, rel=1e-12
-    )
-    assert temperature_after_seconds(20.0, 10.0, power_w=8.0, capacity=100.0, loss=0.0, ambient=20.0) == pytest.approx(
-        20.8, rel=1e-12
-    )
+    assert temperature_after_seconds(
+        celsius=20.0, seconds=1e6, power_w=8.0, capacity=100.0, loss=0.4, ambient=20.0
+    ) == pytest.approx(40.0, rel=1e-12)
+    assert temperature_after_seconds(
+        celsius=20.0, seconds=10.0, power_w=8.0, capacity=100.0, loss=0.0, ambient=20.0
+    ) == pytest.approx(20.8, rel=1e-12)

@@ -44,7 +44,13 @@ def test_liquid_falls_into_the_upward_opening_below(start, velocity, discs, name
 def stream(times, volumes, source="a", target="b"):
     times = np.array(times)
     return Stream(
-        source, target, False, times, np.round(times * 100).astype(int), np.array(volumes), np.zeros((len(times), 3))
+        source,
+        target,
+        over=False,
+        times=times,
+        frames=np.round(times * 100).astype(int),
+        volume_ml=np.array(volumes),
+        points=np.zeros((len(times), 3)),
     )
 
 

@@ -274,7 +274,7 @@ def many_faults(count):
 
 
 def test_page_of_two_thousand_faults_is_small_and_quick(pages_folder):
-    text = many_faults(2000)
+    text = many_faults(count=2000)
     assert len(text.encode()) <= 1_000_000 and text.count('class="fault"') + text.count('class="card fault"') == 2000
     file = pages_folder / "many.html"
     file.write_text(text, encoding="utf-8")

@@ -31,7 +31,7 @@ MESHES = {
     "beaker": lambda: lathe(
         [(0, 0), (0.035, 0), (0.035, 0.095), (BEAKER_RADIUS, 0.095), (BEAKER_RADIUS, 0.002), (0, 0.002)]
     ),
-    "rod": lambda: lathe([(0, 0), (ROD_RADIUS, 0), (ROD_RADIUS, 0.2), (0, 0.2)], 12),
+    "rod": lambda: lathe([(0, 0), (ROD_RADIUS, 0), (ROD_RADIUS, 0.2), (0, 0.2)], sides=12),
     "hand": lambda: box_mesh((0.07, 0.03, 0.09)),
     "headset": lambda: box_mesh((0.18, 0.1, 0.1)),
 }
@@ -163,7 +163,7 @@ def recording(read):
 @pytest.fixture(scope="session")
 def searching():
     """A run with a search that misses."""
-    return demo_run(135, "paper", "hybrid-qaco", variant="corrected", budget=300)
+    return demo_run(frames=135, label="paper", name="hybrid-qaco", variant="corrected", budget=300)
 
 
 @pytest.fixture(scope="session")

@@ -24,9 +24,9 @@ def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
         for by in ("", bookmark.label) if requested else ():
             assert target_ns(recording, *requested, by) == bookmark.session_ns
     with pytest.raises(RunFolderError, match=r"there is no false 999 in .*; its false contacts are numbered 1 to \d+"):
-        target_ns(recording, None, 999, "")
+        target_ns(recording, miss=None, false=999, by="")
     with pytest.raises(RunFolderError, match=r"there is no miss 1 in .*; it has none"):
-        target_ns(recording, 1, None, "nobody")
+        target_ns(recording, miss=1, false=None, by="nobody")
 
 
 @pytest.mark.parametrize("content", [b"", b"not a recording", b"RRF2", bytes(100), "a third"])
@@ -54,7 +54,7 @@ def test_picture_of_an_earlier_version_is_refused(tmp_path):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
     with pytest.raises(RunFolderError, match="earlier version; run its session again"):
-        target_ns(tmp_path / "run.rrd", 1, None, "")
+        target_ns(tmp_path / "run.rrd", miss=1, false=None, by="")
 
 
 def test_characters_missing_in_the_viewer_font_become_numbers(demo, drawn):

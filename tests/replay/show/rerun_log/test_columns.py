@@ -34,7 +34,7 @@ def test_a_long_session_is_strided_but_for_its_moments(demo):
 def test_contacts_without_faces_or_curves_are_not_drawn(demo, lacks):
     stream = rr.RecordingStream("test")
     memory, writer = stream.memory_recording(), RecordingWriter(stream, RecordingClock.of(demo.assembly))
-    log_contacts(writer, "exact", demo.detections[demo.oracle], None)
+    log_contacts(writer, "exact", demo.detections[demo.oracle], comparison=None)
     sent = memory.num_msgs()
-    log_contacts(writer, "exact", replace(demo.detections[demo.oracle], **{lacks: None}), None)
+    log_contacts(writer, "exact", replace(demo.detections[demo.oracle], **{lacks: None}), comparison=None)
     assert memory.num_msgs() == sent > 0

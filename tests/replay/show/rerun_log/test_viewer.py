@@ -38,7 +38,10 @@ def test_opening_waits_until_the_viewer_has_loaded_everything(tmp_path):
 
 
 def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
-    bookmarks = [Bookmark("hull", "miss", 1, 5, False), Bookmark("mesh", "miss", 1, 7, True)]
+    bookmarks = [
+        Bookmark("hull", "miss", number=1, session_ns=5, leads=False),
+        Bookmark("mesh", "miss", number=1, session_ns=7, leads=True),
+    ]
     monkeypatch.setattr(module, "read_bookmarks", lambda _: bookmarks)
     monkeypatch.setattr(module, "start_viewer", Mock())
     open_viewer(tmp_path).seek.assert_called_once_with(7)

@@ -113,9 +113,9 @@ def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
 
 def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
     positions = [
-        Bookmark("hull", "miss", 2, 5, leads=False),
-        Bookmark("mesh", "false", 1, 6, leads=False),
-        Bookmark("", "event", 3, 7, leads=True),
+        Bookmark("hull", "miss", number=2, session_ns=5, leads=False),
+        Bookmark("mesh", "false", number=1, session_ns=6, leads=False),
+        Bookmark("", "event", number=3, session_ns=7, leads=True),
     ]
     monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: positions)
     commands = moment_commands(tmp_path, ["hull", "mesh"])

@@ -23,10 +23,14 @@ POUR = EffectOutput(
     ),
     series={"beaker/volume": Series(TIMES, np.array([3.0, 2.0, np.nan]), "mL")},
     lanes={
-        "rod": (LaneSpan(0.0, 0.5, "pours"), LaneSpan(0.5, 1.0, "spills")),
-        SKIPPED_LANE: (LaneSpan(0.5, 1.0, SKIPPED_LANE),),
+        "rod": (LaneSpan(start=0.0, end=0.5, word="pours"), LaneSpan(start=0.5, end=1.0, word="spills")),
+        SKIPPED_LANE: (LaneSpan(start=0.5, end=1.0, word=SKIPPED_LANE),),
     },
-    liquids={"beaker": Liquid(TIMES, np.array([0.05, 0.03, 0.01]), 0.01, 0.02, np.full((3, 4), 200, dtype=np.uint8))},
+    liquids={
+        "beaker": Liquid(
+            TIMES, np.array([0.05, 0.03, 0.01]), floor=0.01, radius=0.02, rgba=np.full((3, 4), 200, dtype=np.uint8)
+        )
+    },
 )
 END = EffectOutput(events=(EffectEvent(0.1, "end-point", ("beaker",), message="equivalent"),))
 DONE = [
@@ -37,7 +41,15 @@ DONE = [
 
 def with_effects(result, **outputs):
     runs = {
-        kind: EffectRun(EffectSpec(kind, "x", lambda _: None), ("declared",), output, 0.1, {}, 3, 2)
+        kind: EffectRun(
+            EffectSpec(kind, "x", lambda _: None),
+            ("declared",),
+            output,
+            seconds=0.1,
+            counters={},
+            frames=3,
+            frames_run=2,
+        )
         for kind, output in outputs.items()
     }
     return replace(result, effects=runs)

@@ -88,14 +88,14 @@ def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
     runs = read_class(made_class(tmp_path / "runs", sessions=6, students=6))
     kept = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
     single = replace(runs, tables=runs.tables | {"misses": runs.tables["misses"].filter(pa.array(kept))})
-    row = rows_of(single, None, tmp_path)["When"]
+    row = rows_of(single, study=None, folder=tmp_path)["When"]
     assert row.figures.startswith("All are of the pair beaker - burette. ")
     assert all(re.fullmatch(r"S\d{3} at [\d.]+ s", text) for text, _ in row.links)
 
 
 def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
     few = read_class(made_class(tmp_path / "runs", sessions=4, students=4))
-    rows = rows_of(few, None, tmp_path)
+    rows = rows_of(few, study=None, folder=tmp_path)
     assert "Why" not in rows and "misses" not in rows["What"].details and "fewer than 5 students" in rows["Sure"].text
 
 
@@ -189,7 +189,7 @@ def test_class_answer_advises_more_students_only_without_an_association(class_ru
 def test_more_students_are_needed_where_more_tests_are_made(class_runs, class_study, tmp_path):
     six = replace(class_study, coefficients=class_study.coefficients * 6)
     rows = rows_of(class_runs, six, tmp_path)
-    needed = students_needed(0.3, 6)
+    needed = students_needed(correlation=0.3, tests=6)
     assert (
         rows["Do"].text == f"Count contacts with the detector exact and study at least {needed} students."
         and needed > 85
@@ -275,7 +275,7 @@ def test_certainty_is_of_the_detector_and_of_the_associations(class_runs, class_
     assert some.endswith(
         f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
     )
-    without = rows_of(class_runs, None, tmp_path)
+    without = rows_of(class_runs, study=None, folder=tmp_path)
     assert without["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
     assert "--questionnaire" in without["Do"].figures
 

@@ -15,9 +15,9 @@ def class_of(students, seconds=1.5):
 
 
 def test_time_in_contact_is_drawn_from_enough_students_only():
-    assert len(class_charts(class_of(LEAST_IN_CELL), None)) == 1
-    assert class_charts(class_of(LEAST_IN_CELL - 1), None) == []
-    assert class_charts(class_of(LEAST_IN_CELL, seconds=float("nan")), None) == []
+    assert len(class_charts(class_of(LEAST_IN_CELL), study=None)) == 1
+    assert class_charts(class_of(LEAST_IN_CELL - 1), study=None) == []
+    assert class_charts(class_of(LEAST_IN_CELL, seconds=float("nan")), study=None) == []
 
 
 def test_time_in_contact_has_a_row_for_each_group():
@@ -57,7 +57,7 @@ def test_detectors_with_equal_figures_share_a_row():
     start = "grasps with motivation, others held constant"
     _, same, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
     assert [dot.name for dot in same.dots] == [f"{start}: the same with 3 detectors: +0.20, p = 0.500, n = 40"]
-    rows.append(Sensitivity("mesh50", 0.9, finding_of_grasps(), finding_of_grasps(0.7, p=0.01)))
+    rows.append(Sensitivity("mesh50", 0.9, finding_of_grasps(), finding_of_grasps(beta=0.7, p=0.01)))
     associations, by_detector, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
     assert [(dot.name, dot.kind) for dot in by_detector.dots] == [
         (f"{start}: exact, hull50, paper: +0.20, p = 0.500, n = 40", "reference"),
@@ -67,7 +67,7 @@ def test_detectors_with_equal_figures_share_a_row():
 
 
 def test_charts_by_detector_come_first_if_a_conclusion_changes():
-    rows = [Sensitivity("mesh50", 0.9, finding_of_grasps(), finding_of_grasps(0.7, p=0.01))]
+    rows = [Sensitivity("mesh50", 0.9, finding_of_grasps(), finding_of_grasps(beta=0.7, p=0.01))]
     unchanged = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows)))
     changed = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows, changing=["mesh50"])))
     assert unchanged[:2] == ["Associations", "Associations by detector"]
@@ -75,7 +75,7 @@ def test_charts_by_detector_come_first_if_a_conclusion_changes():
 
 
 def test_result_not_significant_after_holm_is_labelled_undecided():
-    undecided = finding_of_grasps(0.2, "simple", p=0.04)
+    undecided = finding_of_grasps(beta=0.2, kind="simple", p=0.04)
     study = study_of()
     study.coefficients = (Finding(**vars(undecided) | {"p_holm": 0.1}),)
     associations, *_ = class_charts(class_of(LEAST_IN_CELL), study)
@@ -83,7 +83,7 @@ def test_result_not_significant_after_holm_is_labelled_undecided():
 
 
 def test_coefficients_and_group_differences_are_separate_charts():
-    kinds = [finding_of_grasps(0.2, "simple"), finding_of_grasps(9.0, "groups")]
+    kinds = [finding_of_grasps(beta=0.2, kind="simple"), finding_of_grasps(beta=9.0, kind="groups")]
     plots = class_charts(class_of(LEAST_IN_CELL), study_of(*(Sensitivity("paper", 0.9, own, own) for own in kinds)))
     assert titles(plots[1:3]) == ["Associations by detector", "Groups by detector"]
     assert [len(plot.dots) for plot in plots[1:3]] == [1, 1]

@@ -33,7 +33,7 @@ def test_the_interval_of_a_mean_is_students_own():
     values -= values.mean()
     both = np.concatenate([values, -values])
     half = scipy.stats.t.ppf(0.975, 103) * both.std(ddof=1) / np.sqrt(104)
-    assert interval_of(np.mean, both, 0) == pytest.approx((-half, half), rel=0.05)
+    assert interval_of(np.mean, both, seed=0) == pytest.approx((-half, half), rel=0.05)
 
 
 @pytest.mark.slow
@@ -41,7 +41,7 @@ def test_the_interval_of_a_mean_is_students_own():
 def test_bootstrap_interval_of_a_large_sample_agrees_with_scipy(statistic):
     """Large samples: the t quantile is the normal one, and scipy's BCa is an independent implementation."""
     values = np.random.default_rng(5).exponential(size=400)
-    lower, upper = interval_of(statistic, values, 1)
+    lower, upper = interval_of(statistic, values, seed=1)
     other = scipy.stats.bootstrap((values,), statistic, n_resamples=20_000, method="BCa", rng=np.random.default_rng(2))
     assert (lower, upper) == pytest.approx(tuple(other.confidence_interval), abs=0.012 * (upper - lower))
 

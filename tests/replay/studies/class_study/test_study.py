@@ -79,7 +79,7 @@ def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
     for before, after in ((result, others[0]), (others[0], result), (result, rotated)):
         assert Sensitivity("hybrid", 0.9, before, after).conclusion == "another conclusion"
     assert Sensitivity("hybrid", 0.9, others[0], others[1]).conclusion == "the same"
-    assert Sensitivity("hybrid", 0.9, result, None).conclusion == "not tested"
+    assert Sensitivity("hybrid", recall=0.9, before=result, after=None).conclusion == "not tested"
 
 
 UNKNOWN = "whether the detector changes a conclusion is not known, since"
@@ -103,7 +103,7 @@ STATES = {
         "the difference in contacts per minute (group second less group first) holds with exact, not with hybrid.",
     ),
     "nobody tested": (
-        lambda: study_of_class(9),
+        lambda: study_of_class(count=9),
         f"{UNKNOWN} no result could be tested with another detector.",
     ),
 }

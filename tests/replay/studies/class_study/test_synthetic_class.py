@@ -47,7 +47,7 @@ def test_made_up_students_who_find_tasks_hard_touch_briefly():
 
 
 def test_larger_class_contains_the_smaller_class():
-    assert draw_class(9, 3)[:4] == draw_class(4, 3) != draw_class(4, 4)
+    assert draw_class(students=9, seed=3)[:4] == draw_class(students=4, seed=3) != draw_class(students=4, seed=4)
 
 
 @pytest.mark.slow

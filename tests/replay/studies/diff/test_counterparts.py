@@ -22,11 +22,11 @@ def a_run(oracle="exact", **detectors):
     [
         (a_run(exact="exact", a="obb"), a_run(a="sphere", exact="exact"), ["exact exact", "a a"]),
         (a_run(exact="exact"), a_run("truth", truth="hybrid"), ["exact truth"]),
-        (a_run(None, fast=("d", FAST), slow=("d", SLOW)), a_run(None, other=("d", SLOW)), ["slow other"]),
-        (a_run(None, x=("d", SLOW)), a_run(None, y=("d", FAST), z=("d", SLOW)), ["x z"]),
-        (a_run(None, x="obb", y="aabb"), a_run(None, z="aabb", w="obb"), ["x w", "y z"]),
-        (a_run(None, mine="sphere"), a_run(None, wide="aabb"), ["mine wide"]),
-        (a_run(None, mine="sphere", other="obb"), a_run(None, wide="aabb"), []),
+        (a_run(oracle=None, fast=("d", FAST), slow=("d", SLOW)), a_run(oracle=None, other=("d", SLOW)), ["slow other"]),
+        (a_run(oracle=None, x=("d", SLOW)), a_run(oracle=None, y=("d", FAST), z=("d", SLOW)), ["x z"]),
+        (a_run(oracle=None, x="obb", y="aabb"), a_run(oracle=None, z="aabb", w="obb"), ["x w", "y z"]),
+        (a_run(oracle=None, mine="sphere"), a_run(oracle=None, wide="aabb"), ["mine wide"]),
+        (a_run(oracle=None, mine="sphere", other="obb"), a_run(oracle=None, wide="aabb"), []),
         (a_run(exact="exact", mine="obb"), a_run(exact="exact", mine="obb", new="aabb"), ["exact exact", "mine mine"]),
     ],
     ids=["labels", "references", "same settings", "least change", "one row", "last ones", "two and one", "new one"],
@@ -36,7 +36,7 @@ def test_detectors_are_compared_with_their_counterparts(first, second, pairs):
 
 
 def test_chosen_pairs_replace_equal_labels():
-    first, second = a_run(None, a="obb", b="aabb"), a_run(None, a="obb", b="aabb")
+    first, second = a_run(oracle=None, a="obb", b="aabb"), a_run(oracle=None, a="obb", b="aabb")
     assert matching_labels(first, second, [("a", "b")]) == [("a", "b"), ("b", "a")]
     for pair in (("x", "b"), ("a", "x")):
         with pytest.raises(RunFolderError, match="no detector 'x'; there are: a, b"):

@@ -65,4 +65,4 @@ def test_a_known_sample_has_the_known_mean_deviation_and_variance():
 def test_exception_of_the_progress_display_ends_the_study():
     watching = Mock(stage=Mock(side_effect=InterruptedError))
     with pytest.raises(InterruptedError):
-        run_paper(Size((), 0, 0), progress=watching)
+        run_paper(Size((), poses=0, near=0), progress=watching)

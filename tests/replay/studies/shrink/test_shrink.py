@@ -83,7 +83,7 @@ def nothing_can_go(fault):
 def test_miss_between_samples_ends_at_two_frames_and_two_faces(run_folder):
     fault = fault_of_run(read_run_folder(run_folder), miss=1, label="slow")
     done = least(fault)
-    assert fault.contact and Size.of(done) == Size(2, 2, (2, 2))
+    assert fault.contact and Size.of(done) == Size(frames=2, bodies=2, faces=(2, 2))
     assert not any(item.is_reproduced() and doubts_of(item) <= doubts_of(done) for item in nothing_can_go(done))
     assert dict(done.settings) == {"rate_hz": 25} and "discrete[rate_hz=25] misses a contact" in sentence(done)
 
@@ -114,8 +114,10 @@ def test_contained_body_is_shrunk_to_a_tetrahedron():
     bodies = tuple(Body(name, box_mesh([edge] * 3)) for name, edge in (("out", 4.0), ("in", 1.0)))
     rotated = rotation_from_quaternion(np.tile([0.1, 0.2, 0.3, 0.9], (3, 2, 1)))
     motion = Motion(np.arange(3) / 100.0, np.zeros((3, 2, 3)), rotated)
-    done = least(WrongAnswer("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), True))
-    assert Size.of(done) == Size(1, 2, (4, 1))
+    done = least(
+        WrongAnswer("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), contact=True)
+    )
+    assert Size.of(done) == Size(frames=1, bodies=2, faces=(4, 1))
     assert (done.motion.rotations == np.eye(3)).all()
 
 

@@ -22,7 +22,7 @@ def test_exact_passes_or_speaks_of_frames(number):
     assert item.invented == item.within == item.refused == item.changed == 0 and item.asked > 0
     assert (item.missed > 0) == (number in (30, 32, 33, 44, 48))
     assert item.promised == (number not in (30, 31, 32, 33, 44, 48))
-    assert StressResult(100, 1, 0.0, (item,)).broken == []
+    assert StressResult(seed=100, pairs=1, tau=0.0, tallies=(item,)).broken == []
 
 
 def test_continuous_detector_passes_all_stress_families_with_motion():
@@ -63,12 +63,12 @@ def test_stress_detects_answers_that_depend_on_blocks(monkeypatch):
     monkeypatch.setattr(bodies, "join", lambda parts: parts[0])
     (item,) = run_cases(["exact"], [43])
     assert (item.asked, item.changed) == (4, 3) and "blocks 1" in item.reason
-    assert len(StressResult(100, 1, 0.0, (item,)).broken) == 1
+    assert len(StressResult(seed=100, pairs=1, tau=0.0, tallies=(item,)).broken) == 1
 
 
 def test_exact_states_that_it_decides_at_frames_only():
     boxes, through = (box_mesh(), box_mesh()), motion_at([[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
-    item = ask_case("exact", 44, [scene_of_intervals("", boxes, through, True)], seed=0, tau=0.0)
+    item = ask_case("exact", 44, [scene_of_intervals("", boxes, through, meets=True)], seed=0, tau=0.0)
     assert (item.missed, item.promised, item.reason) == (1, False, FRAMES_ONLY_REASON)
 
 

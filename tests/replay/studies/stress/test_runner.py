@@ -25,12 +25,12 @@ def faces_above_floor(height):
 
 PAIRS = np.array(
     [
-        faces_above_floor(-0.1),
-        faces_above_floor(0.1),
-        faces_above_floor(-1e-6),
-        faces_above_floor(1e-6),
-        faces_above_floor(-0.1),
-        faces_above_floor(0.1),
+        faces_above_floor(height=-0.1),
+        faces_above_floor(height=0.1),
+        faces_above_floor(height=-1e-6),
+        faces_above_floor(height=1e-6),
+        faces_above_floor(height=-0.1),
+        faces_above_floor(height=0.1),
     ],
     dtype=float,
 )
@@ -104,7 +104,12 @@ def test_python_fcl_behind_hybrid_fails_where_products_overflow():
     ],
 )
 def test_wrong_detector_that_claims_exactness_breaks_the_gate(detector, kind, counts, broken):
-    reported = StressResult(1, 1, 0.0, (Tally(detector, kind, 3, "shared vertex", 5, 9, **counts),)).as_json()["broken"]
+    reported = StressResult(
+        seed=1,
+        pairs=1,
+        tau=0.0,
+        tallies=(Tally(detector, kind, number=3, name="shared vertex", seed=5, asked=9, **counts),),
+    ).as_json()["broken"]
     assert len(reported) == broken
     assert (
         not reported or "exact claims exactness and failed 9 of 9 questions of 03 shared vertex (seed 5)" in reported[0]

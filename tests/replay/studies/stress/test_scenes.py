@@ -48,7 +48,7 @@ def test_lifted_glass_is_clear_and_sunk_glass_meets_the_table():
 
 def test_planted_crossings_start_above_and_end_below_the_plane():
     """Seven crossings follow each other in one motion; no path is known from the end of one to the next."""
-    motion = crossing_motion(1.0, 7)
+    motion = crossing_motion(speed=1.0, phases=7)
     height = motion.translations[:, 0, 2].reshape(7, -1)
     assert (height[:, 0] > 0.003).all() and (height[:, -1] < -0.003).all()
     assert not motion.linked.reshape(7, -1, 2)[:, 0].any() and motion.linked.reshape(7, -1, 2)[:, 1:].all()
