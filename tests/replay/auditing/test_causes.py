@@ -100,7 +100,7 @@ def test_planted_cause_is_the_only_cause_reported(planted):
     assert {item for item, count in answer.pair_frames.items() if count and item != Cause.TOLERANCE} == {cause}
 
 
-NINETY_HZ_NS = 11_111_111
+FRAME_OF_90_HZ_NS = 11_111_111
 
 
 @pytest.mark.sampled(3)
@@ -109,7 +109,8 @@ NINETY_HZ_NS = 11_111_111
     [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],
 )
 def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, invented):
-    session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=NINETY_HZ_NS)
+    """Of three contacts; a report 5 us late belongs to the next frame: one frame missed, one false, of each."""
+    session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=FRAME_OF_90_HZ_NS)
     result = compute(session_with_reports(session, late_ns, digits), detectors="recorded", oracle="exact")
     figures = result.document.audit["recorded"]
     assert (figures.time_missed.count, figures.false_contact.count) == (missed, invented)
@@ -172,6 +173,7 @@ def test_first_failed_stage_is_the_cause_of_a_miss(reported, cause):
 
 
 def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
+    """20 misses of two frames each by a detector that sees nothing; only ten frames may be examined."""
     monkeypatch.setattr("replay.auditing.examination.CAUSE_BUDGET", SampleBudget(per_miss=16, total=10))
     monkeypatch.setattr("replay.auditing.examination.FRAMES_AT_ONCE", 3)
     session = cubes({"a": [0] * 60, "b": [3, 0.9, 0.9] * 20})

@@ -91,6 +91,7 @@ def reports_of_a_drifting_clock(contacts, span, drift, rng, jitter=JITTER):
 @pytest.mark.parametrize(("contacts", "span", "drift"), [(8, 10.0, 0.02), (20, 60.0, -0.02), (20, 300.0, 0.001)])
 @pytest.mark.parametrize("seed", range(4))
 def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
+    """``span``: seconds of the recording; ``drift``: seconds that the clock of the reports loses in each second."""
     reported, truth = reports_of_a_drifting_clock(contacts, span, drift, np.random.default_rng(seed))
     result = estimate_offset(reported, truth)
     # A line through reports that are off by the jitter was never off by more than that: each is off by twice as much.
@@ -124,6 +125,7 @@ def test_steady_clock_is_hardly_ever_given_a_drift():
 
 @pytest.mark.filterwarnings("error")
 def test_clock_offset_needs_two_reports_that_fit_contacts():
+    """Reports last 0.2 s, the only true contact 0.8 s: no offset fits both its begin and its end."""
     begins = [5.0 + k for k in range(5)]
     reported = {BEGINS_OF_AB: begins, ENDS_OF_AB: [begin + 0.2 for begin in begins]}
     with pytest.raises(AuditError, match="fewer than two reports fit true contacts"):

@@ -58,7 +58,7 @@ def test_missed_and_late_counts_agree_with_counting_by_hand(first, second):
     assert item.late_or_cut_short == len({miss.contact for miss in lost}) - item.missed
 
 
-def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
+def drawn_proportions(random, contacts, every=4, longest=0.8, unseen=0.0):
     """Shares missed, invented, and of faces listed, by a detector that looks at each ``every``-th frame of 90 Hz.
 
     A share ``unseen`` of the contacts is ten times as long, and missed whole.
@@ -87,9 +87,10 @@ def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
 @pytest.mark.slow
 @pytest.mark.parametrize(("contacts", "every", "longest"), [(18, 4, 0.8), (12, 4, 1.0), (18, 9, 0.8), (30, 4, 0.8)])
 def test_intervals_cover_the_true_proportion_in_95_percent_of_sessions(contacts, every, longest):
+    """400 sessions of so many contacts, sampled in each ``every``-th frame, beside 20,000 contacts as the truth."""
     random = np.random.default_rng(16)
-    truth = drawn(random, contacts=20_000, every=every, longest=longest)
-    sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
+    truth = drawn_proportions(random, contacts=20_000, every=every, longest=longest)
+    sessions = [drawn_proportions(random, contacts, every, longest) for _ in range(400)]
     for what, of_all in truth.items():
         kept = [item[what].lower <= of_all.value <= item[what].upper for item in sessions]
         assert 0.93 <= np.mean(kept) <= 0.97, (what, np.mean(kept))
@@ -98,9 +99,10 @@ def test_intervals_cover_the_true_proportion_in_95_percent_of_sessions(contacts,
 @pytest.mark.slow
 @pytest.mark.parametrize("contacts, least, most", [(18, 0.5, 0.7), (60, 0.75, 0.9)])
 def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, least, most):
+    """One contact in twenty is ten times as long and missed whole. ``least``, ``most``: measured coverage."""
     random = np.random.default_rng(16)
-    truth = drawn(random, contacts=20_000, unseen=0.05)["missed"].value
-    sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
+    truth = drawn_proportions(random, contacts=20_000, unseen=0.05)["missed"].value
+    sessions = [drawn_proportions(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
     assert least <= np.mean([item.lower <= truth <= item.upper for item in sessions]) <= most
     assert "They are too narrow where contacts are few and the missed ones are long" in INTERVALS_CAPTION
 

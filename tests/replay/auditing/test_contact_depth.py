@@ -13,17 +13,18 @@ from replay.show.report.page import report_html
 from replay.show.run_tables import miss_table
 from sessions import MeshData, Session, write_session
 
-PATH = {"a": [0] * 9, "b": [3, 0.9, 0.8, 0.7, 0.9, 3, 3, 0.95, 3]}
+X_OF_OVERLAPPING_CUBES = {"a": [0] * 9, "b": [3, 0.9, 0.8, 0.7, 0.9, 3, 3, 0.95, 3]}
 """Unit cubes: they are 0.3 in each other at the worst frame of the first contact, and 0.05 in the second."""
 
 
 @pytest.fixture(scope="module")
 def audited_run():
     """A run of two cubes: ``slow`` samples at 20 Hz, ``exact`` is the reference."""
-    return run(cubes(PATH), detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
+    return run(cubes(X_OF_OVERLAPPING_CUBES), detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
 
 
 def test_contacts_have_depth_and_volume_of_their_worst_frame(audited_run):
+    """Cubes with an edge of 1 m, 0.7 and 0.95 m apart at the worst: a slab of 0.3 m3 is common, then one of 0.05 m3."""
     rows = audited_run.tables["episodes"].where(detector="exact").plain()
     assert [row["depth"] for row in rows] == pytest.approx([0.3, 0.05])
     assert [row["common_volume"] for row in rows] == pytest.approx([0.3, 0.05])
@@ -34,7 +35,7 @@ def test_contacts_have_depth_and_volume_of_their_worst_frame(audited_run):
 def test_depth_of_a_miss_is_its_deepest_frame(audited_run):
     """Unit cubes at distance d overlap by 1 - d."""
     for miss in audited_run.misses["slow"]:
-        overlaps = [1 - PATH["b"][frame] for frame in range(miss.first, miss.last + 1)]
+        overlaps = [1 - X_OF_OVERLAPPING_CUBES["b"][frame] for frame in range(miss.first, miss.last + 1)]
         assert miss.depth == pytest.approx(max(overlaps))
     deepest = max(miss.depth for miss in audited_run.misses["slow"])
     assert audited_run.document.audit["slow"].missed_depth.deepest == deepest
@@ -49,7 +50,7 @@ def test_gate_refuses_misses_that_are_deeper(audited_run):
 
 
 def test_open_bodies_make_the_gate_fail_with_the_reason():
-    session, whole = cubes(PATH), cube()
+    session, whole = cubes(X_OF_OVERLAPPING_CUBES), cube()
     session = replace(session, meshes=session.meshes | {"b": MeshData(whole.vertices, whole.faces[:-2])})
     result = run(session, detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
     misses = result.misses["slow"]
@@ -61,7 +62,7 @@ def test_open_bodies_make_the_gate_fail_with_the_reason():
 
 @pytest.mark.parametrize(("limit", "code"), [("1mm", 4), ("0.4 m", 0), ("3", 2), ("-1mm", 2)])
 def test_gate_on_the_command_line_takes_a_length(limit, code, tmp_path, capsys):
-    write_session(cubes(PATH), tmp_path / "s.mcap")
+    write_session(cubes(X_OF_OVERLAPPING_CUBES), tmp_path / "s.mcap")
     command = ["run", str(tmp_path / "s.mcap"), "-o", str(tmp_path / "out"), "--no-picture", "--fix-time", "0"]
     assert main([*command, "--detectors", "slow=discrete[rate_hz=20]", f"--max-missed-depth={limit}"]) == code
     capsys.readouterr()
@@ -76,6 +77,7 @@ def session_with_deep_frame(frames, at, shallow, deep):
 
 @pytest.mark.parametrize("at", [18, *(pytest.param(frame, marks=pytest.mark.slow) for frame in (1, 59))])
 def test_single_deep_frame_of_a_long_contact_is_found(at):
+    """Contact begins in frame 2, so that its frame ``at`` is frame ``at + 2``; ``slow`` samples too late to see it."""
     result = run(
         session_with_deep_frame(frames=60, at=at, shallow=0.1, deep=0.35),
         detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]",
@@ -91,6 +93,7 @@ def test_single_deep_frame_of_a_long_contact_is_found(at):
 
 
 def test_round_body_is_deepest_where_its_path_comes_nearest():
+    """Balls of a diameter of 1 m come to 0.8 m of each other in frame 32: 0.2 m deep."""
     ball, path = icosphere(subdivisions=3, radius=0.5), 1.0 - 0.2 * np.exp(-(((np.arange(50) - 31.0) / 4.0) ** 2))
     poses = {"a": along_x(np.zeros(52)), "b": along_x([3, *path.tolist(), 3])}
     meshes = {name: MeshData(np.asarray(ball.vertices), np.asarray(ball.faces)) for name in poses}
@@ -101,6 +104,7 @@ def test_round_body_is_deepest_where_its_path_comes_nearest():
 
 
 def test_very_shallow_contact_is_measured():
+    """Cubes 10 micrometres deep in each other, 40 in one frame."""
     result = run(
         session_with_deep_frame(frames=30, at=17, shallow=1e-5, deep=4e-5),
         detectors="exact,mesh=discrete",
@@ -110,6 +114,7 @@ def test_very_shallow_contact_is_measured():
 
 
 def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
+    """Only 20 of the 60 frames are searched: the one that is 0.35 m deep may be left out, 0.1 m is certain."""
     monkeypatch.setattr("replay.auditing.contact_depth.FRAMES_SEARCHED", 20)
     result = run(
         session_with_deep_frame(frames=60, at=7, shallow=0.1, deep=0.35),

@@ -58,4 +58,5 @@ def test_a_jump_between_known_poses_joins_no_contacts():
 
 
 def test_a_frame_before_a_gap_lasts_the_median_step():
+    """Steps of 1.0, 1.5 and 6.5 s: the frame before the gap, and the last, last the median, 1.5 s."""
     assert frame_ends(np.array([0.0, 1.0, 2.5, 9.0])).tolist() == [1.0, 2.5, 4.0, 10.5]

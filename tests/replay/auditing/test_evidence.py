@@ -51,7 +51,7 @@ def measured_misses(assembly, detector, segments, *, between=False):
     return [fault for _, _, fault, _ in examined], requested
 
 
-def cuts_of(session, positions):
+def measured_cuts(session, positions):
     """Misses of these frames, measured, and how many frames were queried at a time."""
     assembly = assemble(session)
     return measured_misses(assembly, create_detector("hybrid", assembly.bodies, pairs=assembly.pairs), positions)
@@ -69,15 +69,17 @@ def offset_cubes(positions):
 
 
 def test_the_longest_curve_has_a_normal_toward_the_second_body():
-    (whole, piece), requested = cuts_of(offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68]), [(0, 0, 4), (0, 0, 1)])
+    """Cube b is deepest in a's face at x = 0.5 m in frame 2; misses are (pair, first, last frame)."""
+    (whole, piece), requested = measured_cuts(offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68]), [(0, 0, 4), (0, 0, 1)])
     assert (whole.frame, piece.frame, requested) == (2, 1, [5]) and whole.metres > piece.metres > 0.0
     assert piece.evidence.face_pairs > 0 and piece.point[0] == pytest.approx(0.5, abs=1e-12)
     assert piece.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
 
 
 def test_a_contained_body_has_a_point_and_no_curve():
+    """A cube of 0.1 m is inside one of 1 m; the point is midway between their centres, at x = 5 and 4.8 m."""
     poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(0.1)}
-    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
+    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
     assert (cut.frame, cut.metres, cut.evidence.face_pairs) == (0, 0.0, 0)
     assert cut.point == pytest.approx((4.9, 0, 0)) and cut.evidence.normal == pytest.approx((-1, 0, 0))
 
@@ -90,6 +92,7 @@ def test_long_misses_are_sampled_evenly_with_both_ends():
 
 
 def test_groups_keep_the_order_and_their_limit():
+    """Sizes add up to at most 6 in a group; a larger one is alone."""
     assert [*grouped_by_size([3, 4, 2, 9, 1, 1, 5], int, 6)] == [[3], [4, 2], [9], [1, 1], [5]]
 
 
@@ -103,10 +106,11 @@ def test_groups_keep_the_order_and_their_limit():
     ],
 )
 def test_normal_of_a_straight_cut_is_perpendicular_to_the_cut(other, normal):
+    """Both miss one frame; in the second frame ``b`` is 9 m away."""
     flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
     across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
     poses = {"a": along_x([0, 0]), "b": along_x([0.05, 9])}
-    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
+    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
     assert cut.evidence.face_pairs == 1 and cut.metres > 0.0
     assert cut.evidence.normal == pytest.approx(normal, abs=1e-9)
 
@@ -117,7 +121,7 @@ def test_a_curve_is_as_long_as_its_segments():
     wall = MeshData(np.reshape(corners, (-1, 3)).astype(float), np.arange(9).reshape(-1, 3))
     floor = MeshData(np.array([[-20.0, -5, 0], [20, -5, 0], [0, 20, 0]]), np.array([[0, 1, 2]]))
     poses = {"a": along_x([-10, -10]), "b": along_x([0, 1])}
-    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), [(0, 0, 0)])
+    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), [(0, 0, 0)])
     assert cut.evidence.face_pairs == 3 and cut.metres == pytest.approx(6.0) and cut.point == pytest.approx((-8, 0, 0))
 
 
@@ -130,6 +134,7 @@ def misses_between_frames(positions, *segments):
 
 
 def test_a_contact_between_frames_has_moment_faces_and_point():
+    """Frames 10 ms apart: b flies from x = 3 m to -3 m in frame 1 to 2 and touches at x = 1 m, after a third of it."""
     (cut,) = misses_between_frames([3.0, 3.0, -3.0, -3.0], (0, 2, 2))
     assert cut.evidence.touch.moment == pytest.approx(0.01 + 0.01 * 2 / 6, abs=1e-6)
     assert (cut.frame, cut.evidence.face_pairs, cut.evidence.faces.tolist()) == (2, 1, [list(cut.evidence.touch.faces)])

@@ -15,7 +15,9 @@ from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
 from sessions.model.event import LiveContact
 
-N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.GRASPED))
+NEITHER, BOTH, MISSED, FALSE, GRASPED = map(
+    int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.GRASPED)
+)
 
 
 def cubes_and_outcomes(outcomes, gaps=None):
@@ -35,7 +37,8 @@ def false_of(outcomes, gaps=None, detector=None):
     """False contacts of a detector that may explain itself."""
     assembly, note = cubes_and_outcomes(outcomes, gaps)
     subject, oracle = (
-        verdict_column(["C" if item in reported else "." for item in outcomes]) for reported in ((B, F), (B, M))
+        verdict_column(["C" if item in reported else "." for item in outcomes])
+        for reported in ((BOTH, FALSE), (BOTH, MISSED))
     )
     return false_contacts(assembly, note, Audited(assembly.motion, detector, subject, oracle))
 
@@ -43,46 +46,55 @@ def false_of(outcomes, gaps=None, detector=None):
 @pytest.mark.parametrize(
     ("outcomes", "kinds"),
     [
-        ([N, F, F, N], ["nothing there"]), ([F, F], ["nothing there"]), ([N, F, B, N], ["starts early"]),
-        ([N, B, F, N], ["ends late"]), ([B, F, B], ["joins two contacts"]), ([F, B, F], ["starts early", "ends late"]),
-        ([B, N, F, N, B], ["nothing there"]), ([B, M, F, N], ["nothing there"]), ([N, B, M], []),
+        ([NEITHER, FALSE, FALSE, NEITHER], ["nothing there"]),
+        ([FALSE, FALSE], ["nothing there"]),
+        ([NEITHER, FALSE, BOTH, NEITHER], ["starts early"]),
+        ([NEITHER, BOTH, FALSE, NEITHER], ["ends late"]),
+        ([BOTH, FALSE, BOTH], ["joins two contacts"]),
+        ([FALSE, BOTH, FALSE], ["starts early", "ends late"]),
+        ([BOTH, NEITHER, FALSE, NEITHER, BOTH], ["nothing there"]),
+        ([BOTH, MISSED, FALSE, NEITHER], ["nothing there"]),
+        ([NEITHER, BOTH, MISSED], []),
     ],
-)  # fmt: skip
+)
 def test_false_contact_kind_follows_from_true_contact_around(outcomes, kinds):
     """False contact before a true contact starts early, after one ends late, and between two joins them.
 
-    Outcomes by frame: N neither in contact, B both in contact, F false contact, M missed.
+    Outcomes of detector and reference, frame by frame.
     """
     assert [item.kind for item in false_of(outcomes)] == kinds
 
 
 def test_interval_is_displayed_at_its_largest_gap():
-    (item,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
+    """Frames of 10 ms; the gap is 0.7 m in frame 2, and its middle 0.35 m beyond the face at x = 1 m."""
+    (item,) = false_of([NEITHER, FALSE, FALSE, FALSE, NEITHER], [9.0, 0.1, 0.7, 0.2, 9.0])
     assert (item.number, item.bodies, item.first, item.last, item.frames) == (1, ("a", "b"), 1, 3, 3)
     assert (item.start, item.end, item.frame) == (0.01, 0.04, 2)
     assert item.metres == pytest.approx(0.7) and item.point[0] == pytest.approx(1.0 + 0.35)
 
 
 def test_false_contacts_are_numbered_by_time_and_not_while_grasped():
-    assert [(item.number, item.first) for item in false_of([F, N, F, F])] == [(1, 0), (2, 2)]
-    assert false_of([H, H]) == ()
+    assert [(item.number, item.first) for item in false_of([FALSE, NEITHER, FALSE, FALSE])] == [(1, 0), (2, 2)]
+    assert false_of([GRASPED, GRASPED]) == ()
 
 
 def test_false_contacts_are_ordered_by_gap_and_not_by_length():
     # The last two are equal to a micrometre, so that they are in order of time.
     gaps = [0.001, 0.001, 0.001, 1.0, 0.0200000004, 1.0, 0.03, 1.0, 0.02]
-    false = false_of([F, F, F, N, F, N, F, N, F], gaps)
+    false = false_of([FALSE, FALSE, FALSE, NEITHER, FALSE, NEITHER, FALSE, NEITHER, FALSE], gaps)
     assert [contact.number for contact in worst_first(false[::-1])] == [3, 2, 4, 1]
 
 
 def test_of_too_many_the_longest_are_measured(monkeypatch):
+    """The gap of one frame may be measured: the contact of two frames gets it, that of one frame does not."""
     monkeypatch.setattr(module, "GAP_FRAMES_TOTAL", 1)
-    short, long = false_of([F, N, F, F], [0.5, 1, 0.5, 0.5])
+    short, long = false_of([FALSE, NEITHER, FALSE, FALSE], [0.5, 1, 0.5, 0.5])
     assert np.isnan(short.metres) and long.metres == pytest.approx(0.5)
 
 
 def test_the_cause_is_the_solid_before_the_rate():
-    bodies, pairs = cubes_and_outcomes([N])[0].bodies, np.array([[0, 1]])
+    """Boxes 0.5 m apart, or 0.01 m deep in each other; a rate of 1 Hz keeps the answer of frame 0."""
+    bodies, pairs = cubes_and_outcomes([NEITHER])[0].bodies, np.array([[0, 1]])
     ball = create_detector("collider", bodies, pairs=pairs, shape="sphere")
     slow = create_detector("discrete", bodies, pairs=pairs, rate_hz=1.0)
     box = create_detector("collider", bodies, pairs=pairs, shape="box", rate_hz=1.0)
@@ -92,15 +104,21 @@ def test_the_cause_is_the_solid_before_the_rate():
         (0.5, None, Cause.UNEXPLAINED),
         (-0.01, box, Cause.COLLIDERS_MEET),
     ):
-        assert false_of([N, F, F], [9.0, gap, gap], detector)[0].cause == cause
+        assert false_of([NEITHER, FALSE, FALSE], [9.0, gap, gap], detector)[0].cause == cause
 
 
 @pytest.mark.parametrize(
     ("outcomes", "causes"),
     [
-        ([N, N, M, M, B, F, F, *[N] * 9, F], [Cause.LATE, Cause.UNEXPLAINED]),
-        ([F, *[N] * 9, F, F, B, M, M, N, N], [Cause.UNEXPLAINED, Cause.EARLY]),
-        ([N, N, B, B, F, N, N, B, B, N, N], [Cause.UNEXPLAINED]),
+        (
+            [NEITHER, NEITHER, MISSED, MISSED, BOTH, FALSE, FALSE, *[NEITHER] * 9, FALSE],
+            [Cause.LATE, Cause.UNEXPLAINED],
+        ),
+        (
+            [FALSE, *[NEITHER] * 9, FALSE, FALSE, BOTH, MISSED, MISSED, NEITHER, NEITHER],
+            [Cause.UNEXPLAINED, Cause.EARLY],
+        ),
+        ([NEITHER, NEITHER, BOTH, BOTH, FALSE, NEITHER, NEITHER, BOTH, BOTH, NEITHER, NEITHER], [Cause.UNEXPLAINED]),
     ],
 )
 def test_constant_delay_is_the_cause_only_of_contacts_it_moved(outcomes, causes):
@@ -123,7 +141,7 @@ REPORTS = [
 @pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
 @pytest.mark.parametrize("steps", [50.0, None])
 def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes, steps):
-    outcomes = [{".": N, "B": B, "F": F}[item] for item in frames]
+    outcomes = [{".": NEITHER, "B": BOTH, "F": FALSE}[item] for item in frames]
     assembly, _ = cubes_and_outcomes(outcomes)
     stamps = zip(("enter", "exit"), report, strict=True)
     contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
@@ -134,12 +152,12 @@ def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes
 
 
 def test_false_contact_is_blamed_on_clock_before_late_report():
-    assembly, _ = cubes_and_outcomes([N])
+    assembly, _ = cubes_and_outcomes([NEITHER])
     contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
 
     def cause(residual, gap=0.5, **known):
         engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, residual, known)
-        return false_of([N, B, F, N], [gap] * 4, engine)[0].cause
+        return false_of([NEITHER, BOTH, FALSE, NEITHER], [gap] * 4, engine)[0].cause
 
     assert [cause(0.0), cause(0.001), cause(0.0, shape="box")] == ["late", "clock", "late"]
     assert cause(0.0, -0.1, shape="box") == Cause.COLLIDERS_MEET

@@ -14,6 +14,7 @@ STEP = STEP_NS * 1e-9
 
 
 def test_a_jump_through_a_cube_touches_on_its_line():
+    """From x = 3 to -3 m in a step; unit cubes touch at x = 1 m, after 2 of 6 m."""
     assembly = assemble(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, -3.0, -3.0]}))
     touch = first_touch(assembly, pair=0, frame=1)
     expected = STEP + STEP * 2 / 6
@@ -40,6 +41,7 @@ def test_only_the_pair_moves_to_its_touch():
 
 
 def test_between_frames_origins_move_linearly_and_rotations_evenly():
+    """A step of 4 m and 2 m with a rotation of 90 degrees about z; a quarter of it has 1 m, 0.5 m and 22.5 degrees."""
     quaternions = np.array([[0, 0, 0, 1.0], [0, 0, np.sin(np.pi / 4), np.cos(np.pi / 4)]])
     poses = {"a": along_x([0, 0]), "b": (np.array([[0.0, 0, 0], [4.0, 2.0, 0]]), quaternions)}
     motion = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()})).motion

@@ -23,7 +23,7 @@ WAVERING = [*FAR, *[0.3, -0.2, 0.1, -0.5] * 10, *FAR, -0.4, *FAR, 0.5, *FAR]
 """Gaps that noise of this size closes and opens: a glass at rest, a contact, and a near pass."""
 
 
-def gaps(millimetres, names="ab"):
+def cubes_at_gaps_mm(millimetres, names="ab"):
     """Two cubes, the gap between their faces in every frame in millimetres, below 0 how far they overlap."""
     positions = {"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]}
     return cubes({name: positions[name] for name in names})
@@ -39,7 +39,7 @@ def noisy_run(session, **more):
 def test_copies_with_contact_follow_the_normal_distribution():
     """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
     wide = [-0.4, 0.0, 0.7, 0.8]
-    session = gaps([*FAR, *(item for gap in wide for item in (gap, *FAR))])
+    session = cubes_at_gaps_mm([*FAR, *(item for gap in wide for item in (gap, *FAR))])
     for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
         noise = noisy_run(session, noise=sizes, noise_copies=4000).noise
         fraction = [item.fraction for item in (*noise.contacts, *noise.near)]
@@ -47,7 +47,8 @@ def test_copies_with_contact_follow_the_normal_distribution():
 
 
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
-    result = noisy_run(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
+    """6 mm deep for 120 frames, 0.1 mm deep once, 0.5 mm apart once in frame 181; noise has 0.6 mm along the gap."""
+    result = noisy_run(cubes_at_gaps_mm([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
     assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.labels)
     (hidden,) = noise.near
@@ -68,8 +69,9 @@ def test_contact_in_95_percent_of_noisy_copies_holds():
 
 
 def test_contacts_of_a_glass_at_rest_are_undecidable():
+    """Frames 62 to 211 rest at gaps of -0.1 to 0.3 mm, which noise of 0.6 mm closes and opens."""
     rest = 0.1 + 0.2 * np.sin(np.arange(150))
-    result = noisy_run(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]), noise_copies=32)
+    result = noisy_run(cubes_at_gaps_mm([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]), noise_copies=32)
     (interval,) = result.noise.resting
     assert (interval.first, interval.last) == pytest.approx((62, 211), abs=12) and result.noise.near == ()
     before, *text = result.noise.labels
@@ -79,18 +81,19 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
 
 @pytest.mark.slow
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
-    session = gaps(WAVERING)
+    session = cubes_at_gaps_mm(WAVERING)
     whole = noisy_run(session, noise_copies=16).noise
     monkeypatch.setattr(module, "BLOCK_FRAMES", 7)
     for threads in (1, 5):
         monkeypatch.setattr(module.os, "cpu_count", lambda threads=threads: threads)
         assert noisy_run(session, noise_copies=16).noise == whole
-    assert noisy_run(gaps(WAVERING, names="ba"), noise_copies=16).noise == whole
+    assert noisy_run(cubes_at_gaps_mm(WAVERING, names="ba"), noise_copies=16).noise == whole
     assert noisy_run(session, noise_copies=16, seed=1).noise != whole
 
 
 def test_gates_count_only_contacts_that_hold_despite_noise(tmp_path):
-    session = gaps([*FAR, -6.0, -6.0, *FAR, -0.1, *FAR, -0.1, *FAR])
+    """Three contacts, all missed at 7 Hz: one 6 mm deep, which holds, and two of 0.1 mm, which noise may undo."""
+    session = cubes_at_gaps_mm([*FAR, -6.0, -6.0, *FAR, -0.1, *FAR, -0.1, *FAR])
     result = run(session, detectors="slow=discrete[rate_hz=7]", noise=SIZE, out=tmp_path / "run", picture=False)
     tables = result.tables
     assert tables["episodes"].where(detector="exact").column("noise") == ["holds", *["undecidable"] * 2]
@@ -104,7 +107,7 @@ def test_gates_count_only_contacts_that_hold_despite_noise(tmp_path):
 
 
 def test_run_without_noise_reports_nothing_about_noise():
-    result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
+    result = compute(cubes_at_gaps_mm([9.0, -1.0, 9.0]), detectors="hybrid")
     assert result.noise is None is result.document.noise and result.document.audit["hybrid"].noise_proof is None
     assert not any("noise" in line for line in notes_of(result))
 

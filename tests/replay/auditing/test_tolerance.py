@@ -16,11 +16,11 @@ from replay.auditing.tolerance import Reference, Tolerance
 from replay.engine import compute
 from replay.prepare.assembly import Assembly
 
-GAPS = [-1e-3, -1e-5, -2.3e-6, -1.9e-6, -1e-9, 0.0, 1e-9, 1.9e-6, 2.3e-6, 1e-5, 1e-3]
+GAPS_TO_WALL_M = [-1e-3, -1e-5, -2.3e-6, -1.9e-6, -1e-9, 0.0, 1e-9, 1.9e-6, 2.3e-6, 1e-5, 1e-3]
 """Of a ball's extreme vertex off the wall of a box; below 0 inside."""
 
 
-def world(positions, first=None, matrix=None):
+def first_body_and_box(positions, first=None, matrix=None):
     """Two bodies, a ball if none is named and a box, the first at each of these places, both in a turned world."""
     count, matrix = len(positions), np.eye(3) if matrix is None else matrix
     move = np.zeros((count, 2, 3))
@@ -31,11 +31,11 @@ def world(positions, first=None, matrix=None):
     return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))
 
 
-def beside(*positions, **more):
-    return world([(position, 0, 0) for position in positions], **more)
+def ball_on_x_and_box(*positions, **more):
+    return first_body_and_box([(position, 0, 0) for position in positions], **more)
 
 
-def judged(assembly, lie, tau=2e-6, **changed):
+def outcomes_of_a_liar(assembly, lie, tau=2e-6, **changed):
     """Outcomes of a subject that says the opposite of the exact detector, in the words of ``lie``."""
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
     truth = exact.detect(assembly.motion)
@@ -46,14 +46,15 @@ def judged(assembly, lie, tau=2e-6, **changed):
 
 
 def test_the_border_is_tau_on_both_sides():
-    m, i, t = Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE
-    assembly = beside(*(1.0 + gap for gap in GAPS))
-    assert judged(assembly, Verdict.CONTACT) == [m, m, m, t, t, t, t, t, i, i, i]
-    assert judged(assembly, Verdict.CONTACT, tau=1.2e-5) == [m, *[t] * 9, i]
-    assert judged(assembly, Verdict.CONTACT, tau=0.0) == [m] * 6 + [i] * 5
+    """Tau is 2 um unless given: gaps from -1.9 to 1.9 um are within it."""
+    missed, false, within = Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE
+    assembly = ball_on_x_and_box(*(1.0 + gap for gap in GAPS_TO_WALL_M))
+    assert outcomes_of_a_liar(assembly, Verdict.CONTACT) == [missed] * 3 + [within] * 5 + [false] * 3
+    assert outcomes_of_a_liar(assembly, Verdict.CONTACT, tau=1.2e-5) == [missed, *[within] * 9, false]
+    assert outcomes_of_a_liar(assembly, Verdict.CONTACT, tau=0.0) == [missed] * 6 + [false] * 5
 
 
-PLANTED = [0.5, 0.99, 1.01, 1.5, 2.5]
+DEPTHS_IN_TAU = [0.5, 0.99, 1.01, 1.5, 2.5]
 """Depths, in tau, of which the first two are at most tau."""
 
 
@@ -61,36 +62,39 @@ PLANTED = [0.5, 0.99, 1.01, 1.5, 2.5]
 @pytest.mark.parametrize("tau", [2e-6, 1e-4])
 @pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
 def test_flush_cubes_are_excused_to_tau_and_no_deeper(sideways, tau):
-    positions = [[side * (1.0 - depth * tau), *sideways] for depth in PLANTED for side in (1, -1)]
+    """Of depths in tau, 0.5 and 0.99 are excused; ``sideways``: shift in the other two axes."""
+    positions = [[side * (1.0 - depth * tau), *sideways] for depth in DEPTHS_IN_TAU for side in (1, -1)]
     expected = [Outcome.WITHIN_TOLERANCE] * 4 + [Outcome.MISSED] * 6
-    assert judged(world(positions, box_mesh()), Verdict.CONTACT, tau) == expected
+    assert outcomes_of_a_liar(first_body_and_box(positions, box_mesh()), Verdict.CONTACT, tau) == expected
     rotation = random_rotations(np.random.default_rng(3), 1)[0]
-    assert judged(world(positions, box_mesh(), rotation), Verdict.CONTACT, tau) == expected
+    assert outcomes_of_a_liar(first_body_and_box(positions, box_mesh(), rotation), Verdict.CONTACT, tau) == expected
 
 
 def test_cubes_that_are_exactly_tau_deep_are_excused():
     tau = 2.0**-19  # 1.9 micrometres: the places below are exact
-    flush = world([[1.0 - tau, 0, 0], [1.0 - tau, 0.25, 0]], box_mesh())
-    assert judged(flush, Verdict.CONTACT, tau) == [Outcome.WITHIN_TOLERANCE] * 2
+    flush = first_body_and_box([[1.0 - tau, 0, 0], [1.0 - tau, 0.25, 0]], box_mesh())
+    assert outcomes_of_a_liar(flush, Verdict.CONTACT, tau) == [Outcome.WITHIN_TOLERANCE] * 2
 
 
 def test_groups_of_frames_change_nothing(monkeypatch):
-    assembly = beside(*(1.0 + gap for gap in GAPS * 3))
-    whole = judged(assembly, Verdict.CONTACT)
+    assembly = ball_on_x_and_box(*(1.0 + gap for gap in GAPS_TO_WALL_M * 3))
+    whole = outcomes_of_a_liar(assembly, Verdict.CONTACT)
     monkeypatch.setattr("replay.auditing.tolerance.FRAMES_AT_ONCE", 4)
-    assert judged(assembly, Verdict.CONTACT) == whole
+    assert outcomes_of_a_liar(assembly, Verdict.CONTACT) == whole
 
 
 def test_containment_candidates_and_intervals_have_no_tolerance():
-    inside = beside(0.0, 0.25 - 1e-9, first=ball_mesh(0.25))  # in the middle, and a nanometre from the wall
-    assert judged(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
+    """A nanometre from the wall, well within tau, which excuses surfaces in contact only."""
+    inside = ball_on_x_and_box(0.0, 0.25 - 1e-9, first=ball_mesh(0.25))  # in the middle, and a nanometre from the wall
+    assert outcomes_of_a_liar(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
     for word in (Verdict.CONTAINED, Verdict.CANDIDATE):
-        assert judged(beside(1.0 + 1e-9), word) == [Outcome.FALSE_CONTACT]
-    assert judged(beside(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
+        assert outcomes_of_a_liar(ball_on_x_and_box(1.0 + 1e-9), word) == [Outcome.FALSE_CONTACT]
+    assert outcomes_of_a_liar(ball_on_x_and_box(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
 
 
 def test_frames_within_tolerance_count_in_no_false_contact():
-    assembly = beside(0.5, 0.5, 1.0 + 1e-6, 1.0 + 1e-6, 1.5)
+    """Two frames deep in contact, two a micrometre apart and one 0.5 m apart, all reported: 1 of 3 is false."""
+    assembly = ball_on_x_and_box(0.5, 0.5, 1.0 + 1e-6, 1.0 + 1e-6, 1.5)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
     truth = exact.detect(assembly.motion)
     tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), 2e-6)

@@ -16,7 +16,7 @@ def test_nothing_counted_leaves_everything_open():
     assert proportion(0, 0) == Proportion(count=0, of=0, value=None, lower=0.0, upper=1.0)
 
 
-def ends(part):
+def bounds_of(part):
     return part.lower, part.upper
 
 
@@ -24,33 +24,39 @@ def ends(part):
 def test_confidence_interval_counts_contacts_and_not_their_frames(frames):
     """0 of 18 contacts has Wilson's interval 0 to 17.6 %, whether each lasts 1 or 40 frames."""
     none, whole = proportion_of_clusters([0] * 18, [frames] * 18), proportion_of_clusters([frames] * 18, [frames] * 18)
-    assert ends(none) == wilson_interval(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
-    assert ends(whole) == wilson_interval(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
-    assert ends(proportion_of_clusters([0] * 19, [frames] * 18 + [0])) == wilson_interval(0, 18)
+    assert bounds_of(none) == wilson_interval(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
+    assert bounds_of(whole) == wilson_interval(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
+    assert bounds_of(proportion_of_clusters([0] * 19, [frames] * 18 + [0])) == wilson_interval(0, 18)
 
 
 def test_equal_fractions_in_every_contact_count_as_independent_frames():
-    assert ends(proportion_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(wilson_interval(18, 180), abs=1e-9)
+    """10 % of each of three contacts, of 180 frames in all."""
+    assert bounds_of(proportion_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(
+        wilson_interval(18, 180), abs=1e-9
+    )
 
 
 def test_interval_of_wholly_missed_contacts_is_about_wilsons():
     """3 of 20 contacts are missed in all of their 10 frames."""
-    lower, upper = ends(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
+    lower, upper = bounds_of(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
     few_lower, few_upper = wilson_interval(3, 20)
     assert lower < few_lower and few_upper < upper < few_upper + 0.05
 
 
 def test_single_or_dominating_contact_counts_as_a_single_draw():
-    assert ends(proportion_of_clusters([5], [10])) == wilson_interval(0.5, 1)
-    assert ends(proportion_of_clusters([500, 0], [1000, 1])) == pytest.approx(wilson_interval(0.5, 1), abs=1e-3)
+    """Half of one contact is missed: as wide as half of a sample of one."""
+    assert bounds_of(proportion_of_clusters([5], [10])) == wilson_interval(0.5, 1)
+    assert bounds_of(proportion_of_clusters([500, 0], [1000, 1])) == pytest.approx(wilson_interval(0.5, 1), abs=1e-3)
 
 
 def test_face_pairs_of_an_hour_do_not_overflow():
-    ends_of = [ends(proportion_of_clusters([size, 0, 2 * size], [3 * size] * 3)) for size in (10**3, 10**10)]
+    """Counts of up to 3e10, whose squares exceed 64 bits, have the interval of counts of 3,000."""
+    ends_of = [bounds_of(proportion_of_clusters([size, 0, 2 * size], [3 * size] * 3)) for size in (10**3, 10**10)]
     assert ends_of[0] == pytest.approx(ends_of[1])
 
 
 def test_intervals_pooled_over_sessions_equal_one_over_all():
+    """30 contacts in one session, or 11 in a first and 19 in a second."""
     random = np.random.default_rng(2)
     of = random.integers(1, 50, 30)
     counts = random.binomial(of, 0.3)
