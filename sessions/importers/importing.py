@@ -498,7 +498,7 @@ def _with_collider_account(session: Session, colliders: ColliderFile) -> Session
 def collider_assumptions(session: Session, given: MeshOptions, poses: Convention) -> list[Assumption]:
     """Returns the axes that the file of colliders was taken to have, if there is one."""
     file = str(given.colliders or session.scene.colliders)
-    if not file or not session.colliders:
+    if not file:
         return []
     axes = given.collider_axes or COLLIDER_AXES
     alternatives = mesh_axes_alternatives(axes, poses)

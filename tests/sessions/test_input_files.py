@@ -3,7 +3,16 @@
 import pytest
 
 from sessions.errors import ImportFileError, SceneError
-from sessions.input_files import MOST_NAMED, check_encoding, is_number, nearest, parse_toml, read_text, special_kind
+from sessions.input_files import (
+    MOST_NAMED,
+    check_encoding,
+    is_number,
+    nearest,
+    open_input,
+    parse_toml,
+    read_text,
+    special_kind,
+)
 
 READ = {
     "count": lambda table: table.count("key", 1, 1, 5),
@@ -105,3 +114,34 @@ def test_line_ends_of_text_become_line_feeds(tmp_path):
 def test_folder_is_no_regular_file(tmp_path):
     (tmp_path / "scene.toml").touch()
     assert (special_kind(tmp_path), special_kind(tmp_path / "scene.toml")) == ("a folder", "")
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"name = 'caf\xe9'", "scene .* is not UTF-8 text; save it as UTF-8"),
+        ("name = 'cup'".encode("utf-16"), "scene .* is text in UTF-16"),
+        (b" \n", "scene .* is empty"),
+    ],
+)
+def test_text_that_cannot_be_read_is_named(tmp_path, data, message):
+    (tmp_path / "scene.toml").write_bytes(data)
+    with pytest.raises(SceneError, match=message):
+        read_text(tmp_path / "scene.toml", "scene", SceneError)
+
+
+def test_blank_text_is_read_where_it_may_be_empty(tmp_path):
+    (tmp_path / "scene.toml").write_bytes(b" \n")
+    assert read_text(tmp_path / "scene.toml", "scene", SceneError, may_be_empty=True) == " \n"
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"), [(OSError(5, "Input/output error"), "Input/output error"), (OSError("torn"), "torn")]
+)
+def test_failed_read_says_what_the_system_says(tmp_path, error, reason):
+    (tmp_path / "scene.toml").write_bytes(b"name = 'cup'")
+    with (
+        pytest.raises(SceneError, match=rf"cannot be read \({reason}\); check"),
+        open_input(tmp_path / "scene.toml", "scene", SceneError),
+    ):
+        raise error

@@ -142,6 +142,15 @@ def test_small_scene_names_a_group_for_pairs(session_and_scene, capsys):
     assert "write two names with a colon between" in capsys.readouterr().err
 
 
+def test_imported_scene_without_bodies_adds_to_the_recording(tmp_path):
+    log, scene, out = tmp_path / "log.csv", tmp_path / "scene.toml", tmp_path / "s.mcap"
+    rows = [f"pose,0,{name},0,0,0,0,0,0,1,1,," for name in ("cup", "rod")]
+    log.write_text("\n".join(["kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value", *rows, ""]))
+    scene.write_text('[[group]]\nname = "glass"\nmembers = ["cup", "rod"]')
+    assert main(["import", "csv", str(log), "-o", str(out), "--convention", "openxr", "--scene", str(scene)]) == 0
+    assert [group.members for group in read_session(out).scene.groups] == [("cup", "rod")]
+
+
 def test_folder_meshes_reach_their_bodies_in_import_and_draft(session_and_scene, capsys):
     folder, out = session_and_scene / "meshes", session_and_scene / "csv.mcap"
     folder.mkdir()

@@ -189,3 +189,23 @@ def test_report_ends_at_the_next_physics_step(moment, expected):
     assert engine((4, "enter"), (8, "exit")).ended_at_next_step(0, moment) is expected
     assert engine((4, "enter"), (8, "exit"), rate_hz=None).ended_at_next_step(0, moment) is False
     assert engine((4, "enter")).ended_at_next_step(0, moment) is False
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "expected"), [(0.026, 0.044, False), (0.026, 0.046, True), (0.0449, 0.0451, True)]
+)
+def test_physics_steps_between_frames_count(start, end, expected):
+    """Reports at 5 and 25 ms: a step every 20 ms, of which the third is at 45 ms."""
+    assert engine((0.5, "enter"), (2.5, "exit")).has_step_between(start, end) is expected
+
+
+def test_reports_count_from_the_first_frame_on():
+    """Both clocks begin at 1 s, and the report lasts from 40 to 60 ms after it: frames 4 and 5."""
+    first_ns = 100 * STEP_NS
+    made = assemble(cubes(TWO_BUMPS, first_ns=first_ns))
+    contacts = [
+        LiveContact(first_ns + 4 * STEP_NS, "a", "b", "enter"),
+        LiveContact(first_ns + 6 * STEP_NS, "a", "b", "exit"),
+    ]
+    detector = recorded_detector(made.bodies, made.pairs, contacts, made.first_ns, 0.0, {})
+    assert np.flatnonzero(detector.detect(made.motion).verdict).tolist() == [4, 5]
