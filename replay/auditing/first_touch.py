@@ -35,8 +35,9 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
         _pose_matrices(motion, frame_slice, b),
         times=frame_times,
     )
-    if impact.toi is None or impact.faces is None:  # a hit alone has faces
+    if impact.faces is None:
         return None
+    assert impact.toi is not None  # faces that meet have a moment
     # At ``free`` they are still apart, by what they move in a microsecond: there the gap has a direction.
     motion_at_touch = poses_between(motion, pair_bodies, np.array([impact.toi[0]]))
     rotations, positions = motion_at_touch.rotations[0], motion_at_touch.translations[0]

@@ -152,7 +152,8 @@ def _overlaps(
         if episode.pair == other.pair and shared_frames > 0:
             extra_seconds = (other.end - other.start) - (episode.end - episode.start)
             yield EpisodeMatch(number, other_number, shared_frames, other.start - episode.start, extra_seconds)
-        if (episode.pair, episode.last) <= (other.pair, other.last + most_gap_frames):
+        # Between two episodes of a side is a frame, so nothing of the next one begins within the gap.
+        if (episode.pair, episode.last) <= (other.pair, other.last):
             i += 1
         else:
             j += 1

@@ -51,15 +51,17 @@ class Comparison:
 
         A frame in which both report contact of any member is BOTH, whichever member each means.
         """
-        columns = self.contact_columns
-        if columns is None or (columns == np.arange(len(columns))).all():
+        if self.contact_columns is None:
+            return self.outcome
+        columns, member_counts = np.unique(self.contact_columns, return_counts=True)
+        group_columns = columns[member_counts > 1].tolist()
+        if not group_columns:
             return self.outcome
         outcome_by_contact = self.outcome.copy()
-        for first in np.unique(columns).tolist():
-            member_columns = np.flatnonzero(columns == first)
-            if len(member_columns) > 1:
-                outcome_by_contact[:, member_columns] = Outcome.NEITHER
-                outcome_by_contact[:, first] = joined_outcome(self.outcome[:, member_columns])
+        for column in group_columns:
+            member_columns = np.flatnonzero(self.contact_columns == column)
+            outcome_by_contact[:, member_columns] = Outcome.NEITHER
+            outcome_by_contact[:, column] = joined_outcome(self.outcome[:, member_columns])
         return outcome_by_contact
 
     @cached_property

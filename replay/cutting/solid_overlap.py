@@ -54,7 +54,8 @@ def solid_of(mesh: TriangleMesh) -> Solid:
 
 def intersection_solid(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> Manifold:
     """The common part of two solids in the axes of the second; rotation and translation (3, 3), (3,) of the first."""
-    assert first.manifold is not None and second.manifold is not None
+    assert first.manifold is not None
+    assert second.manifold is not None
     return first.manifold.transform(np.column_stack([rotation, translation])) ^ second.manifold
 
 

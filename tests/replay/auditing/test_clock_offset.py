@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from replay.auditing.clock_offset import estimate_offset
+from replay.auditing.clock_offset import ClockFacts, estimate_offset
 from replay.errors import AuditError
 
 JITTER = 0.008
@@ -130,3 +130,44 @@ def test_clock_offset_needs_two_reports_that_fit_contacts():
     reported = {BEGINS_OF_AB: begins, ENDS_OF_AB: [begin + 0.2 for begin in begins]}
     with pytest.raises(AuditError, match="fewer than two reports fit true contacts"):
         estimate_offset(reported, {BEGINS_OF_AB: [1.6], ENDS_OF_AB: [2.4]})
+
+
+def reported_late(late):
+    """The true begins and ends of three contacts, reported so many seconds late, and the truth."""
+    truth = {BEGINS_OF_AB: [1.0, 3.0, 6.0], ENDS_OF_AB: [1.5, 3.7, 6.9]}
+    return {key: [moment + late for moment in moments] for key, moments in truth.items()}, truth
+
+
+@pytest.mark.parametrize(
+    ("late", "is_own_clock"), [(-0.0115, False), (-0.0105, True), (0.0, True), (0.249, True), (0.251, False)]
+)
+def test_recording_clock_explains_reports_by_at_most_the_longest_delay(late, is_own_clock):
+    """Frames are 10 ms apart: a report may be early by a frame and 1 ms, and late by 250 ms."""
+    facts = ClockFacts(frame_interval=0.01, recording_clock_offsets=(0.0,))
+    result = estimate_offset(*reported_late(late), facts=facts)
+    assert result.is_own_clock == is_own_clock
+    assert result.seconds == pytest.approx(0.0 if is_own_clock else -late)
+    assert result.delay == (pytest.approx(late, abs=1e-9) if is_own_clock else None)
+
+
+def test_nearest_of_two_recording_clocks_is_taken():
+    """Reports are 80 ms late on the first clock and 180 ms on the second."""
+    facts = ClockFacts(frame_interval=0.01, recording_clock_offsets=(0.1, 0.0))
+    assert estimate_offset(*reported_late(0.08), facts=facts).seconds == 0.0
+
+
+@pytest.mark.parametrize(("physics_step", "delay"), [(0.03, 0.01), (0.005, 0.0)])
+def test_reports_of_another_clock_wait_for_a_physics_step(physics_step, delay):
+    """A report is late by half a step, a true moment by half a frame of 10 ms; what remains is the delay."""
+    result = estimate_offset(*reported_late(-40.0), facts=ClockFacts(frame_interval=0.01, physics_step=physics_step))
+    assert (result.seconds, result.delay) == (pytest.approx(40.0 + delay), pytest.approx(delay))
+
+
+def test_given_offset_or_drift_is_no_clock_of_the_recording():
+    """Both would fit the recording's own clock: the reports are 0 s late, or 0 s at first and later more."""
+    facts = ClockFacts(frame_interval=0.01, recording_clock_offsets=(0.0,))
+    reported, truth = reported_late(0.0)
+    drifting = {key: [moment / 1.02 for moment in moments] for key, moments in truth.items()}
+    assert not estimate_offset(reported, truth, 0.001, facts).is_own_clock
+    result = estimate_offset(drifting, truth, facts=facts)
+    assert result.drift == pytest.approx(0.02) and not result.is_own_clock

@@ -8,7 +8,7 @@ from support.small_worlds import verdict_column, verdicts
 
 from cdcore import Detection, Verdict
 from replay.auditing.compare import compare
-from replay.auditing.contact_counts import count_contacts, count_reports, grasped_counts
+from replay.auditing.contact_counts import count_contacts, count_reports, grasped_counts, missed_partly, missed_whole
 from replay.auditing.episodes import episodes
 from replay.auditing.fault import FaultKind
 from replay.auditing.matching import match_episodes
@@ -25,6 +25,15 @@ def test_grasped_contact_is_detected_missed_or_late(message, missed, piece):
     reported = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
     frames = message.count("C")
     assert [*reported.values()] == [1, missed, piece, frames, 3 - frames, 0]
+
+
+def test_contact_is_missed_whole_or_partly_or_not():
+    """A row a contact: undecided, reported, missed, and both."""
+    frames_by_outcome = np.zeros((4, len(Outcome)), dtype=int)
+    frames_by_outcome[:, Outcome.MISSED] = [0, 0, 1, 1]
+    frames_by_outcome[:, Outcome.BOTH] = [0, 1, 0, 1]
+    assert missed_whole(frames_by_outcome).tolist() == [False, False, True, False]
+    assert missed_partly(frames_by_outcome).tolist() == [False, False, False, True]
 
 
 def by_hand(oracle, subject):

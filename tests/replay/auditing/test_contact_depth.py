@@ -2,13 +2,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes
+from support.small_worlds import STEP_NS, STILL, along_x, cube, cubes
 from trimesh.creation import icosphere
 
 from replay import run
+from replay.auditing.contact_depth import contact_depths
+from replay.auditing.outcome import Episode
 from replay.cli.main import main
 from replay.document.depth import depth_text
 from replay.document.gates import Gates
+from replay.prepare.assemble import assemble
 from replay.show.report.page import report_html
 from replay.show.run_tables import miss_table
 from sessions import MeshData, Session, write_session
@@ -140,3 +143,24 @@ def test_shallow_miss_is_said_to_be_possible_tracker_noise(metres, noise):
     text = f"{1e3 * metres:g} mm deep{', as tracker noise could make' if noise else ''}"
     assert depth_text(miss.depth) == text
     assert f'"{text}"' in report_html(result).replace("&#34;", '"').replace("&quot;", '"')
+
+
+def test_deepest_frame_is_found_where_rotation_and_path_add_up():
+    """A cube 10 m from its body's origin: half of its way comes of the rotation, half of the path of the origin."""
+    depths, reach = np.array([0.1, 0.12, 0.35, 0.12, 0.2]), np.array([10.0, 0.0, 0.0])
+    angles, place_of_b = np.arcsin((depths[0] - depths) / 20.0), np.array([1.0, 2.0, 3.0])
+    arcs = 10.0 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    origins = np.array([0.0, 1.0 - depths[0], 0.0]) - reach + arcs - reach
+    quaternions = np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], axis=1)
+    poses = {"a": (place_of_b + origins, quaternions), "b": (np.tile(place_of_b, (5, 1)), np.tile(STILL, (5, 1)))}
+    meshes = {"a": MeshData(cube().vertices + reach, cube().faces), "b": cube()}
+    assembly = assemble(Session.from_arrays(np.arange(5) * STEP_NS, poses, meshes))
+    (depth,) = contact_depths(assembly, [Episode(0, 0, 4, 0.0, 0.05)], {}).contacts
+    # The rotation of the cube about its own middle, 0.7 degrees, makes it deeper by at most 0.5 * sin(angle).
+    assert depth.frame == 2 and 0.35 <= depth.depth <= 0.35 + 0.5 * np.sin(np.abs(angles).max())
+
+
+def test_frames_that_cannot_be_deepest_are_not_searched():
+    """A cube is 0.3 deep in frame 0, then rests at 0.1: of the frames at rest the last alone is searched."""
+    assembly = assemble(cubes({"a": [0.0] * 6, "b": [0.7, 0.9, 0.9, 0.9, 0.9, 0.9]}))
+    assert contact_depths(assembly, [Episode(0, 0, 5, 0.0, 0.06)], {}).series[0].keys() == {0, 5}

@@ -27,6 +27,7 @@ def test_coded_frames_have_their_matches(row):
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
     actual = matched(*sides, lambda frames, _: np.isin(frames, row.get("within", [])), row.get("reach", 0))
+    assert row.keys() <= vars(actual).keys() | {"why", "subject", "oracle", "covers", "within", "reach"}
     for item, reported in zip(actual.matched, row.get("matched", actual.matched), strict=True):
         figures = [item.truth, item.reported, item.overlap, item.onset_error, item.duration_error]
         assert reported is item or figures == pytest.approx(reported)

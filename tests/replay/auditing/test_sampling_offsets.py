@@ -1,11 +1,14 @@
 """The offset whose moments a run shows is one of the sixteen, typical of all, and shows the fault that is named."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import cubes, verdict_column
 
+from replay.auditing.compare import compare
 from replay.auditing.outcome import Outcome
-from replay.auditing.sampling_offsets import OFFSET_COUNT
+from replay.auditing.sampling_offsets import OFFSET_COUNT, offset_counts
 from replay.engine import compute
 
 
@@ -67,3 +70,13 @@ def test_requested_offset_is_kept():
         last = sampled[np.searchsorted(sampled, np.arange(len(times)), side="right") - 1]
         verdict = result.detections["slow"].verdict
         assert np.array_equal(verdict, result.detections["exact"].verdict[last])
+
+
+def test_false_contacts_of_each_offset_are_counted():
+    """Sampled at every frame: a false contact from the first frame, a second one, and a true contact."""
+    truth, reported = verdict_column("........C."), verdict_column("CC..CC..C.")
+    reference = SimpleNamespace(contacts=(), compare=lambda subject: compare(subject, truth))
+    counts = offset_counts(100.0, reported, reference)
+    assert counts.false_contacts.tolist() == [2] * OFFSET_COUNT
+    assert counts.false_fractions == pytest.approx([4 / 5] * OFFSET_COUNT)
+    assert (counts.false_contact.count, counts.false_contact.of, counts.false_contact.clusters) == (64, 80, 3)

@@ -1,5 +1,6 @@
 """Sentences about made-up faults, in every form; ``test_fault_sentences`` asks whether they are true of whole runs."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from cdcore import Verdict
 from replay.auditing.fault import Cause, Fault, FaultKind
-from replay.document.fault_sentences import why_false, why_missed
+from replay.document.fault_sentences import what_text, when_texts, why_false, why_missed
 
 CONTACT = SimpleNamespace(first=4, last=7, start=0.04, end=0.08)
 """Frames 4 to 7 of frames of 10 ms."""
@@ -88,3 +89,23 @@ def test_sentence_about_a_miss_reads_as_it_did(form, snapshot):
 def test_sentence_about_a_false_contact_reads_as_it_did(form, snapshot):
     false_contact, detector = FALSE[form]
     assert why_false(false_contact, "slow", detector) == snapshot
+
+
+WHEN = {
+    "the only fault": ([fault(NEVER, 4, 7)], 9.9),
+    "two misses of a short session": ([fault(NEVER, 4, 7), fault(LATE, 14, 15)], 9.9),
+    "two misses of a long session": ([fault(NEVER, 4, 7), fault(LATE, 514, 515)], 10.0),
+    "two false contacts in one tenth of a second": ([fault(NO_CONTACT, 1, 2), fault(NO_CONTACT, 3, 3)], 10.0),
+    "another pair": ([fault(NEVER, 4, 7), replace(fault(NEVER, 4, 7), bodies=("a", "c"))], 9.9),
+}
+
+
+@pytest.mark.parametrize("form", WHEN)
+def test_sentences_about_error_and_moment_read_as_they_did(form, snapshot):
+    """Faults of the detector ``slow`` in a session of so many seconds; the moment is that of the first fault."""
+    faults, duration = WHEN[form]
+    is_miss = faults[0].kind.is_miss
+    result = SimpleNamespace(misses={"slow": faults} if is_miss else {}, false={} if is_miss else {"slow": faults})
+    document = SimpleNamespace(session=SimpleNamespace(duration=duration))
+    texts = when_texts(result, document, SimpleNamespace(label="slow"), faults[0], 0.04)
+    assert (what_text(faults[0]), *texts) == snapshot
