@@ -84,3 +84,13 @@ def test_of_triangles_equally_near_the_first_is_named():
     distance, nearest = nearest_triangles(points, triangles, *balls_of(triangles))
     assert nearest.tolist() == [1, 0]
     assert distance == pytest.approx([0.1, np.sqrt(2.0)])
+
+
+@pytest.mark.parametrize("nearest_of", [nearest_triangles, nearest_triangles_slowly])
+def test_outlier_among_points_has_its_own_nearest_triangle(nearest_of):
+    """Tiny triangles at x = 1 and -6, 31 points beside the first; the last is 4 m from that one, 3 m from the other."""
+    triangles = np.array([[1.0, 0.0, 0.0], [-6.0, 0.0, 0.0]])[:, None] + 1e-9 * np.eye(3)
+    points = np.array([[1.0, 0.0, 0.0]] * 31 + [[-3.0, 0.0, 0.0]])
+    distance, nearest = nearest_of(points, triangles, *balls_of(triangles))
+    assert nearest.tolist() == [0] * 31 + [1]
+    assert distance == pytest.approx([0.0] * 31 + [3.0], abs=1e-8)

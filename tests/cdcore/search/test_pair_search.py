@@ -91,9 +91,7 @@ def test_start_at_a_meeting_pair_hits_immediately(variant):
     assert (int(search.state["start_a"]), int(search.state["start_b"])) == start
 
 
-@pytest.mark.sampled(4)
-@pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
-@pytest.mark.parametrize("world", [0.0, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize(("local", "world"), [(0.0, 0.0), (1e3, 0.0), (0.0, 1e6), (1e3, 1e3)])
 def test_touching_faces_are_never_skipped_wherever_they_lie(local, world):
     # one corner shared, the balls round both faces tangent there: they are thin and point at each other
     rng = np.random.default_rng(3)

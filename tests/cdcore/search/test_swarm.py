@@ -125,6 +125,17 @@ def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
     assert (query == same) == (equation is None)
 
 
+def test_search_of_larger_meshes_evaluates_the_same_pairs():
+    """A power of two changes no rounding, and fitness is a distance over the mean size of both meshes."""
+    results = []
+    for scale in (1.0, 1024.0):
+        ball = ball_of(600, radius=scale)
+        search = search_of(ball, ball, variant="corrected", budget=1000)
+        results.append(search.search((I3, np.array([2.4, 0, 0]) * scale), (I3, np.zeros(3)), 0.0))
+    small, large = results
+    assert large == small._replace(distance=1024.0 * small.distance)
+
+
 SEPARATE = (I3, np.array([2.4, 0.2, 0.1]))
 HERE = (I3, np.zeros(3))
 

@@ -169,6 +169,14 @@ def test_the_effort_ends_only_below_the_tolerance():
     assert search_of_ball_and_plate((0, 0, 0.1), (0, 0, -0.1), effort=0)[0] == HIT
 
 
+@pytest.mark.parametrize(("end_height", "contact_time"), [(-0.1, 0.5), (0.005, 1.0)])
+def test_shortest_segment_is_tested_at_middle_and_end(end_height, contact_time):
+    """A segment that is not halved: the ball of 1 cm is in the thin plate at height 0 halfway, or only at the end."""
+    state, room = search_of_ball_and_plate((0, 0, 0.1), (0, 0, end_height), shortest=1.0)
+    assert state == HIT
+    assert room.impacts[:2].tolist() == [0.0, contact_time]
+
+
 def test_segment_search_reports_a_full_buffer():
     """The buffer has room for two pairs of nodes; a ball grazes a plate within many."""
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
