@@ -12,10 +12,10 @@ from cdcore.kernels.memory import Memory
 from cdcore.triangles.sums import add_product, clear_digits, sign_of_digits, two_product, two_sum
 
 ROUNDOFF = 2.0**-53
-ORIENT3D_BOUND = (7.0 + 56.0 * ROUNDOFF) * ROUNDOFF
-"""Relative to the permanent: what Shewchuk proves for the 3 x 3 determinant of rounded differences."""
-CROSS2_BOUND = (3.0 + 16.0 * ROUNDOFF) * ROUNDOFF
-"""The same for the 2 x 2 determinant."""
+ORIENT3D_BOUND = 8.0 * ROUNDOFF
+"""Relative to the permanent: above the (7 + 56 u) u of Shewchuk for the 3 x 3 determinant of rounded differences."""
+CROSS2_BOUND = 4.0 * ROUNDOFF
+"""The same for the 2 x 2 determinant: above (3 + 16 u) u."""
 UNDERFLOW_GUARD = 1e-250
 """A determinant below this may have lost terms to underflow, which the relative bounds do not cover."""
 OVERFLOW_GUARD = 1e300

@@ -109,10 +109,9 @@ class Block(NamedTuple):
 
 NEAR, BEYOND = 1, 2
 """No bounding volume keeps the bodies apart; coordinates too large or too small for the bounds of the kernels."""
-AT_FRAME, LANES_NOW, GOES_ON = range(DESCENT_STATES, DESCENT_STATES + 3)
+AT_FRAME, LANES_NOW, GOES_ON, STATES = range(DESCENT_STATES, DESCENT_STATES + 4)
 """Places of ``Scratch.state`` behind those of the descent: the frame at which a block begins, and how many frames it
-has, 0 between blocks; 1 where the search of a pair stopped before its last frame."""
-STATES: Final = DESCENT_STATES + 3
+has, 0 between blocks; 1 where the search of a pair stopped before its last frame. The last: how many numbers it has."""
 
 COUNTERS: Final = (
     "node_tests",

@@ -55,9 +55,8 @@ BOX_TESTS, FACE_TESTS, MEETING_TESTS, INTERVALS = range(4)
 """Places of the counters in ``Room.work``."""
 COUNTERS: Final = 4
 
-END: Final = DESCENT_STATES
-"""Place of ``Room.state`` behind those of the descent: how many items there are, -1 if too many."""
-STATES: Final = DESCENT_STATES + 1
+END, STATES = range(DESCENT_STATES, DESCENT_STATES + 2)
+"""Place of ``Room.state`` behind those of the descent: how many items there are, -1 if too many; length of it."""
 
 
 class Room(NamedTuple):

@@ -31,8 +31,8 @@ CUT_SHORT: Final = 1
 """How a search ended that its budget stopped."""
 FIRST_HITS: Final = 64
 """Rows of the list of faces that meet, before it grows."""
-KNOWN: Final = DESCENT_STATES
-"""Place behind those of the descent's state: face pairs known to meet."""
+KNOWN, STATES = range(DESCENT_STATES, DESCENT_STATES + 2)
+"""Place behind those of the descent's state: face pairs known to meet; length of it."""
 
 
 class PairPoses(NamedTuple):
@@ -256,7 +256,7 @@ def search_rows(
     GJK, exact face tests.
     """
     boxes = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3), np.empty(6), np.empty(6)
-    state, axis = np.zeros(DESCENT_STATES + 1, dtype=np.int64), np.array([1.0, 0.0, 0.0])
+    state, axis = np.zeros(STATES, dtype=np.int64), np.array([1.0, 0.0, 0.0])
     room = Room(*boxes, np.empty(18), np.empty(36), axis, digits, state)
     hits, next_child = np.empty((FIRST_HITS, 3), dtype=np.int64), SECOND if traversal.opens == BOTH else FIRST
     pairs, states = integers_of(stack), integers_of(state)

@@ -78,6 +78,50 @@ def test_relative_paths_stay_within_the_chord_bound(seed, start, width):
     assert np.linalg.norm(ends[1] - ends[0]) <= (stop - start) * speed + 1e-13
 
 
+# Of A seen from B, with points of A up to 2 m from its origin; rates in rad and metres per unit of the leg.
+# A point that turns with A at w, seen from B, about r = 2 m: speed w r, acceleration w^2 r. Where B turns at u, a place
+# at distance d that moves at v adds speed u d + v and acceleration u^2 d + 2 u v (centrifugal, Coriolis), and the axis
+# of A turns too, which adds w u r.
+MOTION_BOUNDS = {
+    "A moves 5 m": ({"end_a": (3, 4, 0)}, 5.0, 0.0),
+    "B moves 5 m": ({"end_b": (3, 4, 0)}, 5.0, 0.0),
+    "both move 5 m": ({"end_a": (3, 4, 0), "end_b": (3, 4, 0)}, 0.0, 0.0),
+    "A turns": ({"rate_a": 0.5}, 0.5 * 2, 0.25 * 2),
+    "A turns, 7 m from B": ({"rate_a": 0.5, "start_a": (0, 7, 0), "end_a": (0, 7, 0)}, 0.5 * 2, 0.25 * 2),
+    "B turns": ({"rate_b": 0.5}, 0.5 * 2, 0.25 * 2 + 0.5 * 0.5 * 2),
+    "B turns, 7 m from A": (
+        {"rate_b": 0.5, "start_a": (0, 7, 0), "end_a": (0, 7, 0)},
+        0.5 * (2 + 7),
+        2 * 0.25 * 2 + 0.25 * 7,
+    ),
+    "B turns, A comes nearer": (
+        {"rate_b": 0.5, "start_a": (0, 7, 0), "end_a": (0, 3, 0)},
+        0.5 * (2 + 7) + 4,
+        2 * 0.25 * 2 + 0.25 * 7 + 2 * 0.5 * 4,
+    ),
+    "both turn alike": ({"rate_a": 0.5, "rate_b": 0.5}, 1e-15, 0.0),  # rounding may still turn them a little
+    "both turn against each other": ({"rate_a": 0.5, "rate_b": -0.5}, 1.0 * 2, (1.0 + 0.5) * 2),
+}
+
+
+def leg_of(start, end, rate):
+    """A leg (28, 1) from one place to another, with a rotation of ``rate`` radians about z."""
+    after = Rotation.from_rotvec([0.0, 0.0, rate]).as_matrix()
+    return leg_between(np.eye(3), start, after, end)[:, None]
+
+
+@pytest.mark.parametrize("case", MOTION_BOUNDS)
+def test_motion_bounds_exceed_simple_motions_by_rounding_only(case):
+    motion, speed, acceleration = MOTION_BOUNDS[case]
+    leg_a, leg_b = (
+        leg_of(motion.get(f"start_{k}", (0, 0, 0)), motion.get(f"end_{k}", (0, 0, 0)), motion.get(f"rate_{k}", 0.0))
+        for k in "ab"
+    )
+    bounds = [float(bound[0]) for bound in leg_bounds(leg_a, 2.0, leg_b)]
+    for bound, exact in zip(bounds, (speed, acceleration), strict=True):
+        assert exact <= bound <= exact * (1 + 1e-8) + 1e-14
+
+
 def test_pad_grows_with_size_to_infinity():
     rng = np.random.default_rng(1)
     near, far, skewed = random_segment(rng), random_segment(rng, size=1e6), random_segment(rng)
@@ -86,5 +130,8 @@ def test_pad_grows_with_size_to_infinity():
     small, large, unknown = leg_pads(legs, reach_a=0.1, legs_b=other, reach_b=0.1)
     assert 1e-14 < small < 1e-11
     assert 1e4 * small < large < unknown == np.inf
+    stretched = near[:, None].copy()
+    stretched[:9] *= 1.0 + 1e-9  # a corner at 0.1 m may lie off by 1e-10 m
+    assert 1e-10 < leg_pads(stretched, 0.1, near[:, None], 0.1)[0] < 1e-6
     for reaches in ((1e80, 0.1), (0.1, 1e80)):
         assert (leg_pads(legs, reaches[0], other, reaches[1]) == np.inf).all()
