@@ -32,13 +32,13 @@ def exact_inverse_times(rotation, vector):
     return [det([[v[i] if j == k else r[i][j] for j in range(3)] for i in range(3)]) / whole for k in range(3)]
 
 
-@pytest.mark.parametrize(("distance", "stretch"), [(0.0, 0.0), (1.0, 0.0), (1e3, 0.0), (1e6, 0.0), (1.0, 1e-9)])
-def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(distance, stretch):
+@pytest.mark.parametrize(("distance", "scaling"), [(0.0, 0.0), (1.0, 0.0), (1e3, 0.0), (1e6, 0.0), (1.0, 1e-9)])
+def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(distance, scaling):
     """A rotation that also stretches is inverted only roughly by its transpose."""
     rng = np.random.default_rng(int(distance))
     worst = 0.0
     for _ in range(60):
-        rotation_a, rotation_b = random_rotations(rng, 2) * (1.0 + stretch)
+        rotation_a, rotation_b = random_rotations(rng, 2) * (1.0 + scaling)
         corner = rng.normal(size=3)
         move_a = rng.normal(size=3) + distance
         move_b = move_a + rng.normal(size=3)

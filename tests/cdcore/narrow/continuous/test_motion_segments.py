@@ -130,8 +130,8 @@ def test_pad_grows_with_size_to_infinity():
     small, large, unknown = leg_pads(legs, reach_a=0.1, legs_b=other, reach_b=0.1)
     assert 1e-14 < small < 1e-11
     assert 1e4 * small < large < unknown == np.inf
-    stretched = near[:, None].copy()
-    stretched[:9] *= 1.0 + 1e-9  # a corner at 0.1 m may lie off by 1e-10 m
-    assert 1e-10 < leg_pads(stretched, 0.1, near[:, None], 0.1)[0] < 1e-6
+    scaled = near[:, None].copy()
+    scaled[:9] *= 1.0 + 1e-9  # a corner at 0.1 m may lie off by 1e-10 m
+    assert 1e-10 < leg_pads(scaled, 0.1, near[:, None], 0.1)[0] < 1e-6
     for reaches in ((1e80, 0.1), (0.1, 1e80)):
         assert (leg_pads(legs, reaches[0], other, reaches[1]) == np.inf).all()
