@@ -137,7 +137,7 @@ def pose_axes_alternatives(axes: Convention) -> tuple[str, ...]:
     """Returns the names of the conventions that poses may have, these axes first; of equal ones the first."""
     different: dict[bytes, str] = {}
     for row in (axes, *CONVENTIONS.values()):
-        different.setdefault((row.matrix + 0.0).tobytes(), row.name)
+        different.setdefault(row.matrix.tobytes(), row.name)
     return tuple(different.values())
 
 

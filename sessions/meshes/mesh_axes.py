@@ -21,8 +21,6 @@ from sessions.meshes.conventions import CONVENTIONS, Convention, convention
 BODY: Final = "body"
 """The axes of the body whose mesh it is, as the source of the poses has them."""
 GLTF: Final = "gltf"
-NO_NEGATIVE_ZERO: Final = 0.0
-"""Added to a product of matrices: equal turns then have equal bytes."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ def mesh_axes_matrix(name: str, poses: Convention) -> Array:
     if name in MESH_ROTATIONS:
         row = MESH_ROTATIONS[name]
         engine = poses if _is_alike(row.engine, poses) else row.engine
-        return engine.matrix @ row.matrix + NO_NEGATIVE_ZERO
+        return engine.matrix @ row.matrix
     try:
         return convention(name).matrix
     except SessionError as error:

@@ -7,10 +7,12 @@ from scipy.spatial.transform import Rotation, Slerp
 from sessions.geometry import rotations
 from sessions.geometry.profile import (
     Arc,
+    Line,
     clipped_polyline,
     level_holding,
     offset,
     rounded_strokes,
+    sampled_polyline,
     solve_rising,
     volume_below,
 )
@@ -18,6 +20,13 @@ from sessions.geometry.profile import (
 
 def test_root_is_exact_to_the_last_bits():
     assert solve_rising(lambda x: x * x - 2.0, lower=0.0, upper=2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
+    assert solve_rising(lambda x: x * x - 2.0, lower=0.0, upper=2.0, decimals=3) == 1.414
+
+
+def test_segments_are_shared_among_lines_by_their_length():
+    """Eight segments along lines of 1 and 3 m, far from the origin: each is half a metre long."""
+    polyline = sampled_polyline([Line((10.0, 20.0), (11.0, 20.0)), Line((11.0, 20.0), (11.0, 23.0))], 8)
+    assert np.linalg.norm(np.diff(polyline, axis=0), axis=1) == pytest.approx([0.5] * 8)
 
 
 def test_volume_of_cylinder_and_cone_cup_matches_closed_form():

@@ -95,3 +95,9 @@ def test_extrinsic_euler_order_equals_its_reversed_intrinsic_order(order, other)
     first = quaternion_from_euler(angles, order)
     second = quaternion_from_euler(angles[::-1], other)
     assert np.allclose(first, second, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("order", ["", "xy", "xyzx", "xYz", "abc", "xxy", "XYY"])
+def test_euler_order_that_names_no_three_axes_is_refused(order):
+    with pytest.raises(SessionError, match=f"no Euler order '{order}'"):
+        quaternion_from_euler(np.zeros(3), order)

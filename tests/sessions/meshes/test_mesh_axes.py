@@ -2,7 +2,14 @@ import pytest
 
 from sessions.errors import SessionError
 from sessions.meshes.conventions import CONVENTIONS, convention
-from sessions.meshes.mesh_axes import BODY, MESH_ROTATIONS, default_mesh_axes, mesh_axes_alternatives, mesh_axes_matrix
+from sessions.meshes.mesh_axes import (
+    BODY,
+    MESH_ROTATIONS,
+    default_mesh_axes,
+    mesh_axes_alternatives,
+    mesh_axes_description,
+    mesh_axes_matrix,
+)
 
 POINTS = {
     ("body", "unity"): (1, 2, -3), ("body", "unreal"): (2, 3, -1), ("body", "ros"): (-2, 3, -1),
@@ -36,3 +43,12 @@ def test_alternatives_rotate_meshes_differently_and_include_the_default(file_typ
 def test_unknown_axes_of_meshes_are_refused_with_all_names():
     with pytest.raises(SessionError, match=f"body, {', '.join(MESH_ROTATIONS)}, or no convention 'sideways'"):
         mesh_axes_matrix("sideways", CONVENTIONS["unity"])
+
+
+def test_axes_of_a_mesh_are_described_by_their_source():
+    unity, unreal = CONVENTIONS["unity"], CONVENTIONS["unreal"]
+    in_words = convention("x forward, z up").name
+    assert unity.name in mesh_axes_description(BODY, unity)
+    assert mesh_axes_description("x-flipped", unity) == MESH_ROTATIONS["x-flipped"].description
+    assert mesh_axes_description("unreal", unity) == f"unreal ({unreal.description})"
+    assert mesh_axes_description("x forward, z up", unity) == in_words

@@ -12,6 +12,7 @@ from sessions.meshes.separate_surfaces import separate_surfaces
 
 JAR = make_shape("cylinder", {"radius": 0.04, "length": 0.12}, 200)
 TUBE = make_shape("cylinder", {"radius": 0.008, "length": 0.15}, 200)
+CRUMB = MeshData(np.eye(3) * 1e-3, [[0, 1, 2]])
 
 
 def moved(mesh, *offset):
@@ -24,7 +25,8 @@ def moved(mesh, *offset):
         ([JAR, moved(JAR, 2.08, 0, 0)], 2, 2.0),
         ([TUBE, moved(TUBE, 0.116, 0, 0)], 2, 0.1),
         ([TUBE, moved(TUBE, 0.3, 0, 0), moved(TUBE, 0, 0, 0.4)], 3, 0.284),
-        ([JAR, MeshData(np.eye(3) * 1e-3 + 1.0, [[0, 1, 2]])], 2, 1.67),  # a face that was left over
+        ([JAR, moved(CRUMB, 1, 1, 1)], 2, 1.67),  # a face that was left over
+        ([CRUMB, moved(CRUMB, 1, 2, 4)], 2, 6 / np.sqrt(2)),  # seen along (0, 1, 1); both are points from all sides
         ([JAR, moved(make_shape("cylinder", {"radius": 0.04, "length": 0.01}, 200), 0, 0.095, 0)], 1, 0.0),  # a lid
         ([JAR, MeshData(0.9 * JAR.vertices, JAR.faces[:, ::-1])], 1, 0.0),
         ([JAR, moved(JAR, 0.09, 0, 0)], 1, 0.0),
