@@ -101,6 +101,7 @@ def test_winding_tells_where_the_normals_point(scale):
 
 
 def test_components_are_named_by_their_lowest_face():
+    """Three boxes of 12 faces each."""
     three = merge_meshes(box_mesh(), shift_mesh(box_mesh(), [3, 0, 0]), shift_mesh(box_mesh(), [6, 0, 0]))
     assert np.unique(three.components).tolist() == [0, 12, 24]
     assert (three.components[12:24] == 12).all()

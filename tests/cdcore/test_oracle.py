@@ -15,13 +15,13 @@ from support.shapes import unturned
 from cdcore import Motion, Verdict, create_detector, join
 from cdcore.protocol import detect_live
 
-COMPLETE = ("exact", "aabb", "obb", "rapid-style", "solid-style")
-PLAIN = {"containment": False}
-GONE = (1e7, 1e15, 1e60, 1e80, 1e160, 1e300)
+COMPLETE_DETECTORS = ("exact", "aabb", "obb", "rapid-style", "solid-style")
+WITHOUT_CONTAINMENT = {"containment": False}
+FAR_AWAY_M = (1e7, 1e15, 1e60, 1e80, 1e160, 1e300)
 """Metres: from a pose that no room has to one whose square is no number."""
-QUICK = [(shape, 5) for shape in SHAPES]
-SLOW = [(shape, seed) for shape in SHAPES for seed in range(6, 30)]
-FEW = [("soup", 5), ("plate", 6), ("ball", 7), ("corrupt", 1e15)]
+QUICK_WORLDS = [(shape, 5) for shape in SHAPES]
+SLOW_WORLDS = [(shape, seed) for shape in SHAPES for seed in range(6, 30)]
+FEW_WORLDS = [("soup", 5), ("plate", 6), ("ball", 7), ("corrupt", 1e15)]
 """Drifting, resting and sliding bodies, and one that is gone for a frame."""
 
 
@@ -45,7 +45,7 @@ def world_of(key):
 
 
 @cache
-def truth(key, frames):
+def faces_by_brute_force(key, frames):
     """Faces of the pairs with poses in some frames: (frame, column) -> (k, 2), or ``None`` without a pose."""
     world, answer = world_of(key), {}
     rotations, positions = world.motion.rotations, world.motion.translations
@@ -59,11 +59,13 @@ def truth(key, frames):
     return answer
 
 
-def assert_true(key, name, frames=(0, 12)):
+def assert_answers_of_brute_force(key, name, frames=(0, 12)):
     """Verdicts and faces of a detector are those of brute force; how many face pairs met."""
-    detection = create_detector(name, world_of(key).bodies, **PLAIN).detect(world_of(key).motion, faces=True)
+    detection = create_detector(name, world_of(key).bodies, **WITHOUT_CONTAINMENT).detect(
+        world_of(key).motion, faces=True
+    )
     count = 0
-    for (frame, column), faces in truth(key, frames).items():
+    for (frame, column), faces in faces_by_brute_force(key, frames).items():
         verdict, where = detection.verdict[frame, column], (key, name, frame, column)
         if faces is None:
             assert verdict == Verdict.NO_POSE, where
@@ -74,31 +76,31 @@ def assert_true(key, name, frames=(0, 12)):
     return count
 
 
-@quick_and_slow(QUICK, SLOW)
-@pytest.mark.parametrize("name", COMPLETE)
+@quick_and_slow(QUICK_WORLDS, SLOW_WORLDS)
+@pytest.mark.parametrize("name", COMPLETE_DETECTORS)
 def test_complete_detectors_list_exactly_the_meeting_faces(name, worlds):
     frames = (0, 12) if name == "exact" else (12,)
-    assert sum(assert_true(world, name, frames) for world in worlds) > 50
+    assert sum(assert_answers_of_brute_force(world, name, frames) for world in worlds) > 50
 
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["exact", "aabb", "solid-style"])
-@pytest.mark.parametrize("far", GONE)
+@pytest.mark.parametrize("far", FAR_AWAY_M)
 def test_a_corrupt_pose_changes_no_other_frame(name, far):
-    assert assert_true(("corrupt", far), name, frames=(0, 3, 4, 5, 7, 8, 9, 12)) > 0
+    assert assert_answers_of_brute_force(("corrupt", far), name, frames=(0, 3, 4, 5, 7, 8, 9, 12)) > 0
 
 
-@quick_and_slow(FEW, [*QUICK, *SLOW, *(("corrupt", far) for far in GONE)])
-@pytest.mark.parametrize("name", COMPLETE)
+@quick_and_slow(FEW_WORLDS, [*QUICK_WORLDS, *SLOW_WORLDS, *(("corrupt", far) for far in FAR_AWAY_M)])
+@pytest.mark.parametrize("name", COMPLETE_DETECTORS)
 def test_detection_is_independent_of_blocks_and_pair_order(name, worlds):
     for key in worlds:
         world = world_of(key)
-        detector, motion = create_detector(name, world.bodies, **PLAIN), world.motion
+        detector, motion = create_detector(name, world.bodies, **WITHOUT_CONTAINMENT), world.motion
         whole = detector.detect(motion, faces=True)
         assert detect_live(detector, motion).digest == whole.digest, key
         joined = join(detector.stream(motion.blocks(5), faces=True))
         assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest), key
-        rotated = create_detector(name, world.bodies, pairs=[(2, 1), (1, 0), (0, 2)], **PLAIN)
+        rotated = create_detector(name, world.bodies, pairs=[(2, 1), (1, 0), (0, 2)], **WITHOUT_CONTAINMENT)
         other = rotated.detect(motion, faces=True)
         assert (other.digest, other.faces_digest) == (whole.digest, whole.faces_digest), key
 
@@ -115,11 +117,12 @@ def long_motion(frames, away=0.0):
 
 @pytest.mark.parametrize("far", [1e9, 1e15, 1e80])
 def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
+    """One body is ``far`` metres away in frame 200 of 400."""
     bodies, motion = long_motion(frames=400)
     position = motion.translations.copy()
     position[200, 0] = far
     work = [
-        create_detector("exact", bodies, **PLAIN).detect(given, faces=True).work
+        create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(given, faces=True).work
         for given in (motion, Motion(motion.times, position, motion.rotations))
     ]
     assert work[1]["node_tests"] <= 1.2 * work[0]["node_tests"] + 100
@@ -128,7 +131,7 @@ def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
 
 def test_distant_bodies_are_skipped_while_paths_allow():
     work = (
-        create_detector("exact", long_motion(frames=8)[0], **PLAIN)
+        create_detector("exact", long_motion(frames=8)[0], **WITHOUT_CONTAINMENT)
         .detect(long_motion(frames=8_192, away=100.0)[1])
         .work
     )
@@ -137,11 +140,12 @@ def test_distant_bodies_are_skipped_while_paths_allow():
 
 
 def test_small_fast_bodies_meet_in_the_right_frame():
+    """One plate falls through the other by 1/1024 m a frame and is level with it in frame 64."""
     bodies = bodies_of([plate(None) / 512, plate(None) / 512])
     position = np.zeros((129, 2, 3))
     position[:, 0, 2] = (np.arange(129) - 64) / 1024
     motion = unturned(position)
-    detection = create_detector("exact", bodies, **PLAIN).detect(motion)
+    detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion)
     assert np.flatnonzero(detection.verdict[:, 0] == Verdict.CONTACT).tolist() == [64]
     assert detection.work["skipped"] > 64
 
@@ -149,7 +153,7 @@ def test_small_fast_bodies_meet_in_the_right_frame():
 def test_bodies_at_rest_are_tested_in_the_first_frame_only():
     bodies = bodies_of([plate(None), plate(None)])
     motion = unturned(np.zeros((500, 2, 3)))
-    detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)
+    detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion, faces=True)
     assert detection.work["reused"] == 499 and detection.work["blocks"] == 1
     assert (detection.face_counts == detection.face_counts[0]).all() and detection.face_counts[0, 0] > 0
     assert len(detection.face_sets.faces) == detection.face_counts[0, 0]
@@ -163,18 +167,19 @@ def test_full_face_lists_lose_no_faces():
     position[-1, 0, 2], position[:, 2, 2] = 10.0, 20.0
     motion = unturned(position)
     bodies = bodies_of([*soups, plate(None)])
-    detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)
+    detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion, faces=True)
     assert np.array_equal(detection.faces(0, 0), meeting_faces(*soups))
     assert (detection.face_counts[:-1, 0] == len(detection.faces(0, 0))).all()
     assert not detection.face_counts[-1].any() and not detection.face_counts[:, 1:].any()
 
 
 def test_boolean_query_of_coplanar_grids_lists_no_faces():
+    """Two plates of 40 x 40 squares slide in one plane; without faces asked, memory stays below 2 MB."""
     bodies = bodies_of([plate(None, size=40), plate(None, size=40)])
     position = np.zeros((24, 2, 3))
     position[:, 0, 0] = np.arange(24) / 64
     motion = unturned(position)
-    detector = create_detector("exact", bodies, **PLAIN)
+    detector = create_detector("exact", bodies, **WITHOUT_CONTAINMENT)
     detector.detect(motion.frames(0, 1))
     tracemalloc.start()
     detection = detector.detect(motion)

@@ -38,6 +38,7 @@ def test_box_is_orthonormal_and_holds_all_used_vertices(mesh):
 
 
 def test_the_box_of_a_box_is_that_box():
+    """Edges of 1, 2 and 3 m: half of them, and 2 (1 x 2 + 2 x 3 + 3 x 1) = 22 m2 of surface."""
     box = box_by_body_axes(box_mesh((1, 2, 3), (5, 6, 7)))
     assert np.allclose(box.half, [0.5, 1, 1.5])
     assert np.allclose(box.centre, [5, 6, 7])
@@ -93,6 +94,7 @@ def test_faces_of_a_sphere_lie_half_a_percent_within_it():
 
 
 def test_box_collider_grows_by_its_margin_on_every_side():
+    """Edges of 1, 2 and 3 m about (5, 6, 7), and a margin of 0.25 m."""
     box = box_collider(box_mesh((1.0, 2.0, 3.0), (5.0, 6.0, 7.0)), 0.25)
     assert box.bounds.tolist() == [[4.25, 4.75, 5.25], [5.75, 7.25, 8.75]]
 

@@ -12,14 +12,14 @@ from cdcore.broad.broad_phase import BroadPhase
 from cdcore.protocol import resolve_pairs
 from cdcore.tolerances import EPS
 
-PAIR = np.array([[0, 1]])
+FIRST_AND_SECOND = np.array([[0, 1]])
 
 
 def may_meet(boxes, positions, rotations):
     """Whether the box stage lets two boxes through, frame by frame."""
     count = len(positions)
     motion = Motion(np.arange(count), positions, rotations)
-    return BoxStage(boxes, PAIR).may_meet(motion, np.arange(count), np.zeros(count, dtype=np.int64))
+    return BoxStage(boxes, FIRST_AND_SECOND).may_meet(motion, np.arange(count), np.zeros(count, dtype=np.int64))
 
 
 def boxes_touch_a_point(box_a, pose_a, box_b, pose_b):

@@ -44,6 +44,7 @@ def test_verdicts_stay_until_a_move_or_a_lost_pose():
         live_pairs_without_narrow_phase(BroadPhase(bodies, np.array([[0, 1]]))),
         Motion(np.arange(6), positions, rotations, valid),
     )
+    # Pair 0 is asked in the first frame, after the lost pose of frame 1, and after the moves in frames 3 and 4.
     assert [samples.near(still.frames(k, k + 1)) for k in range(6)] == [[0], [], [0], [0], [0], []]
     samples.near(still.frames(1, 2))
     assert samples.verdict.tolist() == [Verdict.NO_POSE]

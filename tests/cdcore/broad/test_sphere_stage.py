@@ -10,23 +10,27 @@ from cdcore.broad.sphere_stage import SphereStage
 from cdcore.poses import place_points
 from cdcore.tolerances import EPS
 
-PAIR = np.array([[0, 1]])
+FIRST_AND_SECOND = np.array([[0, 1]])
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e3, 1e7])
 def test_approaching_ball_is_a_candidate_from_touching_on(offset):
+    """Balls of radius 1 m; the smallest gap is 100 roundings of coordinates, ``offset`` m from the origin."""
     gaps = np.array([1.0, 1e-6, 100 * EPS * (2.0 + offset), 0.0])
     positions = np.zeros((4, 2, 3))
     positions[:, 0, 0], positions[:, 1, 0] = 2.0 + gaps + offset, offset
-    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, PAIR).candidates(unturned(positions))
+    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, FIRST_AND_SECOND).candidates(unturned(positions))
     assert verdict[:, 0].tolist() == [Verdict.CLEAR] * 3 + [Verdict.CANDIDATE] and tests == 4
 
 
 def test_a_pair_without_a_pose_is_not_tested():
+    """Balls of radius 1 m: 9 m apart for ten frames, without a pose for ten, 0.5 m apart for ten."""
     positions, valid = np.zeros((30, 2, 3)), np.ones((30, 2), dtype=bool)
     positions[:10, 0, 0], positions[20:, 0, 0] = 9.0, 0.5
     valid[10:20, 0] = False
-    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, PAIR).candidates(unturned(positions, valid=valid))
+    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, FIRST_AND_SECOND).candidates(
+        unturned(positions, valid=valid)
+    )
     assert verdict[:, 0].tolist() == [Verdict.CLEAR] * 10 + [Verdict.NO_POSE] * 10 + [Verdict.CANDIDATE] * 10
     assert tests == 20
 
@@ -57,5 +61,7 @@ def test_tangent_spheres_stay_candidates_despite_rounding(centre, away):
     middle, rotations = np.array([centre, 0.0, 0.0]), random_rotations(rng, count, 2)
     positions = away - rotations @ middle
     positions[:, 1] += 2.0 * directions
-    verdict, _ = SphereStage([Sphere(middle, 1.0)] * 2, PAIR).candidates(Motion(np.arange(count), positions, rotations))
+    verdict, _ = SphereStage([Sphere(middle, 1.0)] * 2, FIRST_AND_SECOND).candidates(
+        Motion(np.arange(count), positions, rotations)
+    )
     assert (verdict == Verdict.CANDIDATE).all()

@@ -22,7 +22,7 @@ from cdcore.containment.ray_parity import point_inside
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.poses import place_points
 
-PAIR = np.array([[0, 1]])
+INNER_AND_OUTER = np.array([[0, 1]])
 
 
 def contained_frames(inner, outer, motion=None, enabled=True):
@@ -30,7 +30,7 @@ def contained_frames(inner, outer, motion=None, enabled=True):
     bodies = [Body("inner", inner), Body("outer", outer)]
     motion = motion_at_rest(bodies, np.zeros((2, 3))) if motion is None else motion
     stage, frames, verdict = (
-        ContainmentStage(bodies, PAIR, enabled=enabled),
+        ContainmentStage(bodies, INNER_AND_OUTER, enabled=enabled),
         np.arange(len(motion)),
         np.zeros((len(motion), 1), "u1"),
     )
@@ -97,6 +97,7 @@ def test_body_with_a_component_inside_is_contained(case, backward):
 
 @pytest.mark.parametrize("away", [0.0, 1e4])
 def test_random_relative_poses_agree_with_the_exact_answer(away):
+    """A ball of 4 mm in and around a beaker 10 cm high; both ``away`` metres from the origin."""
     inner, outer = ball_mesh(0.004, rings=4, sides=6), beaker_mesh(radius=0.04, height=0.1, wall=0.01)
     rng = np.random.default_rng(1)
     rotation, position = random_rotations(rng, 250, 2), np.zeros((250, 2, 3))

@@ -16,7 +16,7 @@ from cdcore.protocol import detect_live
 MARGIN = 1e-12
 
 
-def cup():
+def bowl_and_open_box():
     """Half a ball of 0.1 m beside a box that lacks a side."""
     ball, box = ball_mesh(0.1, rings=24, sides=36), box_mesh([0.1] * 3)
     bowl = TriangleMesh(ball.vertices, ball.faces[ball.triangles[:, :, 2].max(axis=1) <= 1e-9])
@@ -24,7 +24,7 @@ def cup():
     return merge_meshes(bowl, shift_mesh(TriangleMesh(box.vertices, box.faces[~side]), [0.3, 0.0, 0.0]))
 
 
-def boxes_of(mesh):
+def outer_boxes_of(mesh):
     surface = winding_surface(mesh)
     return OuterBoxes(surface.boxes, surface.holes, surface.first_hole)
 
@@ -36,7 +36,7 @@ INNER = {
 }
 
 
-def path(rng, count, step=0.004):
+def strolling_motion(rng, count, step=0.004):
     """A motion of a body at rest and one that strolls around it and turns."""
     start = rng.uniform([-0.15, -0.15, -0.15], [0.4, 0.15, 0.15])
     positions = start + np.cumsum(rng.normal(scale=step, size=(count, 3)), axis=0)
@@ -47,9 +47,10 @@ def path(rng, count, step=0.004):
 
 @pytest.mark.parametrize("name", INNER)
 def test_components_that_moved_less_than_clearance_stay_outside(name):
+    """At random poses the body moves in a random direction by 0.9 to 1 times its clearance."""
     mesh, rng = INNER[name], np.random.default_rng(7)
-    components, boxes = inner_components_of(mesh), boxes_of(cup())
-    size, sample = farthest_corner(mesh) + farthest_corner(cup()), 0
+    components, boxes = inner_components_of(mesh), outer_boxes_of(bowl_and_open_box())
+    size, sample = farthest_corner(mesh) + farthest_corner(bowl_and_open_box()), 0
     for _ in range(150):
         rotations = np.stack([np.eye(3), random_rotations(rng)])[None]
         positions = np.stack([np.zeros(3), rng.uniform([-0.2, -0.2, -0.2], [0.5, 0.2, 0.2])])[None]
@@ -72,10 +73,15 @@ def test_components_that_moved_less_than_clearance_stay_outside(name):
 
 @pytest.mark.parametrize("name", INNER)
 def test_frames_that_a_clearance_leaves_out_are_beside(name):
+    """Frames whose clearance is positive are not asked; each of them must be outside."""
     mesh, rng, left_out = INNER[name], np.random.default_rng(8), 0
-    components, boxes, size = inner_components_of(mesh), boxes_of(cup()), farthest_corner(mesh) + farthest_corner(cup())
+    components, boxes, size = (
+        inner_components_of(mesh),
+        outer_boxes_of(bowl_and_open_box()),
+        farthest_corner(mesh) + farthest_corner(bowl_and_open_box()),
+    )
     for _ in range(40):
-        motion = path(rng, count=60)
+        motion = strolling_motion(rng, count=60)
         near = ~(clearances_over(motion, np.arange(60), (1, 0), components, boxes, size) > 0.0)
         rotation, move = np.empty((3, 3)), np.empty(3)
         for frame in np.flatnonzero(~near).tolist():
@@ -92,10 +98,10 @@ def test_frames_that_a_clearance_leaves_out_are_beside(name):
 @pytest.mark.parametrize("name", INNER)
 @pytest.mark.parametrize("asker", ["exact", "obb"])
 def test_live_containment_in_open_meshes_equals_offline(asker, name):
-    detector = create_detector(asker, [Body("cup", cup()), Body("inner", INNER[name])])
+    detector = create_detector(asker, [Body("cup", bowl_and_open_box()), Body("inner", INNER[name])])
     rng, codes = np.random.default_rng(9), set()
     for _ in range(25):
-        motion = path(rng, count=50)
+        motion = strolling_motion(rng, count=50)
         offline = detector.detect(motion)
         assert np.array_equal(detect_live(detector, motion).verdict, offline.verdict)
         codes |= set(offline.verdict.ravel().tolist())
@@ -114,7 +120,7 @@ def test_a_live_sample_near_an_opening_asks_no_winding_number(monkeypatch):
     motion = Motion(
         np.arange(200) / 90, np.stack([0 * positions, positions], axis=1), np.tile(np.eye(3), (200, 2, 1, 1))
     )
-    detector = create_detector("exact", [Body("bowl", cup()), Body("ball", ball_mesh(0.02))])
+    detector = create_detector("exact", [Body("bowl", bowl_and_open_box()), Body("ball", ball_mesh(0.02))])
     session = detector.live()
     for frame in range(200):
         assert session.look(motion.frames(frame, frame + 1)) == [Verdict.CLEAR]
@@ -124,6 +130,7 @@ def test_a_live_sample_near_an_opening_asks_no_winding_number(monkeypatch):
 
 
 def test_face_axis_gap_is_at_most_the_distance():
+    """The gap along the six face normals of two boxes, beside the distance of points in one from the other."""
     rng = np.random.default_rng(10)
     corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
     for _ in range(200):

@@ -12,7 +12,7 @@ from cdcore.protocol import detect_live
 SIZE = np.array([0.2, 0.12, 0.12])
 """Metres of the block, and of a second one that crosses it."""
 SHIFT = np.array([0.1, 0.03, 0.02])
-PROBE = 0.01
+PROBE_EDGE = 0.01
 FRAMES = 150
 DETECTORS = {
     "exact": {}, "hybrid": {}, "static": {}, "aabb": {}, "obb": {}, "rapid-style": {}, "solid-style": {},
@@ -85,14 +85,14 @@ def overlap_of_boxes(positions, middles):
     overlaps, within = np.zeros(len(positions), bool), np.zeros(len(positions), bool)
     for middle in middles:
         away = np.abs(positions - middle)
-        overlaps |= (away < (SIZE + PROBE) / 2).all(axis=1)
-        within |= (away < (SIZE - PROBE) / 2).all(axis=1)
+        overlaps |= (away < (SIZE + PROBE_EDGE) / 2).all(axis=1)
+        within |= (away < (SIZE - PROBE_EDGE) / 2).all(axis=1)
     return overlaps, within
 
 
 def verdicts_of(name, mesh, positions, live=False, **settings):
     """Verdicts (T,) of a detector on a small box at these positions, beside a mesh at rest."""
-    bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE] * 3))]
+    bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE_EDGE] * 3))]
     motion = unturned(np.stack([0 * positions, positions], axis=1))
     detector = create_detector(name, bodies, **settings)
     return (detect_live(detector, motion) if live else detector.detect(motion)).verdict[:, 0]
@@ -115,7 +115,7 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
         met = (verdict == Verdict.CONTACT) | undecided
         assert ((verdict == Verdict.CONTAINED) | met)[within].all()
     lower, upper = mesh.bounds
-    beside = ((positions - PROBE / 2 > upper) | (positions + PROBE / 2 < lower)).any(axis=1)
+    beside = ((positions - PROBE_EDGE / 2 > upper) | (positions + PROBE_EDGE / 2 < lower)).any(axis=1)
     assert (verdict[beside] == Verdict.CLEAR).all()
     # Undecided is what is near a hole, and nothing of a whole mesh.
     assert undecided.mean() <= (0.1 if lost else 0.0)
@@ -126,6 +126,7 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
 @pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_every_detector_that_claims_containment_agrees(detector, live):
+    """Probes within 3 cm of the middle of the lost side: some before the hole, some inside."""
     mesh = without_a_side()
     positions = np.array([-0.1, 0.0, 0.0]) + np.random.default_rng(4).uniform(-0.03, 0.03, (40, 3))
     expected = verdicts_of("exact", mesh, positions)
@@ -147,9 +148,10 @@ def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
 
 
 def test_an_interval_through_a_hole_is_not_clear():
+    """The probe is outside in frames 0, 3 and 4, and inside, past the hole, in frames 1 and 2."""
     mesh = without_a_side()
     positions = np.array([-0.2, 0.0, 0.0, -0.2, -0.2])[:, None] * [1.0, 0.0, 0.0]
-    bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE] * 3))]
+    bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE_EDGE] * 3))]
     motion = unturned(np.stack([0 * positions, positions], axis=1))
     answer = create_detector("continuous", bodies).detect(motion)
     assert answer.verdict[0, 0] == answer.verdict[4, 0] == Verdict.CLEAR
@@ -245,6 +247,7 @@ def free_triangles(mesh, jitter):
 
 
 def test_inside_unconnected_triangles_is_never_clear_and_outside_is():
+    """Triangles share no corners, which lie up to 1e-7 m (fine faces) or 1e-9 m (large ones) apart."""
     positions = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
     overlaps, within = overlap_of_boxes(positions, [0 * SHIFT])
     for mesh in (free_triangles(grid_box(SIZE, count=4), jitter=1e-7), free_triangles(box_mesh(SIZE), jitter=1e-9)):
@@ -256,8 +259,9 @@ def test_inside_unconnected_triangles_is_never_clear_and_outside_is():
 
 
 def test_a_flat_sheet_contains_nothing():
+    """A sheet of two triangles, and probes below it that do not touch."""
     sheet = TriangleMesh([[-1, -1, 0], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     positions = np.array([[0, 0, 0.4], [0.5, 0, 0.39], [0.5, 0, 0.35], [0.5, 0.5, 0.2]])
     assert (verdicts_of("exact", sheet, positions) == Verdict.CLEAR).all()
-    bodies = [Body("sheet", sheet), Body("probe", box_mesh([PROBE] * 3))]
+    bodies = [Body("sheet", sheet), Body("probe", box_mesh([PROBE_EDGE] * 3))]
     assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).containment == ("decided",)

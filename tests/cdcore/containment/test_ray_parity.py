@@ -75,6 +75,7 @@ def test_a_ray_along_an_edge_is_uncertain():
 @pytest.mark.slow
 @pytest.mark.parametrize("margin", [1e-12, 1e-6, 1e-2])
 def test_points_moved_by_the_margin_never_contradict_a_certain_crossing(margin):
+    """Whether a point's ray crosses a triangle, within a margin, and again after coordinates moved by it."""
     rng = np.random.default_rng(4)
     triangles, points = rng.uniform(-1, 1, (2000, 3, 3)), rng.uniform(-1, 1, (2000, 3))
 

@@ -24,7 +24,7 @@ def cut_sphere(height):
     return without_faces(ball, *np.flatnonzero(ball.triangles[:, :, 2].max(axis=1) > height).tolist())
 
 
-ALL = {
+MESHES_WITH_KINDS = {
     "box": (box_mesh(), ComponentKind.CLOSED),
     "one triangle of a box": (without_faces(box_mesh(), 4), ComponentKind.HOLED),
     "one side of a box": (without_faces(box_mesh(), *side(box_mesh(), axis=2)), ComponentKind.OPEN),
@@ -40,17 +40,18 @@ ALL = {
 }
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", MESHES_WITH_KINDS)
 def test_lost_faces_are_distinguished_from_openings(name):
-    mesh, kind = ALL[name]
+    mesh, kind = MESHES_WITH_KINDS[name]
     assert winding_surface(mesh).kinds.tolist() == [kind]
     assert winding_surface(merge_meshes(mesh, mesh)).kinds.tolist() == [kind]
     assert winding_surface(TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])).kinds.tolist() == [kind]
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", MESHES_WITH_KINDS)
 def test_lost_faces_are_distinguished_from_openings_at_any_size(name):
-    mesh, kind = ALL[name]
+    """Sizes scaled by powers of two from 2^-330 to 2^330, which round nothing."""
+    mesh, kind = MESHES_WITH_KINDS[name]
     surface = winding_surface(mesh)
     for exponent in (-330, -20, 20, 330):
         scaled = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), mesh.faces))
@@ -70,6 +71,7 @@ def test_up_to_three_flat_sheets_cannot_enclose_a_volume():
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(20))
 def test_capped_components_are_closed_with_lost_or_reversed_faces(seed):
+    """A fifth of the faces lost, a third reversed, nine twice: caps use each edge equally in both directions."""
     rng = np.random.default_rng(seed)
     mesh = merge_meshes(
         icosphere_mesh(), shift_mesh(box_mesh(), [0.4, 0.1, 0.2]), shift_mesh(ball_mesh(0.3), [2, 0, 0])
@@ -100,7 +102,7 @@ def test_faces_of_mixed_winding_are_turned_to_one_side():
     assert surface.signs.tolist() == [1]
 
 
-def cells(counts, sizes=(1.0, 1.0, 1.0)):
+def lattice_of_boxes(counts, sizes=(1.0, 1.0, 1.0)):
     """Boxes side to side in a lattice, each with all of its faces: walls between two are drawn from both sides."""
     return merge_meshes(*(shift_mesh(box_mesh(sizes), np.array(cell) * sizes) for cell in np.ndindex(*counts)))
 
@@ -114,7 +116,7 @@ def from_both_sides(mesh, *faces):
 @pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1), (3, 3, 3)])
 def test_inner_walls_of_a_solid_of_cells_are_removed(counts, wound, exponent):
     """A block of boxes side by side is closed; between neighbours lie two faces of two triangles each, 4 a wall."""
-    mesh = cells(counts)
+    mesh = lattice_of_boxes(counts)
     faces = mesh.faces.copy()
     reversed_faces = {"outwards": slice(0), "inwards": slice(None), "mixed": slice(0, 1)}[wound]
     faces[reversed_faces] = faces[reversed_faces, ::-1]
@@ -145,7 +147,7 @@ def test_box_faces_drawn_from_both_sides_count_once():
 
 def test_two_sided_cell_beside_a_solid_is_not_lost():
     """Whether it is filled is open, as its wall to the solid leaves edges of three faces; it is never outside."""
-    double = cells((2, 1, 1))
+    double = lattice_of_boxes((2, 1, 1))
     second = [face for face in range(12, 24) if not (double.triangles[face][:, 0] == 0.5).all()]
     surface = winding_surface(from_both_sides(double, *second))
     assert surface.kinds.tolist() == [ComponentKind.OPEN]

@@ -22,6 +22,7 @@ ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
     ],
 )
 def test_contact_is_reported_below_the_reach_and_not_beyond(name, settings, slack, seed):
+    """Convex hulls 0.3 times the reach apart, and ``slack`` metres within and beyond it."""
     if name in ENGINES:
         pytest.importorskip(ENGINES[name])
     bodies, _ = hulls_at(seed, [0.1])

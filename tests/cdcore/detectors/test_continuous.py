@@ -15,7 +15,7 @@ TOI_WIDTH = 1e-6
 """Seconds from the lower to the upper bound of a time of impact, as the detector promises."""
 
 
-def heights(z, valid=None, linked=None, bodies=(BALL, PLATE)):
+def ball_over_plate(z, valid=None, linked=None, bodies=(BALL, PLATE)):
     """A ball above a plate at these heights, frame by frame, 90 a second."""
     position = np.zeros((len(z), len(bodies), 3))
     position[:, 0, 2] = z
@@ -28,16 +28,17 @@ def detect(motion, bodies=(BALL, PLATE), **settings):
     return create_detector("continuous", bodies, **settings).detect(motion)
 
 
-def labels(detection):
+def verdict_names(detection):
     """Names of the verdicts of the first pair, frame by frame."""
     return [Verdict(v).name for v in detection.verdict[:, 0]]
 
 
 def test_tunnelling_ball_is_detected_with_its_time():
-    motion = heights([0.1, 0.05, -0.05, -0.1])
+    """From 5 cm above to 5 cm below in the step to frame 2: it touches after (0.05 - TOUCH) / 0.1 of it."""
+    motion = ball_over_plate([0.1, 0.05, -0.05, -0.1])
     detection = detect(motion)
     assert detection.covers == "intervals"
-    assert labels(detection) == ["CLEAR", "CLEAR", "CONTACT", "CLEAR"]
+    assert verdict_names(detection) == ["CLEAR", "CLEAR", "CONTACT", "CLEAR"]
     assert (create_detector("exact", (BALL, PLATE)).detect(motion).verdict == Verdict.CLEAR).all()
     ((lower, upper),) = detection.toi.values()
     assert lower <= (1 + (0.05 - TOUCH) / 0.1) / 90 <= upper <= lower + TOI_WIDTH
@@ -47,7 +48,7 @@ def test_tunnelling_ball_is_detected_with_its_time():
 @pytest.mark.parametrize("away", [0.0, 1e4])
 def test_slow_approach_far_out_gets_a_wider_true_bound(away):
     """10 km from the origin the detector leaves some nanometres to rounding: 2 microseconds of a fall of 1.8 mm/s."""
-    fall = heights([TOUCH + 1e-5, TOUCH - 1e-5])
+    fall = ball_over_plate([TOUCH + 1e-5, TOUCH - 1e-5])
     seconds_since_1970 = 1.7e9
     motion = Motion(seconds_since_1970 + fall.times, fall.translations + away, fall.rotations)
     ((lower, upper),) = detect(motion).toi.values()
@@ -58,35 +59,37 @@ def test_slow_approach_far_out_gets_a_wider_true_bound(away):
 
 
 def test_only_the_start_of_a_contact_has_a_time():
-    detection = detect(heights([0.1, TOUCH, TOUCH, 0.1, 0.2]))
-    assert labels(detection) == ["CLEAR", "CONTACT", "CONTACT", "CONTACT", "CLEAR"]
+    """Times of impact by (frame, pair): contact begins at the end of the interval to frame 1, or in frame 0."""
+    detection = detect(ball_over_plate([0.1, TOUCH, TOUCH, 0.1, 0.2]))
+    assert verdict_names(detection) == ["CLEAR", "CONTACT", "CONTACT", "CONTACT", "CLEAR"]
     assert list(detection.toi) == [(1, 0)]
     assert detection.toi[1, 0][1] == 1 / 90
-    first = detect(heights([0.0, 0.1, 0.2]))
-    assert labels(first) == ["CONTACT", "CONTACT", "CLEAR"]
+    first = detect(ball_over_plate([0.0, 0.1, 0.2]))
+    assert verdict_names(first) == ["CONTACT", "CONTACT", "CLEAR"]
     assert first.toi == {(0, 0): (0.0, 0.0)}
 
 
 def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
+    """The ball has no pose in frame 2; the plate's poses of frames 4 and 5 belong to two takes."""
     valid = np.ones((7, 2), dtype=bool)
     valid[2, 0] = False
     linked = np.ones((7, 2), dtype=bool)
     linked[5, 1] = False
-    detection = detect(heights([0.1, 0.1, 0.0, -0.1, -0.1, 0.1, 0.1], valid, linked))
-    assert labels(detection) == ["CLEAR", "CLEAR", "NO_POSE", "NO_POSE", "CLEAR", "NO_POSE", "CLEAR"]
+    detection = detect(ball_over_plate([0.1, 0.1, 0.0, -0.1, -0.1, 0.1, 0.1], valid, linked))
+    assert verdict_names(detection) == ["CLEAR", "CLEAR", "NO_POSE", "NO_POSE", "CLEAR", "NO_POSE", "CLEAR"]
     assert detection.reasons == {(3, 0): LOST_BEFORE, (5, 0): GAP_BEFORE}
-    after = detect(heights([0.1, 0.1, 0.1, 0.0, 0.0, 0.1, 0.1], valid, linked))
-    assert labels(after) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
+    after = detect(ball_over_plate([0.1, 0.1, 0.1, 0.0, 0.0, 0.1, 0.1], valid, linked))
+    assert verdict_names(after) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
     assert after.toi == {(3, 0): (3 / 90, 3 / 90)}
 
 
 def test_ball_in_a_box_is_contained_until_it_leaves():
     """The box reaches up to 0.5 m: the ball of 1 cm passes its wall between 0.2 and 0.9 m, on its path to frame 4."""
     bodies = BALL, Body("room", box_mesh((1, 1, 1)))
-    detection = detect(heights([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=bodies), bodies)
-    assert labels(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
-    refused = detect(heights([0, 0.1], bodies=bodies), bodies, containment=False)
-    assert labels(refused) == ["CLEAR", "CLEAR"]
+    detection = detect(ball_over_plate([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=bodies), bodies)
+    assert verdict_names(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
+    refused = detect(ball_over_plate([0, 0.1], bodies=bodies), bodies, containment=False)
+    assert verdict_names(refused) == ["CLEAR", "CLEAR"]
     assert refused.containment == ("refused: containment=False",)
 
 
@@ -98,7 +101,7 @@ def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
     at_frames = exact.detect(motion).verdict
     contact = at_frames == Verdict.CONTACT
     assert (detection.verdict[contact] == Verdict.CONTACT).all()
-    finer = between(motion, instants=8)
+    finer = poses_within_intervals(motion, instants=8)
     dense = exact.detect(finer).verdict.reshape(len(motion) - 1, 8, -1) == Verdict.CONTACT
     clear = np.isin(detection.verdict[1:], [Verdict.CLEAR, Verdict.CONTAINED])
     assert clear.sum() > 300, "of 890 intervals many are clear"
@@ -109,7 +112,7 @@ def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
     assert (detection.verdict != Verdict.UNRESOLVED).all()
 
 
-def between(motion, instants):
+def poses_within_intervals(motion, instants):
     """The motion at so many ``instants`` within each interval, ends included."""
     frames, bodies = motion.valid.shape
     rotation, position = np.empty((frames - 1, instants, bodies, 3, 3)), np.empty((frames - 1, instants, bodies, 3))
@@ -139,21 +142,22 @@ def test_continuous_detector_in_blocks_equals_the_whole_motion(block):
 
 
 def test_resting_or_distant_bodies_cost_no_search():
-    still = detect(heights([0.02] * 10))
+    """At rest no interval is examined; 1 m away nine are and none is searched; 9 mm away all are."""
+    still = detect(ball_over_plate([0.02] * 10))
     assert still.work["searched"] == still.work["intervals"] == 0
-    far = detect(heights(np.linspace(1, 2, 10)))
+    far = detect(ball_over_plate(np.linspace(1, 2, 10)))
     assert (far.work["searched"], far.work["intervals"]) == (0, 9)
-    near = detect(heights(np.linspace(0.02, 0.03, 10)))
+    near = detect(ball_over_plate(np.linspace(0.02, 0.03, 10)))
     assert near.work["searched"] == 9
 
 
 def test_undecidable_pairs_are_unresolved_counted_and_explained():
     """A millimetre above the plate, the ball turns by half a turn: which way, two poses do not say."""
-    bodies, motion = (BALL, PLATE), heights([TOUCH + 0.001] * 2)
+    bodies, motion = (BALL, PLATE), ball_over_plate([TOUCH + 0.001] * 2)
     rotation = motion.rotations.copy()
     rotation[1, 0] = np.diag([1.0, -1.0, -1.0])
     detection = detect(Motion(motion.times, motion.translations, rotation), bodies)
-    assert labels(detection) == ["CLEAR", "UNRESOLVED"]
+    assert verdict_names(detection) == ["CLEAR", "UNRESOLVED"]
     assert detection.work["unresolved"] == 1
     assert "half a turn" in detection.reasons[1, 0]
 
@@ -170,5 +174,5 @@ def test_path_out_of_a_box_depends_on_its_top(missing_faces, interval_labels):
     closed = box_mesh((1.0, 1.0, 1.0))
     top_faces = np.flatnonzero(closed.triangles.mean(axis=1)[:, 2] > 0.49)
     box = Body("box", TriangleMesh(closed.vertices, np.delete(closed.faces, top_faces[:missing_faces], axis=0)))
-    detection = detect(heights([0.0, 0.0, 2.0, 2.0]), (BALL, box))
-    assert labels(detection) == interval_labels
+    detection = detect(ball_over_plate([0.0, 0.0, 2.0, 2.0]), (BALL, box))
+    assert verdict_names(detection) == interval_labels

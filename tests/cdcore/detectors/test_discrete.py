@@ -10,17 +10,17 @@ from cdcore.protocol import counts_as_contact, detect_live
 BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 
 
-def along(xs, times):
+def ball_at_x(xs, times):
     positions = np.zeros((len(xs), 2, 3))
     positions[:, 0, 0] = xs
     return unturned(positions, times)
 
 
-def requested_at(frames, times, rate, block=None):
+def samples_exactly(frames, times, rate, block=None):
     """Whether its answers are those of these frames, each held until the next; contact comes and goes at random."""
     meets = np.random.default_rng(3).random(len(times)) < 0.5
     detector = create_detector("discrete", BODIES, rate_hz=rate)
-    motion = along(np.where(meets, 0.9, 3.0), times)
+    motion = ball_at_x(np.where(meets, 0.9, 3.0), times)
     detection = detector.detect(motion) if block is None else join(detector.stream(motion.blocks(block)))
     last = np.asarray(frames)[np.searchsorted(frames, np.arange(len(times)), side="right") - 1]
     kept = {key: detection.work[key] for key in ("looks", "held")}
@@ -55,12 +55,14 @@ def test_faces_queried_afterwards_equal_faces_of_detection():
 
 
 def test_quarter_rate_samples_every_fourth_frame_despite_rounded_stamps():
+    """A minute at 90 Hz, exact and rounded to nanoseconds; a quarter of 90 Hz is 22.5 Hz."""
     every = list(range(0, 5400, 4))
     for times in (np.arange(5400) / 90, np.round(np.arange(5400) / 90 * 1e9) / 1e9):
-        assert requested_at(every, times, rate=22.5)
+        assert samples_exactly(every, times, rate=22.5)
 
 
 def test_samples_are_first_frames_at_or_after_ticks():
+    """Frames 2 to 130 ms apart, ticks of 10 Hz; ``block=7``: the same as a stream of seven frames at a time."""
     rng = np.random.default_rng(0)
     times = 7.3 + np.cumsum(rng.uniform(0.002, 0.13, 300))
     rate = 10.0
@@ -69,14 +71,15 @@ def test_samples_are_first_frames_at_or_after_ticks():
         if np.floor(times[frame] * rate) > tick:
             expected.append(frame)
             tick = np.floor(times[frame] * rate)
-    assert requested_at(expected, times, rate)
-    assert requested_at(expected, times, rate, block=7)
+    assert samples_exactly(expected, times, rate)
+    assert samples_exactly(expected, times, rate, block=7)
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
 def test_query_without_a_pose_changes_no_state(name):
+    """Samples in frames 0, 4 and 8; bodies part in frame 4, whose sample finds no pose."""
     times = np.arange(12) / 90
-    motion = along([0.9] * 4 + [3.0] * 8, times)
+    motion = ball_at_x([0.9] * 4 + [3.0] * 8, times)
     valid = np.ones((12, 2), dtype=bool)
     valid[4:6, 0] = False
     blind = Motion(times, motion.translations, motion.rotations, valid)
@@ -90,8 +93,9 @@ def test_query_without_a_pose_changes_no_state(name):
 
 
 def test_faces_and_sections_stay_with_their_sampled_verdict():
+    """22.5 Hz of 90: samples in frames 0 and 4; frames 1 to 3 repeat the faces of frame 0."""
     times = np.arange(8) / 90
-    motion = along([0.9, 0.91, 0.92, 0.93, 0.8, 0.81, 0.82, 0.83], times)
+    motion = ball_at_x([0.9, 0.91, 0.92, 0.93, 0.8, 0.81, 0.82, 0.83], times)
     detector = create_detector("discrete", BODIES, rate_hz=22.5)
     for detection in (detector.detect(motion, faces=True), join(detector.stream(motion.blocks(3), faces=True))):
         for frame in range(4):
@@ -124,6 +128,7 @@ def test_beaker_hull_is_false_while_the_rod_is_below_rim():
 
 
 def test_sphere_explains_a_missed_corner_by_its_shape():
+    """A unit cube rotated by 45 degrees reaches 0.71 m, a sphere of its volume does not meet a pin from 0.6 m on."""
     bodies = [Body("box", box_mesh()), Body("pin", box_mesh((0.1, 0.1, 0.1)))]
     rotation, half = np.tile(np.eye(3), (1, 2, 1, 1)), np.sqrt(0.5)
     rotation[0, 0, :2, :2] = [[half, -half], [half, half]]
@@ -138,6 +143,7 @@ def test_sphere_explains_a_missed_corner_by_its_shape():
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("shape", ["mesh", "hull", "box", "sphere", "capsule"])
 def test_contact_starts_at_the_sum_of_both_skins(shape):
+    """Skins of 1 mm each: gaps below 2 mm are contact. The cube's middle is 6 cm from the wall's at a gap of 0."""
     cube, wall = Body("cube", box_mesh((0.02, 0.02, 0.02))), Body("wall", box_mesh((0.1, 0.1, 0.1)))
     gaps = np.array([-0.001, 0.0005, 0.0019, 0.0021, 0.004, 0.0019])
     positions = np.zeros((len(gaps), 2, 3))

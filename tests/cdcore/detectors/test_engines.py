@@ -26,7 +26,7 @@ ENGINES = [
     pytest.param(name, marks=pytest.mark.skipif(find_spec(module) is None, reason=f"{module} is an extra"))
     for name, module in ENGINE_MODULE.items()
 ]
-OWN = [row for row in ENGINES if row.values[0] != "mujoco"]
+BUT_MUJOCO = [row for row in ENGINES if row.values[0] != "mujoco"]
 GAPS = np.array([-1, -0.1, 0.1, 1, 1.9, 2.1, 3.7, 4, 10, 10.8, 11, 15, 19.9, 20.1]) / 1000
 
 REACH = {
@@ -73,6 +73,7 @@ def test_cube_touches_plate_below_the_documented_distance(name):
     ],
 )
 def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetres):
+    """``millimetres``: distance below which the engine reports contact with this setting, by its documentation."""
     pytest.importorskip(ENGINE_MODULE[name])
     answer = contact_by_frame(
         name, *cube_above_plate([(millimetres - 0.1) / 1000, (millimetres + 0.1) / 1000]), **settings
@@ -91,6 +92,7 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetre
     ],
 )
 def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach, early, late):
+    """Hulls ``reach`` metres apart, give or take 10 nm to 5 mm; ``early``, ``late``: tolerated metres of error."""
     pytest.importorskip(ENGINE_MODULE[name])
     about = np.concatenate([-np.logspace(-2.3, -8, 18), np.logspace(-8, -2.3, 18)])
     for seed in range(6):
@@ -102,7 +104,7 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach,
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["hull", "mesh"])
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_earlier_queries_change_no_answer(name, shape):
     bodies, motion = lab_bodies_and_motion(frames=120)
     detector = create_detector(name, bodies, shape=shape)
@@ -114,7 +116,7 @@ def test_earlier_queries_change_no_answer(name, shape):
     assert np.array_equal(new.verdict[0], whole[frames[0]])
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_rod_in_a_beaker_touches_hull_not_mesh(name):
     """The rod at 0.075 m is in the hollow of the beaker, which its convex hull fills; at 0.2 m it is above."""
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
@@ -130,6 +132,7 @@ def test_rod_in_a_beaker_touches_hull_not_mesh(name):
 
 @pytest.mark.parametrize("name", ["bullet", "physx"])
 def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
+    """Two hollow beakers in contact are refused as meshes; the ball beside them, and their hulls, are not."""
     pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh()), Body("ball", ball_mesh(0.01))]
     motion = Motion(
@@ -162,8 +165,9 @@ def test_two_meshes_are_tested_against_each_other(name):
     assert contact_by_frame(name, bodies, motion, shape="mesh").tolist() == [False, True]
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
+    """A cube 1 mm deep in a sheet of no thickness, and 1 m above it; edges of 1e100 m are refused."""
     sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
     bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
     motion = unturned([[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]])
@@ -172,7 +176,7 @@ def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
         create_detector(name, [Body("slab", TriangleMesh(box_mesh().vertices * 1e100, box_mesh().faces))])
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_meshes_far_from_their_origin_keep_precision(name):
     far = np.array([300.0, -200.0, 100.0])
     bodies, motion = cube_above_plate(GAPS)
@@ -182,7 +186,7 @@ def test_meshes_far_from_their_origin_keep_precision(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_an_engine_prints_nothing(name):
     code = (
         "from cdcore import Body, Motion, TriangleMesh, create_detector; import numpy as np;"
@@ -194,7 +198,7 @@ def test_an_engine_prints_nothing(name):
     assert done.stdout + done.stderr == ""
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_an_engine_prints_nothing_into_a_notebook(name, capsys):
     create_detector(name, [Body("a", box_mesh()), Body("b", box_mesh())])
     assert capsys.readouterr() == ("", "")

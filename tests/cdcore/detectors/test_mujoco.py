@@ -28,6 +28,7 @@ def test_mujoco_agrees_with_exact_hulls_beyond_its_tolerance(margin):
 @pytest.mark.parametrize("thickness", [0.0, 1e-9, 9e-6, 2e-5, 1e-3])
 @pytest.mark.parametrize("size", [0.01, 2.0])
 def test_mujoco_sheet_touches_only_bodies_that_cross_it(thickness, size):
+    """A cube of 1 cm, 10 um above the sheet's top and 10 um deep in it."""
     sheet = TriangleMesh(box_mesh().vertices * [size, size, thickness], box_mesh().faces)
     top, half = sheet.vertices[:, 2].max(), np.ptp(box_mesh().vertices[:, 2]) * 0.005
     small = TriangleMesh(box_mesh().vertices * 0.01, box_mesh().faces)

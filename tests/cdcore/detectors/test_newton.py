@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 """Loading its kernels takes seconds, compiling them minutes."""
 
 
-def crowd(count):
+def overlapping_boxes(count):
     bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(count)]
     return bodies, motion_at_rest(bodies, np.random.default_rng(0).normal(scale=0.01, size=(count, 3)))
 
@@ -36,7 +36,7 @@ def test_newton_agrees_with_hulls_in_every_frame():
 def test_buffer_without_room_grows_and_loses_no_contact(monkeypatch):
     monkeypatch.setattr(newton_world, "LEAST_ROOM", 1)
     monkeypatch.setattr(newton_world, "CONTACTS_PER_PAIR", 0)
-    bodies, motion = crowd(count=8)
+    bodies, motion = overlapping_boxes(count=8)
     detector = create_detector("newton", bodies)
     assert counts_as_contact(detector.detect(motion).verdict).all()
     assert detector.world.contact_room > 28
@@ -57,7 +57,7 @@ def test_more_contacts_than_there_is_room_for_are_refused(monkeypatch):
     monkeypatch.setattr(newton_world, "CONTACTS_PER_PAIR", 0)
     monkeypatch.setattr(newton_world, "LARGEST_ROOM", 10)
     monkeypatch.setattr(newton_world, "TRIANGLE_PAIRS", 1)
-    bodies, motion = crowd(count=8)
+    bodies, motion = overlapping_boxes(count=8)
     with pytest.raises(InvalidMeshError, match=r"^Newton has no room for the contacts of these meshes, more than 10 "):
         create_detector("newton", bodies).detect(motion)
 
@@ -89,7 +89,7 @@ def test_cache_that_cannot_be_written_is_one_clear_error(monkeypatch):
 
     monkeypatch.setattr(warp, "init", refused)
     with pytest.raises(MissingEngineError, match=r"^newton can keep its kernels nowhere; set WARP_CACHE_PATH to "):
-        create_detector("newton", crowd(count=2)[0])
+        create_detector("newton", overlapping_boxes(count=2)[0])
 
 
 def test_second_process_compiles_nothing():

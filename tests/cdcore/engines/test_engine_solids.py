@@ -20,6 +20,7 @@ def test_only_a_closed_mesh_that_fills_its_hull_is_convex(mesh, convex):
 
 
 def test_posed_solid_corners_equal_posed_mesh_corners():
+    """Placed by the engine's quaternion, written out as a matrix, and by the mesh's rotation."""
     rng = np.random.default_rng(2)
     for mesh in (box_mesh(), TriangleMesh(beaker_mesh().vertices + np.array([3, -2, 1]), beaker_mesh().faces)):
         solid = engine_solid(Body("a", mesh), "mesh", "Engine", 1e-4)

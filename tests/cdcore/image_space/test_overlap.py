@@ -73,6 +73,7 @@ def test_overlap_volume_is_within_a_percent_of_the_boolean(name):
 
 
 def test_window_thinner_than_a_pixel_is_still_sampled():
+    """Half of a plate of 0.1 mm is in a unit cube; 32 x 32 rays one way, 2 x 32 the other two ways."""
     lift = np.eye(4)
     lift[2, 3] = 0.5
     answer = overlap_volume(box_mesh((1, 1, 1e-4)), box_mesh(), pose_b=lift)
@@ -81,6 +82,7 @@ def test_window_thinner_than_a_pixel_is_still_sampled():
 
 
 def test_touching_bodies_have_no_common_volume():
+    """A unit cube upon another, at random orientations."""
     lift = np.eye(4)
     for rotation in [np.eye(3), *random_rotations(np.random.default_rng(1), 5)]:
         base = np.eye(4)
@@ -108,6 +110,7 @@ CORNER = mesh_of(Manifold.cube((1, 4, 4)).translate((-2, -2, -2)) + Manifold.cub
     ],
 )
 def test_body_is_inside_when_its_box_and_volume_are(outer, size, position, inside):
+    """Crates have edges of 4 m and the hollow one of 2 m; ``inside`` is the number of the inner body, -1 for none."""
     box = box_mesh((size,) * 3, centre=position)
     assert overlap_volume(box, outer).inside == (0 if inside else -1)
     assert overlap_volume(outer, box).inside == (1 if inside else -1)

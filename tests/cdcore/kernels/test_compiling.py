@@ -79,7 +79,7 @@ def calls_both(x):
 
 
 @kernel
-def ramp(count):
+def zero_to(count):
     numbers = np.empty(count)
     for k in range(count):
         numbers[k] = k
@@ -87,15 +87,15 @@ def ramp(count):
 
 
 @kernel
-def sum_of_ramp(count):
+def sum_below(count):
     total = 0.0
-    for number in ramp(count):
+    for number in zero_to(count):
         total += number
     return total
 
 
 def test_a_kernel_that_allocates_is_called_by_a_kernel():
-    assert sum_of_ramp(5) == 10.0 and ramp(3).tolist() == [0.0, 1.0, 2.0]
+    assert sum_below(5) == 10.0 and zero_to(3).tolist() == [0.0, 1.0, 2.0]
 
 
 def test_kernels_call_other_kernels_compiled_and_interpreted():
@@ -149,6 +149,7 @@ def moved_by_one(address, count):
 
 
 def test_numbers_are_read_and_written_at_their_address():
+    """The kernel moves entries 1 to 8 down by one and doubles entry 10."""
     array = np.arange(12.0)
     assert moved_by_one(address_of(array), 10) == 20.0
     assert array.tolist() == [*range(1, 9), 8, 9, 20, 11]
@@ -184,6 +185,7 @@ def read_rows(real, whole, index):
 
 
 def test_rows_are_named_tuples_with_and_without_compiler():
+    """A row of a ball is four doubles, of a weight its grams and the address of its places."""
     places = np.array([0.5, 0.25])
     balls, weights = np.arange(8.0).reshape(2, 4), np.array([[3, address_of(places)], [5, address_of(places) + 8]])
     assert read_rows(balls, weights, 0) == (0.0, 1.0, 2.0, 3.0, 3, 0.5)

@@ -16,7 +16,7 @@ LANE_OPERATIONS = {
 BIT_OPERATIONS = ("above", "outside")
 
 
-def numbers(rng, rows, lanes=8):
+def ordinary_and_extreme_doubles(rng, rows, lanes=8):
     """Doubles of ordinary and extreme sizes, some of them no numbers or zeros of either sign."""
     values = rng.normal(size=(rows, lanes)) * 2.0 ** rng.integers(-40, 40, (rows, lanes))
     special = rng.random((rows, lanes))
@@ -47,7 +47,7 @@ def all_compiled(operands):
 
 def test_lane_operations_give_bits_of_their_python_bodies():
     rng = np.random.default_rng(1)
-    operands = np.stack([numbers(rng, ROWS) for _ in range(max(LANE_OPERATIONS.values()))])
+    operands = np.stack([ordinary_and_extreme_doubles(rng, ROWS) for _ in range(max(LANE_OPERATIONS.values()))])
     with np.errstate(all="ignore"):
         expected = [getattr(simd, name).interpreted(*operands[:count]) for name, count in LANE_OPERATIONS.items()]
     pairs = zip(all_compiled(operands), expected, strict=True)
@@ -66,7 +66,11 @@ def test_lane_comparison_gives_bits_of_its_python_body(name):
         for k in range(len(out)):
             out[k] = operation(load8(a, 8 * k), load8(b, 8 * k))
 
-    a, b, out = numbers(rng, 2000), numbers(rng, 2000), np.empty(2000, dtype=np.int64)
+    a, b, out = (
+        ordinary_and_extreme_doubles(rng, 2000),
+        ordinary_and_extreme_doubles(rng, 2000),
+        np.empty(2000, dtype=np.int64),
+    )
     over(a, b, out)
     assert out.tolist() == [operation.interpreted(*rows) for rows in zip(a, b, strict=True)]
     assert out.any()
@@ -109,7 +113,7 @@ def test_compiled_bits_of_a_double_equal_the_python_version():
         for k in range(len(values)):
             out[k] = bits_of(values[k])
 
-    values = numbers(np.random.default_rng(4), 100).ravel()
+    values = ordinary_and_extreme_doubles(np.random.default_rng(4), 100).ravel()
     out = np.empty(len(values), dtype=np.int64)
     over(values, out)
     assert out.tolist() == [bits_of.interpreted(value) for value in values]

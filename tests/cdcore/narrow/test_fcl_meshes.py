@@ -9,7 +9,7 @@ from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.fcl_meshes import TREES, FclMeshes
 
 
-def poses(seed, spread):
+def two_random_poses(seed, spread):
     rng = np.random.default_rng(seed)
     return (random_rotations(rng), rng.normal(size=3) * spread), (random_rotations(rng), rng.normal(size=3) * spread)
 
@@ -17,7 +17,7 @@ def poses(seed, spread):
 @pytest.mark.parametrize("seed", range(12))
 def test_fcl_face_pairs_equal_an_exhaustive_exact_test(seed):
     meshes = [ball_mesh(0.5, rings=6, sides=9), box_mesh((0.9, 0.7, 0.3))]
-    pose_a, pose_b = poses(seed, spread=0.35)
+    pose_a, pose_b = two_random_poses(seed, spread=0.35)
     pairs = FclMeshes(meshes)
     pairs.set_pose(0, *pose_a)
     pairs.set_pose(1, *pose_b)

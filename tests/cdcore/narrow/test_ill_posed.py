@@ -15,6 +15,7 @@ from cdcore.narrow.margins import triangle_margins
 @pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
+    """``near``: the smallest gap is at most tau. ``shallow``: the deepest face pair is."""
     rng = np.random.default_rng(4)
     meshes = [KINDS[kind](rng, 10) for _ in range(2)]
     rotation, move, bodies = *motion_of(kind, rng, 24, 2), bodies_of(meshes)
@@ -55,10 +56,11 @@ def ball_beside_box(gap, tau=2e-6):
     ("gap", "within"), [(0.0, True), (1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
 )
 def test_two_micrometres_on_either_side_of_touching_is_the_border(gap, within, side):
+    """Metres; tau is 2 um."""
     assert ball_beside_box(side * gap) == within
 
 
-def meeting(bodies, move):
+def arguments_of_meeting_bodies(bodies, move):
     """The arguments of ``shallow`` and ``loose`` for two bodies that stand unrotated."""
     rotation, move = np.tile(np.eye(3), (2, 1, 1)), np.array(move, dtype=float)
     first, second = (placed(bodies[k].mesh.triangles, rotation[k], move[k]) for k in range(2))
@@ -70,7 +72,7 @@ def meeting(bodies, move):
 @pytest.mark.parametrize("away", [[1.0, 0, 0], [1.0, 1.0, 0], [1.0, 1.0, 1.0], [0.3, 0.2, 1.0 - 1e-6]])
 def test_touching_cubes_separate(away):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    requested = meeting(bodies, [[0, 0, 0], away])
+    requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
     assert stage.shallow(*requested) and stage.loose(*requested)
 
@@ -78,7 +80,7 @@ def test_touching_cubes_separate(away):
 @pytest.mark.parametrize("away", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
 def test_overlapping_cubes_with_common_planes_do_not_separate(away):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    requested = meeting(bodies, [[0, 0, 0], away])
+    requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
     assert stage.shallow(*requested), "every face pair only touches"
     assert not stage.loose(*requested)
@@ -87,11 +89,11 @@ def test_overlapping_cubes_with_common_planes_do_not_separate(away):
 def test_exactly_fitting_plug_separates():
     hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
-    requested = meeting(bodies, np.zeros((2, 3)))
+    requested = arguments_of_meeting_bodies(bodies, np.zeros((2, 3)))
     assert MarginStage(bodies, 2e-6).loose(*requested)
 
 
 def test_tool_on_a_sheet_separates_for_either_winding():
     for faces in (grid_plate(), grid_plate()[:, ::-1]):
         bodies = [*bodies_of([faces]), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
-        assert MarginStage(bodies, 2e-6).loose(*meeting(bodies, np.zeros((2, 3))))
+        assert MarginStage(bodies, 2e-6).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))

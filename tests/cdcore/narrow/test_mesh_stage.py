@@ -22,22 +22,23 @@ BODIES = [
 ]
 
 
-def motion_of(xs):
+def ball_at_x(xs):
     """The ball at x, seen frame by frame; box and rod stand."""
     positions = np.zeros((len(xs), 3, 3))
     positions[:, 0, 0] = xs
     return Motion(np.arange(len(xs)), positions, np.tile(np.eye(3), (len(xs), 3, 1, 1)))
 
 
-def decide(stage, motion, column=0, faces=False):
+def answer_for_all_frames(stage, motion, column=0, faces=False):
     frames = np.arange(len(motion))
     return stage.decide(motion, frames, np.full(len(frames), column), faces=faces)
 
 
 @pytest.mark.parametrize("faces", [False, True])
 def test_bitwise_equal_poses_take_a_single_query(faces):
+    """Of six poses four differ, two of them in the last bit alone."""
     stage = MeshStage(BODIES, np.array([[0, 1]]))
-    answer = decide(stage, motion_of([0.9, 0.9, np.nextafter(0.9, 1), 3.0, 3.0, 0.9]), faces=faces)
+    answer = answer_for_all_frames(stage, ball_at_x([0.9, 0.9, np.nextafter(0.9, 1), 3.0, 3.0, 0.9]), faces=faces)
     assert answer.hits.tolist() == [True, True, True, False, False, True]
     assert (answer.queries, answer.reused) == (4, 2)
 
@@ -60,16 +61,16 @@ def test_faces_of_several_pairs_stay_with_their_pair():
 
 
 def test_reversed_pairs_have_reversed_faces():
-    motion = motion_of([0.9])
-    forward = decide(MeshStage(BODIES, np.array([[0, 1]])), motion, faces=True).sets[0]
-    backward = decide(MeshStage(BODIES, np.array([[1, 0]])), motion, faces=True).sets[0]
+    motion = ball_at_x([0.9])
+    forward = answer_for_all_frames(MeshStage(BODIES, np.array([[0, 1]])), motion, faces=True).sets[0]
+    backward = answer_for_all_frames(MeshStage(BODIES, np.array([[1, 0]])), motion, faces=True).sets[0]
     assert sorted(forward[:, ::-1].tolist()) == backward.tolist()
     assert forward[:, 1].max() < 12 <= forward[:, 0].max()
 
 
 def test_empty_query_has_an_empty_answer():
     none = np.zeros(0, dtype=np.int64)
-    answer = MeshStage(BODIES, np.array([[0, 1]])).decide(motion_of([0.0]), none, none, faces=True)
+    answer = MeshStage(BODIES, np.array([[0, 1]])).decide(ball_at_x([0.0]), none, none, faces=True)
     assert answer.hits.shape == (0,)
     assert answer.face_sets(none, none).counts(1, 1).tolist() == [[0]]
 

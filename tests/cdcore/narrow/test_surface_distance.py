@@ -61,6 +61,7 @@ def test_nearest_of_few_points_in_a_small_region(seed, size):
 
 
 def test_distances_have_their_closed_form_beside_above_and_at_corners():
+    """Legs of 4 and 3: (4, 3) is 2.4 from the hypotenuse, (-3, -4) is 5 from a corner."""
     triangle = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
     points = np.array([[1.0, 1.0, 2.0], [2.0, -1.0, 0.0], [-3.0, -4.0, 0.0], [4.0, 3.0, 0.0], [1.0, 1.0, 0.0]])
     distance, closest = distance_to_triangles(points, np.tile(triangle, (5, 1, 1)))

@@ -10,7 +10,7 @@ from cdcore.narrow.bvh.bounds import LARGEST_SIZE
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
-PAIR = np.array([[0, 1]])
+FIRST_AND_SECOND = np.array([[0, 1]])
 
 
 @pytest.mark.sampled(2)
@@ -28,8 +28,8 @@ def test_laboratory_agrees_with_the_exact_detector(name):
 def test_trees_are_cached_per_kind_and_not_per_setting():
     """Two bodies have a tree for each kind; another search mode uses the same tree objects."""
     bodies = bodies_of([cube(), cube() / 2])
-    trees = [TreeStage(bodies, PAIR, kind, TreeSettings()).trees for kind in TREES]
-    again = [TreeStage(bodies, PAIR, kind, TreeSettings(mode="first")).trees for kind in TREES]
+    trees = [TreeStage(bodies, FIRST_AND_SECOND, kind, TreeSettings()).trees for kind in TREES]
+    again = [TreeStage(bodies, FIRST_AND_SECOND, kind, TreeSettings(mode="first")).trees for kind in TREES]
     assert all(item[k] is other[k] for item, other in zip(trees, again, strict=True) for k in range(2))
     assert len({id(tree) for some in trees for tree in some}) == 2 * len(TREES)
 
@@ -50,6 +50,7 @@ def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_stopped_search_reports_not_found_and_no_false_contact(name):
+    """``budget``: tests of nodes and faces that a query may make; a million completes it."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     whole = create_detector(name, bodies).detect(motion, faces=True)
     before = np.zeros_like(whole.face_counts)
@@ -76,7 +77,7 @@ def test_live_sample_continues_past_faces_decided_by_integers(name):
     needles = np.array([undecided_by_doubles] * 400)
     needles[200] = through_the_slope
     bodies = bodies_of([slope, needles])
-    stage = TreeStage(bodies, PAIR, name, TreeSettings())
+    stage = TreeStage(bodies, FIRST_AND_SECOND, name, TreeSettings())
     verdict, is_beyond_margin = stage.decide_now({}, motion_at_rest(bodies, np.zeros((2, 3))), column=0, margin=1e-3)
     assert verdict == Verdict.CONTACT and not is_beyond_margin
 
@@ -86,7 +87,7 @@ def test_pair_size_sums_reaches_and_translations(fraction, beyond):
     """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
     far = fraction * LARGEST_SIZE
     sheets = bodies_of([np.array([[[-far, 0, 0], [far, 0, 0], [0, far, 0]]])] * 2)
-    stage = TreeStage(sheets, PAIR, "obb", TreeSettings())
+    stage = TreeStage(sheets, FIRST_AND_SECOND, "obb", TreeSettings())
     motion = Motion([0.0], [[[far, 0, 0], [far, 0, far / 100]]], np.tile(np.eye(3), (1, 2, 1, 1)))
     first = np.zeros(1, dtype=np.int64)
     assert stage.decide(motion, first, first, every=True).work["exhaustive"] == beyond

@@ -14,30 +14,31 @@ from cdcore.tolerances import ORTHONORMAL_KEEP
 COUNT = 300
 
 
-def check(position, rotation):
+def checked_poses(position, rotation):
     changed = np.empty((len(position), 1), dtype=bool)
     arrays = position[:, None], rotation[:, None], np.ones_like(changed)
     last = np.array([GOOD])
     return check_poses(readonly(NO_MATRICES[:]), *arrays, np.empty(18), last, changed)
 
 
-def spoiled(size, seed=0):
+def rotations_with_errors(size, seed=0):
     rng = np.random.default_rng(seed)
     return random_rotations(rng, COUNT) + rng.normal(size=(COUNT, 3, 3)) * size
 
 
 @pytest.mark.parametrize("size", [0, 1e-9, 1e-4])
 def test_matrix_error_is_that_of_its_gram_matrix(size):
-    for matrix in spoiled(size)[:40]:
+    for matrix in rotations_with_errors(size)[:40]:
         expected = orthonormality_error(matrix)
-        assert check(np.zeros((1, 3)), matrix[None].copy())[2] == pytest.approx(expected, rel=1e-9, abs=2e-15)
+        assert checked_poses(np.zeros((1, 3)), matrix[None].copy())[2] == pytest.approx(expected, rel=1e-9, abs=2e-15)
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-8, 1e-5, 5e-5])
 def test_repair_gives_the_nearest_rotation(size):
-    rotation = spoiled(size)
+    """``size``: standard deviation of the errors of entries; the nearest rotation is from a decomposition."""
+    rotation = rotations_with_errors(size)
     expected = nearest_rotation(rotation)
-    bad, repaired, worst = check(np.zeros((COUNT, 3)), rotation)
+    bad, repaired, worst = checked_poses(np.zeros((COUNT, 3)), rotation)
     assert (bad, repaired) == (GOOD, COUNT)
     assert 0 < worst < 20 * size
     assert np.abs(rotation - expected).max() < 1e-14  # the decomposition itself rounds, by the machine, up to 5e-15
@@ -45,9 +46,10 @@ def test_repair_gives_the_nearest_rotation(size):
 
 
 def test_translations_as_large_as_doubles_go_are_good():
+    """1.7e308 is just below the largest double."""
     position = np.random.default_rng(5).normal(size=(COUNT, 3))
     position[3] = 1.7e308, 1.7e308, -1.7e308
-    bad, _, worst = check(position, spoiled(size=0))
+    bad, _, worst = checked_poses(position, rotations_with_errors(size=0))
     assert bad == GOOD and worst < 1e-14
     assert position[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
 

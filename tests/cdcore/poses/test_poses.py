@@ -96,6 +96,7 @@ def test_relative_pose_takes_points_of_b_to_a(poses):
 
 
 def test_a_pose_changes_with_any_of_its_numbers():
+    """Each of 12 steps changes one of nine entries or three coordinates by a rounding; the last none."""
     rotations, translations = np.tile(np.eye(3), (14, 1, 1)), np.zeros((14, 3))
     for step in range(1, 13):
         rows = rotations[step:].reshape(-1, 9) if step < 10 else translations[step:]

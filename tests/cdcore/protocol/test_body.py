@@ -59,6 +59,7 @@ def test_pairs_are_ordered_by_name_and_swaps_marked():
 
 @pytest.mark.parametrize("rate", [22.5, 50.0, 60.0, 72.0, 90.0])
 def test_sampling_agrees_for_blocks_whole_and_single_frames(rate):
+    """300 frames 2 to 30 ms apart, whole, cut after frame 77, and one by one."""
     times = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.03, 300))
     whole, blocks = ZeroOrderHold(0, rate).sampled(times), ZeroOrderHold(0, rate)
     assert np.array_equal(np.concatenate([blocks.sampled(times[:77]), blocks.sampled(times[77:])]), whole)

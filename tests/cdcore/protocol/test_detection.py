@@ -9,7 +9,7 @@ from cdcore import Detection, FaceSets, Verdict, join
 from cdcore.errors import NotRecordedError
 from cdcore.protocol import counts_as_contact, is_undecided
 
-FACES = np.array([[1, 7], [2, 3]])
+FACE_PAIRS = np.array([[1, 7], [2, 3]])
 
 
 def sets_of(frame, pair, sets):
@@ -23,12 +23,12 @@ def detection(**changes):
         "pairs": np.array([[0, 1], [1, 2]]),
         "times": np.array([0.0, 0.5, 1.0]),
         "verdict": np.array([[0, 1], [1, 7], [2, 0]], dtype=np.uint8),
-        "face_sets": sets_of([0, 1], [1, 0], [FACES[:1], FACES]),
+        "face_sets": sets_of([0, 1], [1, 0], [FACE_PAIRS[:1], FACE_PAIRS]),
     }
     return Detection(**(values | changes))
 
 
-def rotated():
+def same_in_another_order():
     """The same finding, bodies in another order and pairs the other way round."""
     swapped = np.array([[3, 2], [7, 1]])
     return detection(
@@ -41,8 +41,8 @@ def rotated():
 
 def test_digests_ignore_the_order_of_bodies_and_pairs():
     """``rotated()`` is ``detection()`` with its bodies in another order and the bodies of each pair swapped."""
-    assert detection().digest == rotated().digest
-    assert detection().faces_digest == rotated().faces_digest
+    assert detection().digest == same_in_another_order().digest
+    assert detection().faces_digest == same_in_another_order().faces_digest
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,12 @@ def test_digests_ignore_the_order_of_bodies_and_pairs():
     ],
 )
 def test_a_digest_changes_with_any_verdict_stamp_or_name(change):
+    """One verdict, a stamp by one rounding, a name, or what the rows speak of."""
     assert detection(**change).digest != detection().digest
 
 
 def test_faces_digest_changes_with_a_single_face():
-    other = sets_of([0, 1], [1, 0], [FACES[:1], np.array([[1, 7], [2, 4]])])
+    other = sets_of([0, 1], [1, 0], [FACE_PAIRS[:1], np.array([[1, 7], [2, 4]])])
     assert detection(face_sets=other).faces_digest != detection().faces_digest
     assert detection(face_sets=other).digest == detection().digest
 
@@ -73,8 +74,8 @@ def test_faces_or_segments_never_requested_raise_an_error():
 
 
 def test_faces_are_indexed_by_frame_and_pair():
-    assert detection().faces(1, 0).tolist() == FACES.tolist()
-    assert detection().faces(-2, -2).tolist() == FACES.tolist()
+    assert detection().faces(1, 0).tolist() == FACE_PAIRS.tolist()
+    assert detection().faces(-2, -2).tolist() == FACE_PAIRS.tolist()
     assert detection().faces(2, 0).shape == (0, 2)
     assert detection().face_counts.tolist() == [[0, 1], [2, 0], [0, 0]]
     with pytest.raises(IndexError, match="there are 3 frames and 2 pairs"):
@@ -94,7 +95,7 @@ def test_detection_of_selected_frames_equals_the_whole_there():
     assert whole.take(np.array([], dtype=np.int64)).face_counts.shape == (0, 2)
 
 
-def block(start, stop, **changes):
+def detection_of_frames(start, stop, **changes):
     whole = detection()
     sets = [(t, p, whole.faces(t, p)) for t in range(start, stop) for p in range(2) if len(whole.faces(t, p))]
     return detection(
@@ -110,7 +111,12 @@ def block(start, stop, **changes):
 
 def test_detections_of_consecutive_blocks_join_to_the_whole():
     """``block(a, b)`` is frames a to b of ``detection()``; frame numbers of the second block shift by 1."""
-    joined = join([block(start=0, stop=1), block(start=1, stop=3, reasons={(1, 0): "why"}, toi={(0, 1): (0.1, 0.2)})])
+    joined = join(
+        [
+            detection_of_frames(start=0, stop=1),
+            detection_of_frames(start=1, stop=3, reasons={(1, 0): "why"}, toi={(0, 1): (0.1, 0.2)}),
+        ]
+    )
     assert joined.digest == detection().digest
     assert joined.faces_digest == detection().faces_digest
     assert joined.work["tests"] == 3
@@ -200,6 +206,7 @@ def test_face_sets_of_selected_frames_equal_the_whole(table, chosen):
 
 
 def test_frames_with_equal_face_sets_store_a_single_set():
+    """1,000 frames share a set of two face pairs."""
     item = np.array([[1, 2], [3, 4]])
     sets = FaceSets.from_shared(np.arange(1000), np.zeros(1000, dtype=int), np.zeros(1000, dtype=int), [item])
     assert len(sets.faces) == 2

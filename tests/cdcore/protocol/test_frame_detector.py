@@ -86,7 +86,7 @@ def test_answer_must_have_one_verdict_per_pair():
         detector_of_kind(Wrong, bodies).detect(motion)
 
 
-def saying(answer):
+def detector_that_answers(answer):
     """A detector that answers so in every frame, beside bodies and a motion."""
 
     class Says(FrameDetector):
@@ -108,7 +108,8 @@ def saying(answer):
     ],
 )
 def test_bools_and_verdicts_are_answers(answer):
-    detector, motion = saying(answer)
+    """Five bodies have ten pairs."""
+    detector, motion = detector_that_answers(answer)
     verdict = detector.detect(motion).verdict
     assert set(np.unique(verdict)) <= {Verdict.CONTACT, Verdict.NO_POSE} and (verdict == Verdict.CONTACT).any()
 
@@ -127,7 +128,8 @@ def test_bools_and_verdicts_are_answers(answer):
     ],
 )
 def test_counts_distances_and_other_numbers_are_refused_with_their_dtype(answer, text):
-    detector, motion = saying(answer)
+    """``text``: what the refusal calls the answer, for ten pairs."""
+    detector, motion = detector_that_answers(answer)
     with pytest.raises(OwnDetectorError, match=rf"Says.look answered with {text}; answer with bools"):
         detector.detect(motion)
 

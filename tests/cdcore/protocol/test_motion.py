@@ -15,19 +15,19 @@ from cdcore.tolerances import ORTHONORMAL_KEEP
 TIMES = np.arange(6) / 90
 
 
-def arrays(bodies=2, seed=0):
+def random_translations_and_rotations(bodies=2, seed=0):
     rng = np.random.default_rng(seed)
     return rng.normal(size=(6, bodies, 3)), random_rotations(rng, 6, bodies)
 
 
-def matrices(translations, rotations):
+def homogeneous_matrices(translations, rotations):
     poses = np.zeros((*translations.shape[:2], 4, 4))
     poses[..., :3, :3], poses[..., :3, 3], poses[..., 3, 3] = rotations, translations, 1.0
     return poses
 
 
 def test_good_rotations_keep_every_bit():
-    translations, rotations = arrays()
+    translations, rotations = random_translations_and_rotations()
     motion = Motion(TIMES, translations, rotations)
     assert motion.rotations.tobytes() == rotations.tobytes()
     assert motion.translations.tobytes() == translations.tobytes()
@@ -43,7 +43,7 @@ def test_three_constructors_give_the_same_bits():
     plain = Motion(TIMES, translations, rotations)
     for other in (
         Motion.from_quaternions(TIMES, translations, quaternions),
-        Motion.from_matrices(TIMES, matrices(translations, rotations)),
+        Motion.from_matrices(TIMES, homogeneous_matrices(translations, rotations)),
     ):
         assert other.rotations.tobytes() == plain.rotations.tobytes()
         assert other.translations.tobytes() == plain.translations.tobytes()
@@ -51,7 +51,8 @@ def test_three_constructors_give_the_same_bits():
 
 @pytest.mark.parametrize(("digits", "worst"), [(6, 2e-6), (4, 2e-4)])
 def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits, worst):
-    translations, rotations = arrays()
+    """Two bodies at six times: 12 rotations, written with so many ``digits``."""
+    translations, rotations = random_translations_and_rotations()
     motion = Motion(TIMES, translations, np.round(rotations, digits))
     assert motion.renormalised == 12
     assert 0 < motion.worst_orthonormality < worst
@@ -83,11 +84,11 @@ def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits,
     ids=["nan place", "inf place", "nan turn", "inf turn", "stretched", "halved", "sheared", "mirrored", "zero"],
 )
 def test_invalid_pose_is_refused_with_frame_and_body(spoil, message):
-    translations, rotations = arrays()
+    translations, rotations = random_translations_and_rotations()
     spoil(translations, rotations)
     for build in (
         lambda: Motion(TIMES, translations, rotations, names=["a", "cup"]),
-        lambda: Motion.from_matrices(TIMES, matrices(translations, rotations), names=["a", "cup"]),
+        lambda: Motion.from_matrices(TIMES, homogeneous_matrices(translations, rotations), names=["a", "cup"]),
     ):
         with pytest.raises(InvalidPoseError, match=rf"frame 3 \(0\.033333 s\), body cup: .*{message}.*flag the pose"):
             build()
@@ -96,13 +97,13 @@ def test_invalid_pose_is_refused_with_frame_and_body(spoil, message):
 
 
 def test_pose_flagged_invalid_is_not_read():
-    translations, rotations = arrays()
+    translations, rotations = random_translations_and_rotations()
     translations[3, 1], rotations[3, 1] = np.nan, np.inf
     valid = np.ones((6, 2), dtype=bool)
     valid[3, 1] = False
     for motion in (
         Motion(TIMES, translations, rotations, valid),
-        Motion.from_matrices(TIMES, matrices(translations, rotations), valid),
+        Motion.from_matrices(TIMES, homogeneous_matrices(translations, rotations), valid),
     ):
         assert np.array_equal(motion.rotations[3, 1], np.eye(3))
         assert np.array_equal(motion.translations[3, 1], np.zeros(3))
@@ -114,6 +115,7 @@ def test_pose_flagged_invalid_is_not_read():
     [[0] * 4, [0, 0, 0, 0.5], [0, 0, 0, 0.998], [0, 0, 0, 1.002], [0, np.nan, 0, 1], [1e200, 0, 0, 0]],
 )
 def test_non_unit_quaternion_is_refused_unless_flagged_invalid(quaternion):
+    """Of two bodies at six times, one quaternion (x, y, z, w) is replaced."""
     quaternions = np.tile([0.0, 0, 0, 1], (6, 2, 1))
     quaternions[4, 0] = quaternion
     with pytest.raises(
@@ -128,7 +130,8 @@ def test_non_unit_quaternion_is_refused_unless_flagged_invalid(quaternion):
 
 @pytest.mark.parametrize(("entry", "value"), [(0, 1e-300), (1, np.nan), (2, -1.0), (3, 1.0 + 1e-15)])
 def test_last_row_is_checked_where_poses_are_valid(entry, value):
-    poses, valid = matrices(*arrays()), np.ones((6, 2), dtype=bool)
+    """The last row of a homogeneous matrix is 0, 0, 0, 1 exactly."""
+    poses, valid = homogeneous_matrices(*random_translations_and_rotations()), np.ones((6, 2), dtype=bool)
     poses[4, 1, 3, entry] = poses[5, 0, 3, entry] = value
     with pytest.raises(InvalidPoseError, match=r"frame 4 .*body cup.* last row"):
         Motion.from_matrices(TIMES, poses, names=["a", "cup"])
@@ -137,8 +140,8 @@ def test_last_row_is_checked_where_poses_are_valid(entry, value):
 
 
 def test_a_motion_is_frozen_and_does_not_follow_its_source():
-    translations, rotations = arrays()
-    poses = matrices(translations, rotations)
+    translations, rotations = random_translations_and_rotations()
+    poses = homogeneous_matrices(translations, rotations)
     motion, other = Motion(TIMES, translations, rotations), Motion.from_matrices(TIMES, poses)
     before = translations.copy()
     translations[:], poses[:] = 9.0, 9.0
@@ -153,13 +156,13 @@ def test_frames_link_only_between_valid_neighbours():
     valid[2, 0] = False
     linked = np.ones((6, 2), dtype=bool)
     linked[4, 1] = False
-    motion = Motion(TIMES, *arrays(), valid, linked=linked)
+    motion = Motion(TIMES, *random_translations_and_rotations(), valid, linked=linked)
     assert motion.linked[:, 0].tolist() == [False, True, False, False, True, True]
     assert motion.linked[:, 1].tolist() == [False, True, True, True, False, True]
 
 
 def test_blocks_hold_the_same_bits_and_cover_every_frame_once():
-    motion = Motion(TIMES, *arrays())
+    motion = Motion(TIMES, *random_translations_and_rotations())
     for size in (1, 4, 6, 100):
         blocks = list(motion.blocks(size))
         assert np.concatenate([block.times for block in blocks]).tobytes() == motion.times.tobytes()
@@ -169,7 +172,7 @@ def test_blocks_hold_the_same_bits_and_cover_every_frame_once():
 
 def test_selected_frames_are_linked_only_to_adjacent_frames():
     """Frames 0, 1, 3, 4 are selected: no motion is known from 1 to 3 without 2."""
-    taken = Motion(TIMES, *arrays()).take(np.array([0, 1, 3, 4]))
+    taken = Motion(TIMES, *random_translations_and_rotations()).take(np.array([0, 1, 3, 4]))
     assert taken.linked[:, 0].tolist() == [False, True, False, True]
     assert np.array_equal(taken.times, TIMES[[0, 1, 3, 4]])
 

@@ -8,7 +8,7 @@ import pytest
 from cdcore import Detection, Verdict, join
 from cdcore.protocol.detection import NO_REASON
 
-U, X, N, C = Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE, Verdict.CLEAR
+UNRESOLVED, INVALID, NO_POSE, CLEAR = Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE, Verdict.CLEAR
 TEXTS = ("partly: inside undecided: cup has holes", "refused: not supported", "decided")
 
 
@@ -22,31 +22,36 @@ def detection(verdict, reasons=(), containment=TEXTS, start=0):
 
 
 def test_undecided_verdicts_get_the_reason_of_their_pair():
-    answer = detection([[U, X, C], [C, C, U]])
+    """Two frames of three pairs, whose texts about containment are TEXTS."""
+    answer = detection([[UNRESOLVED, INVALID, CLEAR], [CLEAR, CLEAR, UNRESOLVED]])
     assert answer.reasons == {
         (0, 0): "inside undecided: cup has holes",
         (0, 1): "not supported",
         (1, 2): NO_REASON,
     }
     assert len(answer.reasons) == 3
-    assert detection([[U, C, C]], containment=()).reasons == {(0, 0): NO_REASON}
+    assert detection([[UNRESOLVED, CLEAR, CLEAR]], containment=()).reasons == {(0, 0): NO_REASON}
 
 
 def test_a_noted_reason_comes_before_that_of_the_pair():
-    answer = detection([[U, N, C]], {(0, 0): "half a turn", (0, 1): "lost"})
+    answer = detection([[UNRESOLVED, NO_POSE, CLEAR]], {(0, 0): "half a turn", (0, 1): "lost"})
     assert answer.reasons == {(0, 0): "half a turn", (0, 1): "lost"}
 
 
 @pytest.mark.parametrize("position", [(0, 2), (5, 0), (-1, 0), (0, 3)])
 def test_decided_or_absent_pairs_have_no_reason(position):
-    answer = detection([[U, X, C]])
+    """``position``: (frame, pair) of one frame with three pairs; the third is clear."""
+    answer = detection([[UNRESOLVED, INVALID, CLEAR]])
     assert position not in answer.reasons
     with pytest.raises(KeyError):
         answer.reasons[position]
 
 
 def test_reasons_stay_with_their_frames_in_blocks_and_selections():
-    first, second = detection([[U, C, C]], {(0, 0): "noted"}), detection([[U, C, C], [C, X, C]], start=1)
+    first, second = (
+        detection([[UNRESOLVED, CLEAR, CLEAR]], {(0, 0): "noted"}),
+        detection([[UNRESOLVED, CLEAR, CLEAR], [CLEAR, INVALID, CLEAR]], start=1),
+    )
     joined = join([first, second])
     expected = {(0, 0): "noted", (1, 0): "inside undecided: cup has holes", (2, 1): "not supported"}
     assert joined.reasons == expected

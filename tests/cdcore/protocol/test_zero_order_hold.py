@@ -11,7 +11,7 @@ from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, ZeroOrderHold, answeri
 BALLS = [Body("a", ball_mesh(1.0)), Body("b", ball_mesh(1.0))]
 
 
-def verdicts(name, live, tracked, rate_hz=1.0):
+def verdicts_of_touching_balls(name, live, tracked, rate_hz=1.0):
     """Two balls that touch throughout, of which b is ``tracked`` in some of ten frames a second."""
     positions = np.zeros((len(tracked), 2, 3))
     positions[:, 1, 0] = 1.0
@@ -25,10 +25,10 @@ def verdicts(name, live, tracked, rate_hz=1.0):
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 @pytest.mark.parametrize("name", ["discrete", "collider"])
 def test_before_its_first_answer_a_sampled_detector_reports_no_contact(name, live):
-    # The sample at second 0 has no pose; from frame 3 on there is one, and the next sample is at second 1.
+    # At 10 frames a second: the sample in frame 0 has no pose; from frame 3 on there is one, the next sample is in 10.
     tracked = np.arange(25) >= 3
     tracked[15] = False
-    answer = verdicts(name, live, tracked)
+    answer = verdicts_of_touching_balls(name, live, tracked)
     assert (answer == Verdict.NO_POSE).tolist() == (~tracked).tolist()
     assert (answer[3:10] == Verdict.NOT_FOUND).all()
     assert (answer[10:][tracked[10:]] == Verdict.CONTACT).all()
@@ -50,6 +50,7 @@ def test_held_answers_across_blocks_equal_the_whole_motion(name):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_held_answer_comes_from_the_last_answered_sample(seed):
+    """Of random samples in 30 frames, four pairs are answered now and then; expected: by a plain loop."""
     rng = np.random.default_rng(seed)
     sampled = rng.random(30) < 0.5
     answered = rng.random((sampled.sum(), 4)) < 0.4

@@ -87,5 +87,6 @@ def test_pheromone_follows_fitness_and_evaporates(draws):
     ],
 )
 def test_python_call_gives_the_bits_of_the_kernel(number, equation, arguments):
+    """The kernel takes four arguments; an equation with fewer ignores the rest."""
     padded = (*map(float, arguments), 0.0, 0.0, 0.0)[:4]
     assert float(equation(*arguments)).hex() == float(compiled_equation(number, *padded)).hex()

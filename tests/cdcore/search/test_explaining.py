@@ -74,6 +74,7 @@ def test_missing_sample_pairs_are_reported_exactly(name):
     ],
 )
 def test_spent_budget_differs_from_a_failed_search(settings, more):
+    """``more``: ten times the budget, which a miss is said to need or not."""
     bodies, motion, reported = misses_explained("hybrid-qaco", **settings)
     assert {item.found_with_more for item in reported.values()} == {True, False}
     assert all(item.sample_meets for item in reported.values())
@@ -85,7 +86,7 @@ def test_spent_budget_differs_from_a_failed_search(settings, more):
     assert np.mean(agree) > (0.8 if settings.get("warm_start", True) else 0.999)
 
 
-PAIRS = np.array([[0, 1]])
+FIRST_AND_SECOND = np.array([[0, 1]])
 FRAMES = 60
 
 
@@ -101,14 +102,14 @@ def approach_of_two_balls(frames=FRAMES):
     return unturned(position)
 
 
-def everywhere(motion):
+def every_frame_requested(motion):
     return np.ones((len(motion), 1), dtype=bool)
 
 
 def search_answer(motion, faces=False, **settings):
     """The answer of a search of two balls that has every frame."""
-    stage = SearchStage(two_balls(), PAIRS, SearchSettings(**settings))
-    return stage.decide(motion, everywhere(motion), stage.fresh_memory(), faces=faces)
+    stage = SearchStage(two_balls(), FIRST_AND_SECOND, SearchSettings(**settings))
+    return stage.decide(motion, every_frame_requested(motion), stage.fresh_memory(), faces=faces)
 
 
 def test_budget_is_spent_on_further_curves_after_a_hit():

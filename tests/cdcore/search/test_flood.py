@@ -5,11 +5,11 @@ import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_pairs, search_of, torus_mesh
 from support.shapes import box_mesh, rod_mesh
 
-HERE = (I3, np.zeros(3))
+AT_ORIGIN = (I3, np.zeros(3))
 
 
 def curve_from(search, pose, seeds):
-    search.search(pose, HERE, 0.0, budget=1)
+    search.search(pose, AT_ORIGIN, 0.0, budget=1)
     search.state["hit_a"] = -1
     return {tuple(row) for row in search.curve(np.array(seeds, dtype=np.int64).reshape(-1, 2)).tolist()}
 
@@ -29,7 +29,7 @@ def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
     torus, ball = torus_mesh(), ball_of(faces=1500, radius=0.5)
     search = search_of(torus, ball, variant="random")
     for pose in colliding_poses(torus, ball, 4, seed):
-        truth = exact_pairs(search, torus, ball, pose, HERE)
+        truth = exact_pairs(search, torus, ball, pose, AT_ORIGIN)
         pieces = components(search, pose, truth)
         assert set().union(*pieces) == truth
         assert curve_from(search, pose, [min(component) for component in pieces]) == truth
@@ -39,7 +39,7 @@ def test_rod_through_a_ball_has_a_curve_per_seed():
     rod, ball = rod_mesh(radius=0.1, length=4.0, sides=12), ball_of(2000)
     search = search_of(rod, ball, variant="random")
     pose = (I3, np.array([0.013, 0.007, -2.0]))
-    truth = exact_pairs(search, rod, ball, pose, HERE)
+    truth = exact_pairs(search, rod, ball, pose, AT_ORIGIN)
     pieces = components(search, pose, truth)
     assert len(pieces) == 2
     assert set().union(*pieces) == truth
@@ -50,15 +50,16 @@ def test_resting_faces_edges_and_corners_are_filled_over_corners(offset):
     box = box_mesh()
     search = search_of(box, box, variant="local", budget=5000)
     pose = (I3, np.array(offset))
-    truth = exact_pairs(search, box, box, pose, HERE)
-    assert search.search(pose, HERE, 0.0).hit in truth
+    truth = exact_pairs(search, box, box, pose, AT_ORIGIN)
+    assert search.search(pose, AT_ORIGIN, 0.0).hit in truth
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
 def test_arrays_grow_with_thousands_of_pairs():
+    """A ball on itself: every face meets itself and its neighbours."""
     ball = ball_of(1000)
     search = search_of(ball, ball)
-    truth = exact_pairs(search, ball, ball, HERE, HERE)
+    truth = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
     assert len(truth) > 10_000
-    assert search.search(HERE, HERE, 0.0).hit is not None
+    assert search.search(AT_ORIGIN, AT_ORIGIN, 0.0).hit is not None
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth

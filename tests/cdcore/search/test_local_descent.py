@@ -10,10 +10,10 @@ from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
 from cdcore.search.pair_search import follow
 from cdcore.search.stage import PROBE, budget_at_rest, distance_moved, lengths_at_rest
 
-HERE = (I3, np.zeros(3))
+AT_ORIGIN = (I3, np.zeros(3))
 
 
-def walked(search, i, j):
+def descent_from(search, i, j):
     """The pair where a way down from (i, j) ends, its distance, and the evaluations it took."""
     state = search.state
     state["budget"], before, state["closest"] = 10**9, int(state["evaluations"]), np.inf
@@ -22,14 +22,14 @@ def walked(search, i, j):
     return end, float(state["closest"]), int(state["evaluations"]) - before
 
 
-def directions_beside_each_other(directions=150):
+def starts_beside_each_other(directions=150):
     """A torus a little above another, where no face meets and many balls overlap: a fresh search, and random starts."""
     search = search_of(
         torus_mesh(major=1.0, minor=0.3, around=60, across=24),
         torus_mesh(major=1.0, minor=0.3, around=60, across=24),
         variant="local",
     )
-    search.search((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
+    search.search((I3, np.array([0.02, 0.01, 0.62])), AT_ORIGIN, 0.0, budget=0)
     draw = np.random.default_rng(4)
     return search, draw.integers(len(search.first), size=(directions, 2)).tolist()
 
@@ -42,13 +42,14 @@ def distances(search, firsts, seconds):
 
 @pytest.mark.slow
 def test_descent_ends_only_at_local_minima():
-    search, starts = directions_beside_each_other()
+    """From 150 starts: no neighbour of the end is nearer."""
+    search, starts = starts_beside_each_other()
     ends, overlapping, longest = set(), 0, 0
     for i, j in starts:
-        search.search((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
-        end, distance, spent = walked(search, i, j)
+        search.search((I3, np.array([0.02, 0.01, 0.62])), AT_ORIGIN, 0.0, budget=0)
+        end, distance, spent = descent_from(search, i, j)
         ends.add(end)
-        *_, again = walked(search, i, j)
+        *_, again = descent_from(search, i, j)
         assert again <= 2 * NEIGHBOURS + 1, "an earlier way is followed to its end"
         longest = max(longest, spent)
         both = (search.first, end[0]), (search.second, end[1])
@@ -75,6 +76,7 @@ def ball_carried_in_a_ring(frames=200, aside=0.05, seed=3):
 
 
 def test_no_point_moves_farther_than_the_bound():
+    """Random rotations and moves of 0.1 m, and every vertex of a ball."""
     rng = np.random.default_rng(8)
     for _ in range(50):
         rotations, moves = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.1
@@ -87,6 +89,7 @@ def test_no_point_moves_farther_than_the_bound():
 
 
 def test_budget_follows_how_far_bodies_moved():
+    """Arguments: pose, poses of last search and last probe, lengths, budget; spent from a move of a quarter face on."""
     features = features_of(BALL)
     lengths, never = lengths_at_rest(features, features, 0.25), np.full(13, np.nan)
     face = 2 * features.mean_radius

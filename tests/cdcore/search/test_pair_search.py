@@ -10,7 +10,7 @@ from support.shapes import box_mesh, random_rotations
 from cdcore import TriangleMesh, intersecting_faces
 
 VARIANTS = ["memetic", "corrected", "local", "random"]
-HERE = (I3, np.zeros(3))
+AT_ORIGIN = (I3, np.zeros(3))
 
 
 @pytest.mark.sampled(3)
@@ -20,8 +20,8 @@ def test_hits_and_their_curves_are_in_the_exact_set(variant):
     search = search_of(torus, ball, variant=variant, budget=5000)
     hits = 0
     for stamp, pose in enumerate(colliding_poses(torus, ball, 12, 5)):
-        query = search.search(pose, HERE, stamp)
-        truth = exact_pairs(search, torus, ball, pose, HERE)
+        query = search.search(pose, AT_ORIGIN, stamp)
+        truth = exact_pairs(search, torus, ball, pose, AT_ORIGIN)
         if query.hit is not None:
             hits += 1
             assert query.hit in truth
@@ -36,8 +36,8 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
     search = search_of(box, box, variant=variant, budget=20_000, stop_first=False)
     for stamp, rotation in enumerate(random_rotations(rng, 12)):
         pose = rotation, rng.uniform(-0.9, 0.9, 3)
-        truth = exact_pairs(search, box, box, pose, HERE)
-        query, answer = search.search(pose, HERE, stamp), set()
+        truth = exact_pairs(search, box, box, pose, AT_ORIGIN)
+        query, answer = search.search(pose, AT_ORIGIN, stamp), set()
         while query.hit is not None:
             assert query.hit not in answer, "a pair is found once"
             answer.add(query.hit)
@@ -48,45 +48,48 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_equal_seeds_give_equal_queries_in_any_thread(variant):
+    """Eight poses at seconds 0 to 7, asked in order, in four threads, and backwards."""
     ball = ball_of(800)
     poses = colliding_poses(ball, ball, 8, 7)
 
-    def look(stamp):
-        return search_of(ball, ball, variant=variant, budget=4000).search(poses[stamp], HERE, stamp)
+    def query_at(stamp):
+        return search_of(ball, ball, variant=variant, budget=4000).search(poses[stamp], AT_ORIGIN, stamp)
 
-    alone = [look(stamp) for stamp in range(8)]
+    alone = [query_at(stamp) for stamp in range(8)]
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(look, range(8))) == alone
+        assert list(pool.map(query_at, range(8))) == alone
     again = search_of(ball, ball, variant=variant, budget=4000)
-    assert [again.search(poses[stamp], HERE, stamp) for stamp in reversed(range(8))] == alone[::-1]
+    assert [again.search(poses[stamp], AT_ORIGIN, stamp) for stamp in reversed(range(8))] == alone[::-1]
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_degenerate_and_smallest_input_is_searched_all_the_same(variant):
     point = TriangleMesh([[0, 0, 0]], [[0, 0, 0]])
     search = search_of(point, point, variant=variant, budget=10)
-    assert search.search(HERE, HERE, 0.0).hit == (0, 0)
-    assert search.search((I3, np.array([0, 0, 1e-300])), HERE, 0.0).hit is None
+    assert search.search(AT_ORIGIN, AT_ORIGIN, 0.0).hit == (0, 0)
+    assert search.search((I3, np.array([0, 0, 1e-300])), AT_ORIGIN, 0.0).hit is None
 
 
 @pytest.mark.parametrize("scale", [2.0**-600, 2.0**400])
 def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
+    """Unit boxes 0.75 m apart on X overlap and 1.5 m apart do not, whatever power of two scales them."""
     box = TriangleMesh(box_mesh().vertices * scale, box_mesh().faces)
     search = search_of(box, box, variant="local", budget=2000)
     pose = (I3, np.array([0.75, 0.5, 0.25]) * scale)
-    query = search.search(pose, HERE, 0.0)
-    assert query.hit in exact_pairs(search, box, box, pose, HERE)
-    assert search.search((I3, np.array([1.5, 0, 0]) * scale), HERE, 0.0).hit is None
+    query = search.search(pose, AT_ORIGIN, 0.0)
+    assert query.hit in exact_pairs(search, box, box, pose, AT_ORIGIN)
+    assert search.search((I3, np.array([1.5, 0, 0]) * scale), AT_ORIGIN, 0.0).hit is None
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
 def test_start_at_a_meeting_pair_hits_immediately(variant):
+    """One evaluation finds the pair at which the search starts."""
     ball = ball_of(800)
     search = search_of(ball, ball, variant=variant, budget=100_000)
     pose = (I3, np.array([1.5, 0.1, 0.2]))
     assert len(intersecting_faces(ball, ball, np.block([[I3, pose[1][:, None]], [np.zeros((1, 3)), 1]])))
-    start = min(exact_pairs(search, ball, ball, pose, HERE))
-    query = search.search(pose, HERE, 0.0, start=start)
+    start = min(exact_pairs(search, ball, ball, pose, AT_ORIGIN))
+    query = search.search(pose, AT_ORIGIN, 0.0, start=start)
     assert (query.hit, query.evaluations) == (start, 1)
     assert (int(search.state["start_a"]), int(search.state["start_b"])) == start
 

@@ -10,7 +10,7 @@ from support.shapes import merge_meshes, shift_mesh
 from cdcore.search.features import NEIGHBOURS, features_of, sample_of
 from cdcore.search.state import stream_of
 
-HERE = (I3, np.zeros(3))
+AT_ORIGIN = (I3, np.zeros(3))
 
 
 def test_samples_are_nested_and_depend_on_the_name():
@@ -48,10 +48,10 @@ def test_sampled_search_finds_only_pairs_of_sampled_faces(variant):
     ball = ball_of(600)
     search = search_of(ball, ball, draw=3, samples=150, variant=variant, budget=50_000)
     pose = (I3, np.array([1.2, 0.1, 0.2]))
-    truth = exact_pairs(search, ball, ball, pose, HERE)
+    truth = exact_pairs(search, ball, ball, pose, AT_ORIGIN)
     first, second = set(search.first.pick.tolist()), set(search.second.pick.tolist())
     left = {(i, j) for i, j in truth if i in first and j in second}
-    query = search.search(pose, HERE, 0.0)
+    query = search.search(pose, AT_ORIGIN, 0.0)
     if variant in ("memetic", "local"):
         assert (query.hit is not None) == bool(left)
     if query.hit is not None:
@@ -65,6 +65,7 @@ def first_numbers(*key):
 
 
 def test_random_streams_depend_on_key_not_body_order():
+    """Keys are (seed, purpose, two bodies, second)."""
     assert first_numbers(1, "qaco", "rod", "beaker", 0.5) == first_numbers(1, "qaco", "beaker", "rod", 0.5)
     keys = [(1, "qaco", "a", "b", 0.5), (2, "qaco", "a", "b", 0.5), (1, "qaco", "a", "c", 0.5)]
     keys += [(1, "qaco", "a", "b", 0.5000001), (1, "qaco", "ab", "", 0.5), (1, "samples", "a", "b", 0.5)]

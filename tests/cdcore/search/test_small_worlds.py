@@ -12,7 +12,7 @@ from cdcore import Body, Motion, create_detector
 from cdcore.protocol import detect_live
 from cdcore.search.search_settings import EQUATIONS, VARIANTS
 
-HERE = (I3, np.zeros(3))
+AT_ORIGIN = (I3, np.zeros(3))
 SETTINGS = [
     *({"variant": variant} for variant in VARIANTS),
     *({"without_equation": equation, "restart_after": 40} for equation in EQUATIONS),
@@ -28,7 +28,7 @@ def face_pairs(detection, frame, pair):
 
 
 @pytest.fixture(scope="module")
-def boxes():
+def three_boxes():
     """Three boxes, the third without a pose in the last frame; overlap, the same again, a touch, a gap, nested, far."""
     bodies = [Body(name, box_mesh()) for name in "abc"]
     positions = np.zeros((6, 3, 3))
@@ -48,12 +48,12 @@ def boxes():
 
 
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
-def test_ant_search_offline_live_and_traced_agree(settings, boxes):
+def test_ant_search_offline_live_and_traced_agree(settings, three_boxes):
     """Three boxes overlap in some of six frames; the ant colony (qaco) searches their triangles for a pair that meets.
 
     Its faces must be among those of the exhaustive test; a frame at a time and step by step it must say the same.
     """
-    bodies, motion, exact = boxes
+    bodies, motion, exact = three_boxes
     detector = create_detector("qaco", bodies, budget=100, **settings)
     offline, watched = detector.detect(motion, faces=True), detector.watch(motion)
     contact = offline.verdict == 1
@@ -74,8 +74,8 @@ def test_ant_search_offline_live_and_traced_agree(settings, boxes):
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize(("settings", "sampled"), [({"samples": 1}, False), ({"budget": 1}, True)], ids=str)
-def test_misses_are_explained_by_sample_or_budget(name, settings, sampled, boxes):
-    bodies, motion, exact = boxes
+def test_misses_are_explained_by_sample_or_budget(name, settings, sampled, three_boxes):
+    bodies, motion, exact = three_boxes
     detector = create_detector(name, bodies, **settings)
     missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
     reasons = [detector.explain(motion, frame, column, exact.faces(frame, column)) for frame, column in missed]
@@ -87,15 +87,16 @@ def test_misses_are_explained_by_sample_or_budget(name, settings, sampled, boxes
 def test_curve_of_a_hit_is_every_pair_of_two_boxes(offset):
     box, pose = box_mesh(), (I3, np.array(offset))
     search = search_of(box, box, variant="local", budget=1000)
-    truth = exact_pairs(search, box, box, pose, HERE)
-    assert search.search(pose, HERE, 0.0).hit in truth
+    truth = exact_pairs(search, box, box, pose, AT_ORIGIN)
+    assert search.search(pose, AT_ORIGIN, 0.0).hit in truth
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
 def test_a_curve_outgrows_its_first_memory():
+    """A ball of 32 faces on itself has more meeting pairs than the 256 that fit at first."""
     ball = ball_of(32)
     search = search_of(ball, ball)
-    truth = exact_pairs(search, ball, ball, HERE, HERE)
+    truth = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
     assert len(truth) > 256
-    assert search.search(HERE, HERE, 0.0).hit is not None
+    assert search.search(AT_ORIGIN, AT_ORIGIN, 0.0).hit is not None
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth

@@ -69,6 +69,7 @@ def test_equation_15_draws_every_face_about_equally_often(chain):
 
 
 def test_step_takes_the_short_arc_only_with_equation_17():
+    """From 3 to -3 rad the short arc goes up, by 0.28; without equation 17 half of the ants go down."""
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
     directions = []
     for equation in (18, 17):
@@ -83,6 +84,7 @@ def test_step_takes_the_short_arc_only_with_equation_17():
 @pytest.mark.parametrize("spread", [0.0, 2.0, 300.0])
 @pytest.mark.parametrize("left_out_equation", [0, 16, 20])
 def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equation):
+    """Pheromone within 10^-spread to 10^spread; probability goes with pheromone x heuristic^3 (equation 16)."""
     rng = np.random.default_rng(5)
     ants = 50
     swarm = np.zeros(ants, dtype=ANT)
@@ -104,6 +106,7 @@ def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equ
 
 
 def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
+    """1 less a tenth is 0.9; the best, ant 1, gets a tenth of its fitness of 0.5 back."""
     swarm = np.ones(3, dtype=ANT)
     swarm["fitness"] = 0.5
     weigh_once(swarm, 1, search_state(ants=3))
@@ -114,6 +117,7 @@ def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
 
 @pytest.mark.parametrize("equation", [None, 15, 16, 17, 18, 19, 20])
 def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
+    """Balls 2.4 m apart never meet; pheromone is clamped to 0.001 to 10."""
     ball = ball_of(600)
     search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
     query = search.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
@@ -136,24 +140,24 @@ def test_search_of_larger_meshes_evaluates_the_same_pairs():
     assert large == small._replace(distance=1024.0 * small.distance)
 
 
-SEPARATE = (I3, np.array([2.4, 0.2, 0.1]))
-HERE = (I3, np.zeros(3))
+APART = (I3, np.array([2.4, 0.2, 0.1]))
+AT_ORIGIN = (I3, np.zeros(3))
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
 @pytest.mark.parametrize("budget", [1, 7, 40, 1000])
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
     ball = ball_of(600)
-    query = search_of(ball, ball, variant=variant, budget=budget).search(SEPARATE, HERE, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=budget).search(APART, AT_ORIGIN, 0.0)
     assert query.evaluations == budget or (query.reason == "broken" and query.evaluations < budget)
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected"])
 def test_population_is_redrawn_after_quiet_evaluations(variant):
     ball = ball_of(600)
-    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(SEPARATE, HERE, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(APART, AT_ORIGIN, 0.0)
     assert 5 <= query.restarts <= 9
     assert (
-        search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).search(SEPARATE, HERE, 0.0).restarts
+        search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).search(APART, AT_ORIGIN, 0.0).restarts
         == 0
     )

@@ -47,6 +47,7 @@ def test_arrays_that_are_no_triangle_pairs_are_refused(given, text):
 
 
 def test_exact_integers_decide_pairs_that_float_stages_leave_open():
+    """``left_open``: how many pairs the filter, and then the exact sums, leave undecided."""
     assert left_open(FAMILIES[0].pairs(2_000, seed=22)) == (0, 0)
     wild = np.array([FLOOR, FLOOR], dtype=float)
     wild[1] += [2.0**-300, 0, 0]
@@ -92,12 +93,12 @@ def test_disjoint_collinear_edges_do_not_meet():
 
 
 VISIBLE = tomllib.loads(Path(__file__).with_name("seen.toml").read_text("utf-8"))
-CASES = [(other, word == "meets") for word in VISIBLE for other in VISIBLE[word].values()]
+TRIANGLES_BESIDE_FLOOR = [(other, word == "meets") for word in VISIBLE for other in VISIBLE[word].values()]
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0**-900, 2.0**900])
 def test_visible_cases_are_decided(scale):
-    for other, meets in CASES:
+    for other, meets in TRIANGLES_BESIDE_FLOOR:
         first, second = ((np.array(triangle) * scale).tolist() for triangle in (4 * np.array(FLOOR), other))
         assert triangles_intersect([[first, second]])[0] == meets, other
         assert pair_intersects_integers([first, second]) is meets, other

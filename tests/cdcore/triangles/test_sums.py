@@ -141,6 +141,7 @@ def test_sign_of_four_nearly_coplanar_points_is_exact(step):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
+    """Points 2 and 3 repeat half of the way from 0 to 1, but for at most a rounding; the sign is that of rationals."""
     rng, w = np.random.default_rng(5), new_digits()
     i, j = (axis + 1) % 3, (axis + 2) % 3
     for _ in range(200):

@@ -28,6 +28,7 @@ def lanes_that_may_meet(row, a, b, chord, pad, scratch):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_no_lane_with_contact_is_dropped_and_most_others_are(seed):
+    """Eight frames are a lane each, a bit of ``left``; every other box of each tree, down to what its faces do."""
     scene = EightFrames(seed, size=0.1)
     a_tree, b_tree = scene.trees
     worlds = [scene.world(lane) for lane in range(8)]
@@ -67,6 +68,7 @@ def faces_left(scene, pad):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_meeting_face_pairs_survive_in_their_lanes(seed):
+    """Bit k of a face pair is frame k of eight; at most four times as many pairs survive as meet."""
     scene = EightFrames(seed, size=0.6)
     lanes, certain = np.zeros((2, *map(len, scene.meshes)), dtype=int)
     for face_a, face_b, possible, meet in faces_left(scene, scene.pad):
@@ -119,6 +121,7 @@ def certain(placed, boxed, size, pad):
 @pytest.mark.parametrize("pad", [1e-15, 1e-3])
 @pytest.mark.parametrize("number", range(1, len(FAMILIES) + 1))
 def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad):
+    """255 is certain contact in all eight lanes, 255 << 8 certain separation, 0 neither."""
     rng, sure = np.random.default_rng(number), 0
     for pair in FAMILIES[number - 1].pairs(12, seed=7):
         pair = (pair - pair.mean(axis=(0, 1))) / max(np.abs(pair).max(), 1e-300)

@@ -11,7 +11,7 @@ BEYOND_SUMS = 2.0**-210
 """Products of coordinates of this size leave the range of exact sums."""
 
 
-def grids(scale):
+def sliding_grids_at(scale):
     """Two grids that slide over each other in one plane, at a scale that is a power of two."""
     bodies, motion, _meets = sliding_grids(6, 12)
     scaled = [Body(body.name, TriangleMesh(body.mesh.vertices * scale, body.mesh.faces)) for body in bodies]
@@ -22,7 +22,7 @@ def grids(scale):
 def test_integers_decide_as_sums_do_at_another_scale(faces):
     summed, by_integers = (
         create_detector("exact", bodies).detect(motion, faces=faces)
-        for bodies, motion in (grids(scale=1.0), grids(BEYOND_SUMS))
+        for bodies, motion in (sliding_grids_at(scale=1.0), sliding_grids_at(BEYOND_SUMS))
     )
     assert summed.work["exact_tests"] > 0 == summed.work["integer_tests"]
     assert by_integers.work["integer_tests"] > 0
@@ -32,6 +32,7 @@ def test_integers_decide_as_sums_do_at_another_scale(faces):
 
 
 def test_sums_and_integers_decide_each_face_pair_once():
+    """One row of corners is raised by 2^-210 m, too small for exact sums: those faces are decided in integers."""
     bodies, motion, _meets = sliding_grids(6, 12)
     motion = Motion(motion.times, -motion.translations, motion.rotations)
     corners = bodies[0].mesh.vertices.copy()

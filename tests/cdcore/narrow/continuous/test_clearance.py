@@ -13,6 +13,7 @@ FRAMES = 200
 
 @pytest.mark.parametrize("reach", [0.002, 0.02])
 def test_near_agrees_with_fcl_distance_also_on_repeated_poses(reach):
+    """Every third pose is repeated; ``reach``: metres within which bodies are near."""
     rng = np.random.default_rng(1)
     meshes = [beaker_mesh(), rod_mesh()]
     positions, rotations = rng.normal(size=(FRAMES, 2, 3)) * 0.04, random_rotations(rng, FRAMES, 2)

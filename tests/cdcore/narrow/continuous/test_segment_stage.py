@@ -29,12 +29,12 @@ from cdcore.narrow.continuous.segment_stage import (
 )
 from cdcore.triangles.decide import triangles_intersect
 
-PAIR = np.array([[0, 1]])
+FIRST_AND_SECOND = np.array([[0, 1]])
 
 
 def stage_of(a, b, **options):
     requested = {"tolerance": DEFAULT_TOLERANCE, "effort": DEFAULT_EFFORT} | options
-    return SegmentStage(build_box_trees([a, b]), PAIR, **requested)
+    return SegmentStage(build_box_trees([a, b]), FIRST_AND_SECOND, **requested)
 
 
 def decide(stage, directions, times=(0.0, 1.0), rotations=None):
@@ -61,6 +61,7 @@ def grid_rotation(rng):
 @pytest.mark.parametrize("start", [0.0, 1 / 3, 1.7e9])
 @pytest.mark.parametrize("kind", ["lattice", "degenerate"])
 def test_straight_moves_meet_when_integers_decide_so(kind, start):
+    """Triangles with whole coordinates move by whole steps; Sturm's theorem bounds the first meeting in rationals."""
     rng = np.random.default_rng(11)
     met = free = grazed = 0
     for _ in range(30):
@@ -98,7 +99,7 @@ TREES = build_box_trees([box_mesh((0.1, 0.1, 0.1)).triangles, box_mesh((0.4, 0.0
 
 
 def state_of(rotation, move):
-    stage = SegmentStage(TREES, PAIR, tolerance=1e-4, effort=10_000)
+    stage = SegmentStage(TREES, FIRST_AND_SECOND, tolerance=1e-4, effort=10_000)
     return stage.decide(np.array([0.0, 1.0]), rotation, move, np.array([1]), np.array([0])).states[0]
 
 
@@ -120,11 +121,11 @@ def test_straight_angles_and_extreme_coordinates_are_not_searched():
 PLATE, BALL = build_box_trees([box_mesh((1.0, 1.0, 0.002)).triangles, ball_mesh(0.01).triangles])
 
 
-def straight(before, after):
+def legs_of_straight_move(before, after):
     return legs_of(np.tile(np.eye(3), (2, 1, 1)), np.array([before, after], dtype=float), np.array([1]))
 
 
-REST = straight((0, 0, 0), (0, 0, 0))
+REST = legs_of_straight_move((0, 0, 0), (0, 0, 0))
 
 
 def searched(leg, bounds, tolerance, effort, room):
@@ -138,7 +139,7 @@ def searched(leg, bounds, tolerance, effort, room):
 
 def search_of_ball_and_plate(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None):
     """The outcome of a search while a ball moves straight past a plate at rest, and the memory it used."""
-    leg = straight(before, after)
+    leg = legs_of_straight_move(before, after)
     (speed,), (acceleration,) = leg_bounds(leg, BALL.reach, REST)
     rounding = leg_pads(leg, BALL.reach, REST, PLATE.reach)[0]
     room = make_room(BALL, PLATE)
@@ -148,12 +149,14 @@ def search_of_ball_and_plate(before, after, *, tolerance=1e-4, shortest=1e-7, ef
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-11])
 def test_ball_sliding_past_a_plate_is_free(gap):
+    """A ball of 1 cm over a plate 2 mm thick: at a height of 0.011 m they touch."""
     state, room = search_of_ball_and_plate((-0.3, 0, 0.011 + gap), (0.3, 0, 0.011 + gap))
     assert state == FREE
     assert room.work[search.INTERVALS] < 2000
 
 
 def test_gaps_below_rounding_are_too_close_and_located():
+    """Ball and plate touch at a height of 0.011 m; a gap of 1 nm is below the pad of rounding of 10 nm."""
     state, room = search_of_ball_and_plate(
         (-1e-6, 0, 0.011 + 1e-9), (1e-6, 0, 0.011 + 1e-9), pad=1e-8, effort=10**9, shortest=1e-3
     )
@@ -163,6 +166,7 @@ def test_gaps_below_rounding_are_too_close_and_located():
 
 
 def test_the_effort_ends_only_below_the_tolerance():
+    """They touch at a height of 0.011 m. An effort of 0 still decides moves that end 1 mm apart, or deep."""
     touching = (-0.3, 0, 0.011 + 1e-9), (0.3, 0, 0.011 + 1e-9)
     assert search_of_ball_and_plate(*touching, pad=1e-8, effort=100)[0] == TOO_LONG
     assert search_of_ball_and_plate((0, 0, 0.1), (0, 0, 0.012), effort=0)[0] == FREE
@@ -180,5 +184,5 @@ def test_shortest_segment_is_tested_at_middle_and_end(end_height, contact_time):
 def test_segment_search_reports_a_full_buffer():
     """The buffer has room for two pairs of nodes; a ball grazes a plate within many."""
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
-    leg = straight((-1e-5, 0, 0.011), (1e-5, 0, 0.011))
+    leg = legs_of_straight_move((-1e-5, 0, 0.011), (1e-5, 0, 0.011))
     assert searched(leg, (2e-5, 0.0, 1e-3, 1e-2), tolerance=1e-4, effort=10**6, room=room) in (TOO_CLOSE, TOO_LONG)

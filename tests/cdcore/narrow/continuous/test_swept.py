@@ -24,24 +24,25 @@ def corners_of(before, after, other):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_faces_reported_separate_never_meet(kind):
+    """Face ``before`` moves straight to ``after``; sampled at 33 instants it must not meet ``other``."""
     rng = np.random.default_rng(5)
-    text = 0
+    dismissed = 0
     for _ in range(400):
         before, after = KINDS[kind](rng)[rng.integers(0, 12, 2)]
         other = KINDS[kind](rng)[3] + rng.integers(-2, 3, 3)
         if not stay_apart(corners_of(before, after, other), 1e-12):
             continue
-        text += 1
+        dismissed += 1
         direction = np.linspace(0, 1, 33)[:, None, None]
         placed = (1 - direction) * before + direction * after
         assert not triangles_intersect(np.stack([placed, np.broadcast_to(other, placed.shape)], axis=1)).any()
-    assert text > 40
+    assert dismissed > 40
 
 
 PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
 
 
-def scene(seed, frames=120):
+def spheres_and_random_poses(seed, frames=120):
     rng = np.random.default_rng(seed)
     meshes = [ball_mesh(0.1), shift_mesh(ball_mesh(0.05), (0.3, 0, 0)), shift_mesh(ball_mesh(0.2), (0, -0.5, 0.2))]
     rotation = np.stack([random_walk_of_rotations(rng, frames, 1.5) for _ in meshes], axis=1)
@@ -56,7 +57,8 @@ def centre_at(sphere, rotation, move, frame, body, fraction):
 
 
 def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
-    spheres, rotation, move = scene(seed=0, frames=60)
+    """Legs are moves from frame to frame; a dismissed one is sampled at seven instants."""
+    spheres, rotation, move = spheres_and_random_poses(seed=0, frames=60)
     requested = np.ones((len(rotation), 3), dtype=bool)
     requested[0] = False
     near = SweptSpheres(spheres).may_meet(rotation, move, np.ones(rotation.shape[:2], bool), PAIRS, requested)
@@ -69,7 +71,8 @@ def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
 
 
 def test_skipped_legs_are_not_near_and_invalid_poses_harmless():
-    spheres, rotation, move = scene(seed=1)
+    """Requested are frames 20 to 29, and 60 to 69 of the first pair; body 2 is NaN in 40 to 49."""
+    spheres, rotation, move = spheres_and_random_poses(seed=1)
     valid = np.ones(rotation.shape[:2], dtype=bool)
     valid[40:50, 2] = False
     rotation[40:50, 2], move[40:50, 2] = np.nan, np.inf

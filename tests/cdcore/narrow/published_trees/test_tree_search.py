@@ -38,7 +38,7 @@ SCENES = {
 """Two meshes, how far from the origin they are, and a seed."""
 
 
-def searched(kind, scene, *, every=True, budget=UNLIMITED):
+def trees_and_search(kind, scene, *, every=True, budget=UNLIMITED):
     """Trees of a kind over two bodies, three poses of both about the origin, and what a search gives for these."""
     first, second, spread, seed = SCENES[scene]
     rng = np.random.default_rng(seed)
@@ -57,7 +57,7 @@ def searched(kind, scene, *, every=True, budget=UNLIMITED):
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])
 def test_tree_search_counts_and_faces_equal_a_recursive_search(kind, scene, every, budget):
-    trees, poses, (result, counts, ended) = searched(kind, scene, every=every, budget=budget or UNLIMITED)
+    trees, poses, (result, counts, ended) = trees_and_search(kind, scene, every=every, budget=budget or UNLIMITED)
     hits = 0
     for row, (rotations, moves) in enumerate(poses):
         slow = SlowSearch(kind, trees, [*zip(rotations, moves, strict=True)], every=every, budget=budget)
@@ -69,7 +69,7 @@ def test_tree_search_counts_and_faces_equal_a_recursive_search(kind, scene, ever
 
 
 def test_cached_axis_ends_most_leaf_tests_of_solid():
-    result, counts, _ = searched("solid-style", "ball and beaker")[2]
+    result, counts, _ = trees_and_search("solid-style", "ball and beaker")[2]
     _, leaf, hits, steps, exact = counts.sum(axis=0).tolist()
     assert hits > 0.3 * leaf > 0
     assert 0 < len(result) <= exact <= 1.01 * len(result) + 2
@@ -126,6 +126,7 @@ SMALL_FACE = np.array([[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]])
     ],
 )
 def test_a_node_is_cut_where_its_row_says(kind, positions, first_child):
+    """Small faces at ``positions`` on X; ``first_child``: numbers of those below the root's first child."""
     faces = SMALL_FACE + np.array(positions)[:, None, None] * np.array([1.0, 0, 0])
     tree, _ = tree_of(faces, kind)
     assert sorted(tree.number[faces_below(tree, tree.child[0])]) == first_child

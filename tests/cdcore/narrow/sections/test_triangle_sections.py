@@ -51,6 +51,7 @@ def test_a_coplanar_overlap_gives_its_longest_chord():
 
 
 def test_coplanar_edge_is_cut_where_it_leaves_the_face():
+    """One edge of each "tent" lies in the plane of FLOOR; the part within it is computed in rationals."""
     rng = np.random.default_rng(2)
     ends = rng.integers(-16, 32, (300, 2, 2)) / 16
     ends = ends[(ends[:, 0] != ends[:, 1]).any(axis=1)]
@@ -78,7 +79,7 @@ def test_no_pairs_give_no_segments_and_nan_is_refused():
 BODIES = [Body("ball", ball_mesh(0.5, rings=10, sides=16)), Body("slab", box_mesh((4, 4, 0.2)))]
 
 
-def motion():
+def ball_sinking_into_slab():
     positions = np.zeros((3, 2, 3))
     positions[:, 0, 2] = [0.31, 0.452, 5.0]
     positions[:, 0, :2] = [0.007, 0.013]
@@ -87,7 +88,8 @@ def motion():
 
 
 def test_segments_lie_on_both_surfaces():
-    detection = create_detector("hybrid", BODIES).detect(motion(), faces=True)
+    """Ends lie on a face of the slab (|z| = 0.1 m) and within the facets of a ball of 0.5 m."""
+    detection = create_detector("hybrid", BODIES).detect(ball_sinking_into_slab(), faces=True)
     for frame, height in ((0, 0.31), (1, 0.452)):
         segments = detection.section(frame, 0)
         assert segments.shape == (len(detection.faces(frame, 0)), 2, 3)
