@@ -32,14 +32,14 @@ from sessions.scene_files.answers import recording_assumptions, with_answer, wit
 pytestmark = pytest.mark.usefixtures("few_depth_frames")
 
 FORMATS = ("obj", "stl", "ply", "glb")
-EVERY = [*product(TO_SOURCE, FORMATS, (False, True))]
+EVERY_SCENE = [*product(TO_SOURCE, FORMATS, (False, True))]
 SAME_AXES = ("openxr", "openvr", "godot", "aframe")
 """Conventions whose axes are those of canonical and gltf."""
-QUICK = [(name, FORMATS[k % 4], k % 3 == 0) for k, name in enumerate(TO_SOURCE) if name not in SAME_AXES][::2]
-LEFT = [row for row in EVERY if row not in QUICK]
+QUICK_SCENES = [(name, FORMATS[k % 4], k % 3 == 0) for k, name in enumerate(TO_SOURCE) if name not in SAME_AXES][::2]
+SLOW_SCENES = [row for row in EVERY_SCENE if row not in QUICK_SCENES]
 
 
-def scene(folder, convention, kind, exported, **options):
+def written_scene(folder, convention, kind, exported, **options):
     axes = write_scene(folder, convention, kind, exported=exported)
     meshes = {name: folder / f"{name}.{kind}" for name in ("tool", "plate")}
     given = {"mapping": folder / "map.toml", "meshes": meshes}
@@ -49,7 +49,7 @@ def scene(folder, convention, kind, exported, **options):
 def check_scene(folder, convention, kind, exported):
     """Answered: all contacts. Unanswered: all contacts, or a question whose alternatives hold them; never more."""
     truth = true_contact()
-    axes, imported = scene(folder, convention, kind, exported)
+    axes, imported = written_scene(folder, convention, kind, exported)
     decided = examine_assumptions(imported(mesh_axes=axes))
     assert np.array_equal(decided.outcome.contact[:, 0], truth) and not decided.questions
     unanswered = examine_assumptions(imported())
@@ -62,13 +62,13 @@ def check_scene(folder, convention, kind, exported):
         assert is_right and not unanswered.questions
 
 
-@pytest.mark.parametrize(("convention", "kind", "exported"), QUICK)
+@pytest.mark.parametrize(("convention", "kind", "exported"), QUICK_SCENES)
 def test_contacts_are_exact_once_axes_are_stated(tmp_path, convention, kind, exported):
     check_scene(tmp_path, convention, kind, exported)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("convention", "kind", "exported"), LEFT)
+@pytest.mark.parametrize(("convention", "kind", "exported"), SLOW_SCENES)
 def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_path, convention, kind, exported):
     check_scene(tmp_path, convention, kind, exported)
 
@@ -80,6 +80,7 @@ def test_planted_scene_has_exactly_two_contacts():
 
 @pytest.mark.parametrize("convention", ["z-up", "ros"])
 def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
+    """The rod's middle is 5 cm over the plate's top, and the rod 2 cm thick: 4 cm are between them."""
     to_source = TO_SOURCE[convention]
     bodies = {"rod": ([-0.1, -0.01, -0.01], [0.1, 0.01, 0.01]), "plate": ([-0.2, -0.01, -0.2], [0.2, 0, 0.2])}
     for name, corners in bodies.items():
@@ -99,7 +100,7 @@ def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
 
 
 def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
-    axes, imported = scene(tmp_path, "ros", "stl", exported=True)
+    axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(), tmp_path / "s.mcap")
     result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
     (question,) = result.document.open_questions
@@ -113,7 +114,7 @@ def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
 
 
 def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
-    axes, imported = scene(tmp_path, "unreal", "ply", exported=True)
+    axes, imported = written_scene(tmp_path, "unreal", "ply", exported=True)
     before, option = imported(), imported(mesh_axes=axes)
     (row,) = [row for row in recording_assumptions(before) if row.subject is Subject.MESH_AXES]
     write_session(with_answer(before, row, axes), tmp_path / "s.mcap")
@@ -131,7 +132,8 @@ def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
 
 
 def test_lengths_of_another_unit_are_questioned_and_answered(tmp_path):
-    _, imported = scene(tmp_path, "openxr", "obj", exported=False)
+    """Positions are written in millimetres, 1,000 times as large, and the mapping says no unit."""
+    _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     table = (tmp_path / "take.csv").read_text().splitlines()
     cells = [row.split(",") for row in table[1:]]
     rows = [",".join([*row[:2], *(repr(1000 * float(item)) for item in row[2:5]), *row[5:]]) for row in cells]
@@ -147,7 +149,7 @@ def test_lengths_of_another_unit_are_questioned_and_answered(tmp_path):
 
 def test_axes_are_unknown_in_recordings_of_earlier_releases(tmp_path):
     """Earlier releases kept meshes in the axes of their files and recorded no assumptions."""
-    _, imported = scene(tmp_path, "ros", "stl", exported=False)
+    _, imported = written_scene(tmp_path, "ros", "stl", exported=False)
     new = imported(mesh_axes="gltf")
     facts = {key: value for key, value in new.facts.items() if key != ASSUMPTIONS_FACT}
     old = type(new)(new.source, new.meshes, new.scene, facts=facts)
@@ -162,7 +164,7 @@ def test_axes_are_unknown_in_recordings_of_earlier_releases(tmp_path):
 
 
 def test_minimised_recording_keeps_open_guesses_under_new_names(tmp_path):
-    _, imported = scene(tmp_path, "ros", "stl", exported=True)
+    _, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     session = imported()
     (question,) = examine_assumptions(session).questions
     (again,) = examine_assumptions(minimise(session)).questions
@@ -173,7 +175,7 @@ def test_minimised_recording_keeps_open_guesses_under_new_names(tmp_path):
 
 
 def test_mesh_added_by_a_later_scene_is_questioned(tmp_path):
-    _, imported = scene(tmp_path, "ros", "stl", exported=True)
+    _, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(mesh_axes="y-up"), tmp_path / "s.mcap")
     bodies = "\n".join(f'[[body]]\nid = "{name}"\nmesh = "{name}.stl"' for name in ("tool", "plate"))
     (tmp_path / "scene.toml").write_text(bodies)
@@ -194,7 +196,7 @@ def collider_file(path, map_point):
 
 
 def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
-    axes, imported = scene(tmp_path, "unity", "obj", exported=True)
+    axes, imported = written_scene(tmp_path, "unity", "obj", exported=True)
     collider_file(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
     collider_file(tmp_path / "flipped.glb", lambda x, y, z: (-x, y, -z))
     fits = imported(mesh_axes=axes, colliders=tmp_path / "own.glb")
@@ -215,7 +217,7 @@ def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
 
 
 def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
-    _, imported = scene(tmp_path, "openxr", "obj", exported=False)
+    _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
         write_mesh(tmp_path / f"{name}.obj", vertices, faces, unit=0.1)  # 2.5 and 4.2 units of 10 cm
     session = imported()
@@ -246,7 +248,7 @@ def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path):
 
 def test_forgetting_an_answer_restores_all_recorded_facts(tmp_path):
     _, poses = unity_poses_without_a_name(tmp_path, "glb")
-    _, meshes = scene(tmp_path, "unreal", "ply", exported=True)
+    _, meshes = written_scene(tmp_path, "unreal", "ply", exported=True)
     for session in (poses(), meshes()):
         for row in recording_assumptions(session):
             for value in row.alternatives if row.is_open else ():
@@ -259,7 +261,7 @@ def test_forgetting_an_answer_restores_all_recorded_facts(tmp_path):
 
 
 def test_run_lists_guesses_of_the_draft_on_first_screen(tmp_path):
-    _, imported = scene(tmp_path, "openxr", "obj", exported=False)
+    _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     text = (tmp_path / "map.toml").read_text()
     (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
     (line,) = doubts(replay.run(imported(), detectors="exact").document)

@@ -22,7 +22,7 @@ WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.00
 """Profile (radius, height) of a beaker, metres."""
 
 
-def pieces_of(fixed):
+def piece_counts(fixed):
     return {row["body"]: row["after"]["pieces"] for row in fixed.bodies}
 
 
@@ -38,7 +38,7 @@ def test_pieces_that_miss_more_than_they_save_are_not_taken(two_beakers, missing
 
 @pytest.mark.slow
 def test_good_pieces_of_the_same_body_are_taken(two_beakers):
-    assert pieces_of(fix_colliders(two_beakers, limits=Limits(0.02)))["second"] > 1
+    assert piece_counts(fix_colliders(two_beakers, limits=Limits(0.02)))["second"] > 1
 
 
 @pytest.mark.slow
@@ -49,7 +49,7 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_
     assert [row["how"] for row in joined.bodies if row["body"] == "beaker"] == [
         "sectors by height and angle, joined by motion"
     ]
-    assert pieces_of(joined)["beaker"] < pieces_of(by_volume)["beaker"]
+    assert piece_counts(joined)["beaker"] < piece_counts(by_volume)["beaker"]
     assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
 
 
@@ -64,17 +64,18 @@ def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch)
     best = min(fixed.front, key=lambda tried: tried["loss"])
     assert fixed.time_up and fixed.after["loss"] < fixed.before["loss"]
     alike = [tried for tried in fixed.front if tried["loss"] <= best["loss"] + collider_search.SIMILAR_LOSS / 2]
-    assert sum(pieces_of(fixed).values()) == min(tried["pieces"] for tried in alike)
+    assert sum(piece_counts(fixed).values()) == min(tried["pieces"] for tried in alike)
 
 
 def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_only, monkeypatch):
     monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
     fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)
-    assert 1 < max(pieces_of(fixed).values()) <= 5 and fixed.as_json()["max_pieces"] == 5
+    assert 1 < max(piece_counts(fixed).values()) <= 5 and fixed.as_json()["max_pieces"] == 5
     assert fixed.after["loss"] < fixed.before["loss"]
 
 
 def test_limit_of_missed_contact_is_among_the_limits():
+    """``hold(false, missed)``: fractions; without a limit of missed contact all may be missed."""
     assert Limits(0.2).hold(0.2, 1.0)
     assert Limits(false=0.2, missed=0.1).hold(0.2, 0.1)
     assert not Limits(false=0.2, missed=0.1).hold(0.2, 0.11)
@@ -92,11 +93,13 @@ def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
 
 @pytest.mark.parametrize(("limit", "counts"), [(1, (1,)), (4, (1, 2, 3, 4)), (5, (1, 2, 3, 4, 5))])
 def test_round_body_is_tried_with_counts_up_to_the_limit(limit, counts):
+    """``counts``: into how many sectors around its axis the beaker is cut."""
     ladder = Ladder(revolved_mesh(WALL, 12), Deadline(seconds=None, advance=lambda _: None), limit)
     assert ladder.counts == counts and ladder.finest_cut().name == "sectors"
 
 
 def test_other_pieces_of_a_body_follow_after_its_own_steps():
+    """Own steps cut two boxes into 1 and 4 pieces; added ones are numbered 2, 3 and 4."""
     box = box_mesh((0.1, 0.1, 0.1))
     ladder = Ladder(
         merge_meshes(box, shift_mesh(box, (0.3, 0.0, 0.0))), Deadline(seconds=None, advance=lambda _: None), 4

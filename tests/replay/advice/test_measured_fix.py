@@ -206,6 +206,7 @@ THIS_CUTTER = pytest.mark.skipif(
 @THIS_CUTTER
 @pytest.mark.slow
 def test_bodies_of_the_demo_come_cut():
+    """Pieces that are shipped with the program take no seconds."""
     session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
     assert measured_fix.FIRST_PIECE_COUNT == 16
     for mesh in session.meshes.values():

@@ -136,6 +136,7 @@ def test_more_queries_than_the_budget_are_refused():
 
 
 def test_bodies_that_rest_on_each_other_decide_nothing_by_rounding():
+    """Gaps up to 9 um may be rounding, and are not called apart; 20 um are."""
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     gaps = np.array([0.0, 1e-12, 1e-7, 9e-6, 2e-5])
     positions = np.zeros((5, 3))
@@ -177,6 +178,7 @@ def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
 
 
 def test_inside_of_doubled_shells_is_never_taken_for_apart():
+    """A ball in the middle of a box within a box, where parity of crossings says outside."""
     block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)
     larger = trimesh.creation.box((0.4, 0.4, 0.4))
     nested = trimesh.util.concatenate([block, larger])

@@ -54,6 +54,7 @@ def test_no_advice_from_fewer_than_three_settings(expected, fraction, why):
 
 
 def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
+    """Rows: milliseconds a frame, missed and late of 18 contacts, percent false; 11.1 ms is a frame at 90 Hz."""
     usual = price_row("meshes at 50 Hz", ms=0.026, missed=(0, 1), late=7, false=(9, 10), rate_hz=50, p99=0.2)
     result = [
         price_row("exact", ms=0.041, missed=0, p99=0.1),

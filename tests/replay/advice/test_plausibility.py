@@ -66,6 +66,7 @@ def test_only_resting_bodies_speak_against_a_reading(until, expected):
 
 @pytest.mark.parametrize(("farthest", "unit"), [(4000.0, "mm"), (1000.0, ""), (3.0, ""), (10.0**6, "")])
 def test_only_unit_with_all_poses_in_a_room_is_marked(farthest, unit):
+    """Of metres, centimetres and millimetres, in which poses up to ``farthest`` from each other fit into a room."""
     positions = np.array([[0.0, 0.0, 0.0], [farthest, 0.0, 0.0]])
     track = Track(np.array([0, 10**7]), positions, np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)))
     row = Assumption(Subject.LENGTH_UNIT, "m", Origin.GUESS, alternatives=("m", "cm", "mm"))
@@ -105,7 +106,7 @@ def planted_guesses(session):
                 yield unit, with_guess(session, "canonical", Subject.MESH_UNIT, unit, (name,), units)
 
 
-def marks(scene):
+def marks_of_planted_guesses(scene):
     """How many planted guesses that change contacts are marked right, wrong, and not at all."""
     session, _ = make_scene_session(scene, seed=3, rate_hz=30.0, faces=600)
     counts = Counter()
@@ -118,7 +119,7 @@ def marks(scene):
 @pytest.mark.slow
 def test_marks_of_planted_guesses_are_right():
     """At least 97 of 100 marks are right, and three in ten guesses are marked."""
-    counts = sum(map(marks, PLANTED), Counter())
+    counts = sum(map(marks_of_planted_guesses, PLANTED), Counter())
     print(dict(counts))
     assert counts[False] <= 0.03 * (counts[True] + counts[False]), counts
     assert counts[True] >= 0.3 * counts.total(), counts

@@ -40,6 +40,7 @@ def test_half_a_box_misses_half_of_a_box():
 
 
 def test_crossed_bars_count_their_common_volume_once():
+    """Of a plate of 1 m x 1 m, bars of a tenth of it each share a hundredth."""
     bars = [box_mesh((1.0, 0.1, 0.1)), box_mesh((0.1, 1.0, 0.1))]
     hull = box_mesh((1.0, 1.0, 0.1))
     card = shape_figures(hull, bars)
@@ -74,6 +75,7 @@ def test_volumes_of_open_meshes_are_not_known():
 
 
 def test_reach_of_crossed_bars_has_closed_form():
+    """How far pieces stand beyond the mesh: half of 1.0 less half of 0.2, and half of 0.7 less half of 0.2."""
     bar, crossing = box_mesh((2.0, 0.2, 0.2)), box_mesh((0.2, 1.0, 0.2))
     assert reach(bar, [bar, crossing]) == pytest.approx(0.4, rel=1e-6)
     higher = box_mesh((0.3, 0.2, 0.7))

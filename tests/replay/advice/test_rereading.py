@@ -80,6 +80,7 @@ def test_offset_of_a_body_is_kept_in_other_pose_axes(tmp_path):
 
 
 def test_all_48_changes_of_axes_are_recognised():
+    """Six orders of axes times eight signs, of a box without symmetry about the origin."""
     box = trimesh.creation.box((0.1, 0.2, 0.3))
     before = MeshData(box.vertices + np.array([0.01, 0.02, 0.03]), box.faces)
     assert len({matrix.tobytes() for matrix in SIGNED_PERMUTATIONS}) == 48

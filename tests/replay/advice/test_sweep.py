@@ -15,7 +15,7 @@ from replay.errors import TradeoffError
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 
-LIST = {
+TRIED_SETTINGS = {
     "FCL": "hybrid",
     "exact": "exact",
     "rare": "discrete[rate_hz=20]",
@@ -28,17 +28,17 @@ LIST = {
 @pytest.fixture(scope="module")
 def sweep(bumped):
     """The tradeoff of a bench that is bumped, every setting of LIST tried."""
-    return tradeoff(bumped, detectors=LIST)
+    return tradeoff(bumped, detectors=TRIED_SETTINGS)
 
 
-def audited(run, label):
+def audit_counts(run, label):
     """Counts of a run, of a detector without a step rate."""
     audit = run.document.audit[label]
     counts = audit.contacts, audit.contacts_missed, audit.late_or_cut_short, len(run.false[label])
     return *counts, audit.false_contact.value, run.detections[label].digest
 
 
-def counted(row):
+def row_counts(row):
     keys = ("contacts", "missed", "late", "false_contacts", "false", "digest")
     return tuple(row[key] for key in keys)
 
@@ -56,11 +56,12 @@ def effects_world():
 
 @pytest.mark.slow
 def test_counts_of_every_setting_match_an_audit():
+    """One world has effects, lost poses and a declared pair, the other two cubes alone."""
     how = {"detectors": "exact,hybrid,collider[shape=sphere]", "policy": ["zero-quaternion=drop"]}
     for world in (effects_world(), cubes({"a": [0] * 6, "b": [3, 0.9, 3, 1.4, 0.9, 3]})):
         run, done = compute(world, oracle="continuous", **how), tradeoff(world, oracle="continuous", **how)
         assert done.about["pairs"] == len(run.assembly.pairs) and done.about["frames"] == len(run.assembly.motion)
-        assert [counted(row) for row in done.rows] == [audited(run, row["label"]) for row in done.rows]
+        assert [row_counts(row) for row in done.rows] == [audit_counts(run, row["label"]) for row in done.rows]
 
 
 @pytest.mark.slow
@@ -74,7 +75,7 @@ def test_demo_sweep_tries_twelve_settings_in_twenty_seconds():
     run = compute(
         session, detectors={"hulls": by_label["hulls at 50 Hz"]["settings"], "paper": by_label["paper"]["settings"]}
     )
-    assert counted(by_label["paper"]) == audited(run, "paper")
+    assert row_counts(by_label["paper"]) == audit_counts(run, "paper")
     over, hulls = run.phases["hulls"].spreads(), by_label["hulls at 50 Hz"]
     assert [hulls["missed_smallest"], hulls["missed_largest"]] == [
         over["contacts_missed"][end] for end in ("smallest", "largest")
@@ -88,7 +89,7 @@ def test_settings_are_timed_in_three_passes_and_sorted_by_loss(sweep):
     # Between frames nobody asks live, so no frame has a time of its own.
     assert [row["label"] for row in sweep.rows if row["p99_ms"] is None] == ["between"]
     losses = [row["loss"] for row in sweep.rows]
-    assert losses == sorted(losses) and len(losses) == len(LIST)
+    assert losses == sorted(losses) and len(losses) == len(TRIED_SETTINGS)
     assert [row["label"] for row in sweep.rows if row["oracle"]] == ["exact"]
     assert sweep.front and all(row["front"] == (row["label"] in sweep.front) for row in sweep.rows)
     json.dumps(sweep.as_json(), allow_nan=False)
@@ -110,13 +111,13 @@ def test_time_limit_cuts_last_settings_and_excludes_compiling(bumped, monkeypatc
         with monkeypatch.context() as patch:
             patch.setattr(compiling, "compiling_reported", reported)
             patch.setattr(trading, "perf_counter", lambda: float(next(clock)))
-            return tradeoff(bumped, detectors=LIST, time_limit=20.0), next(clock)
+            return tradeoff(bumped, detectors=TRIED_SETTINGS, time_limit=20.0), next(clock)
 
     done, ended = limited(0.0)
     assert ended < 40  # once the time is up nothing is begun
-    assert 1 <= len(done.rows) < len(LIST)
+    assert 1 <= len(done.rows) < len(TRIED_SETTINGS)
     assert {row["prepare_seconds"] for row in done.rows} == {1.0}  # from one tick of the clock to the next
-    assert set(done.cut) == {*LIST} - {row["label"] for row in done.rows}
+    assert set(done.cut) == {*TRIED_SETTINGS} - {row["label"] for row in done.rows}
     assert not limited(1800.0)[0].cut
 
 
@@ -138,4 +139,4 @@ def test_invalid_tradeoff_arguments_are_refused_in_a_sentence(bumped):
 
 def test_session_without_contact_is_refused():
     with pytest.raises(TradeoffError, match="nothing can be missed"):
-        tradeoff(cubes({"a": [0, 0], "b": [3, 4]}), detectors=LIST)
+        tradeoff(cubes({"a": [0, 0], "b": [3, 4]}), detectors=TRIED_SETTINGS)

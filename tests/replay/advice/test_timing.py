@@ -27,6 +27,7 @@ class Sleepy:
 
 
 def test_timed_pass_queries_frames_in_order_with_clock_outside():
+    """``whole`` answers all 12 frames at once in 24 ms: 2 ms each."""
     motion = unturned(np.zeros((12, 1, 3)))
     item, two, whole = Sleepy(seconds=0.001), Sleepy(seconds=0.003), Sleepy(seconds=0.024, online=False)
     requested = [Timed("", detector, motion) for detector in (item, two, whole)]
@@ -37,6 +38,8 @@ def test_timed_pass_queries_frames_in_order_with_clock_outside():
 
 
 def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
+    """Of 20 batches of frames five are timed; all but the first are led up to by frames that are not."""
+
     class Long:
         def __len__(self):
             return 20 * BATCH_FRAMES
@@ -68,6 +71,7 @@ def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
 
 @pytest.mark.parametrize(("level", "value"), [(MEAN_LEVEL, 1.5), (P99, 1.99)])
 def test_interruption_in_a_single_pass_changes_no_price(level, value):
+    """Seven passes of 400 frames that take 1 to 2 s; 3 % of the samples are 50 s longer."""
     own = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
     hit = np.random.default_rng(3).random((7, 400)) < 0.03
     middle, _, upper = timed_detector(own + 50 * hit, np.ones((7, 400))).ratio(level)
@@ -87,7 +91,7 @@ class Frames:
         return [np.array([times[each.label]]) for each in asked]
 
 
-def clocked(frames, compiled=None):
+def clock_after_passes(frames, compiled=None):
     reference, twin, item = (Timed(name, detector=None, motion=None) for name in ("reference", "twin", "one"))
     clock = Clock(frames, reference, twin, compiled)
     for _ in frames.ratios:
@@ -96,10 +100,11 @@ def clocked(frames, compiled=None):
 
 
 def test_repeated_setting_ties_by_widening_intervals():
-    clock, item = clocked(Frames([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03]))
+    """``twin`` is the reference once more: times within 3 % are a tie, 1.4 times as long widens intervals by 1.4."""
+    clock, item = clock_after_passes(Frames([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03]))
     assert clock.as_json()["tie"] and clock.as_json()["widened"] == 1.0 and clock.as_json()["passes"] == 7
     assert clock.price(item, MEAN_LEVEL)[0] == pytest.approx(0.004) and item.passes == 7 == clock.twin.passes
-    clock, item = clocked(Frames([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4]))
+    clock, item = clock_after_passes(Frames([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4]))
     reported, price = clock.as_json(), clock.price(item, MEAN_LEVEL)
     assert not reported["tie"] and reported["widened"] == pytest.approx(1.4, rel=1e-3)
     assert [*price[1:] / 0.004] == pytest.approx([1 / 1.4, 1.4], rel=1e-3)
@@ -113,13 +118,14 @@ def test_pass_that_compiled_a_kernel_is_repeated():
             compiled.seconds += 5.0
 
     frames = Frames([1.0, 1.0, 1.0], compiles)
-    clock, item = clocked(frames, compiled)
+    clock, item = clock_after_passes(frames, compiled)
     assert frames.asked == 4 and item.passes == 3
     assert 0.0 <= clock.at_work < 1.0
 
 
 @pytest.mark.parametrize(("rate_hz", "sampled"), [(None, 60), (90.0, 60), (30.0, 20), (6.0, 4), (0.5, 1)])
 def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
+    """60 frames at 90 Hz; frames that sample take 0.28 s, the others nothing."""
     motion = unturned(np.zeros((60, 1, 3)), np.arange(60) / 90)
     frames = LiveFrames(motion, 10_000)
     samples = frames.samples(rate_hz)

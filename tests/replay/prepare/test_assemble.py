@@ -18,10 +18,11 @@ from sessions import Scene, Session, Status
 from sessions.model.event import LiveContact
 from sessions.model.scene import Pose, SceneBody
 
-MS = 1_000_000
+MILLISECOND_NS = 1_000_000
 
 
 def test_motion_holds_bodies_with_a_mesh_and_names_the_others():
+    """ "glass" is carried: the tracker's x of 3, 4, 5 plus its own 10, and an offset of 1 m upwards."""
     start = 1_709_283_600_000_000_000
     bodies = (
         SceneBody("bench", fixed=Pose()),
@@ -45,7 +46,8 @@ def test_motion_holds_bodies_with_a_mesh_and_names_the_others():
 
 
 def test_path_is_known_without_gap_teleport_or_missing_pose():
-    steps = np.array([10, 10, 10, 30, 31, 10, 10, 10]) * MS
+    """Body 0 teleports in frame 2 and is lost in 7; steps of 31 ms are gaps, of 30 ms not."""
+    steps = np.array([10, 10, 10, 30, 31, 10, 10, 10]) * MILLISECOND_NS
     stamps = np.concatenate([[0], np.cumsum(steps)])
     status = np.ones((9, 2))
     status[7, 0] = int(Status.LOST)
@@ -57,12 +59,12 @@ def test_path_is_known_without_gap_teleport_or_missing_pose():
     assert actual.motion.linked[:, 1].tolist() == [False, True, True, True, True, False, True, True, True]
 
 
-def jumped(status, stamps=None, **more):
+def session_with_jump(status, stamps=None, **more):
     """Two slow bodies, of which the first jumps by half a metre to its sixth frame."""
     position = np.zeros((12, 2, 3))
     position[5:, 0, 0], position[:, 1, 2] = 0.5, 3.0 + 0.01 * np.arange(12)
     stamps = np.arange(12) * 10 if stamps is None else stamps
-    return dataclasses.replace(framed(np.asarray(stamps) * MS, status, position, names=("a", "b")), **more)
+    return dataclasses.replace(framed(np.asarray(stamps) * MILLISECOND_NS, status, position, names=("a", "b")), **more)
 
 
 ABSENT_BEFORE = np.ones((12, 2))
@@ -72,13 +74,13 @@ ABSENT_BEFORE[3:5, 0] = int(Status.ABSENT)
 @pytest.mark.parametrize(
     ("session", "breaks"),
     [
-        (jumped(np.ones((12, 2))), [[5], []]),
+        (session_with_jump(np.ones((12, 2))), [[5], []]),
         # All that the body carries jumps with it.
-        (jumped(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", parent="a"),))), [[5], [5]]),
+        (session_with_jump(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", parent="a"),))), [[5], [5]]),
         # Poses interpolated across a jump lie on no known path.
-        (jumped(ABSENT_BEFORE), [[3, 4, 5], []]),
+        (session_with_jump(ABSENT_BEFORE), [[3, 4, 5], []]),
         # The frame of the jump is left out, for its stamp repeats the one before: so the way to the next is broken.
-        (jumped(np.ones((12, 2)), [0, 10, 20, 30, 40, 40, *range(50, 110, 10)]), [[5], []]),
+        (session_with_jump(np.ones((12, 2)), [0, 10, 20, 30, 40, 40, *range(50, 110, 10)]), [[5], []]),
     ],
 )
 def test_tracking_jump_unlinks_the_frames_across_the_jump(session, breaks):
@@ -88,9 +90,10 @@ def test_tracking_jump_unlinks_the_frames_across_the_jump(session, breaks):
 
 
 def test_cut_leaves_interpolation_at_its_border_unchanged():
+    """Frames 10 ms apart; the pose of frame 2, where the cut starts, is interpolated from frame 1."""
     status = np.ones((6, 2))
     status[2, 0] = int(Status.ABSENT)
-    session = framed(np.arange(6) * 10 * MS, status)
+    session = framed(np.arange(6) * 10 * MILLISECOND_NS, status)
     whole, cut = assemble(session), assemble(session, start=0.02, end=0.05)
     assert cut.first_ns == whole.first_ns == session.frames.stamp_ns[0]
     assert cut.motion.times.tolist() == [0.02, 0.03, 0.04, 0.05]
@@ -133,11 +136,11 @@ def test_body_that_is_always_lost_leaves_no_pair():
     status = np.ones((12, 2))
     status[:, 1] = int(Status.LOST)
     with pytest.raises(AssemblyError, match="no pair to replay: b has no pose that is not lost; `replay doctor` says"):
-        assemble(framed(np.arange(12) * 10 * MS, status, np.zeros((12, 2, 3)), names=("a", "b")))
+        assemble(framed(np.arange(12) * 10 * MILLISECOND_NS, status, np.zeros((12, 2, 3)), names=("a", "b")))
 
 
 def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
-    session = jumped(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", fixed=Pose((9.0, 9.0, 9.0))),)))
+    session = session_with_jump(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", fixed=Pose((9.0, 9.0, 9.0))),)))
     assembly = assemble(session)
     assert "the fixed pose of body 'b' is not used: the recording has poses of it" in assembly.notes
     assert assembly.motion.translations[:, 1, 2].tolist() == (3.0 + 0.01 * np.arange(12)).tolist()
@@ -146,9 +149,9 @@ def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
 def test_engine_reports_naming_unknown_bodies_are_noted():
     reports = (("a", "b"), ("a", "Bench"), ("b", "B"), ("b", "Bench"))
     contacts = tuple(LiveContact(0, first, second, "enter") for first, second in reports)
-    notes = assemble(dataclasses.replace(jumped(np.ones((12, 2))), live_contacts=contacts)).notes
+    notes = assemble(dataclasses.replace(session_with_jump(np.ones((12, 2))), live_contacts=contacts)).notes
     assert "compared with nothing, for no body is called 'B', 'Bench': 3 reports of the engine" in notes
-    known = dataclasses.replace(jumped(np.ones((12, 2))), live_contacts=contacts[:1])
+    known = dataclasses.replace(session_with_jump(np.ones((12, 2))), live_contacts=contacts[:1])
     assert not any("compared with nothing" in note for note in assemble(known).notes)
 
 
@@ -170,7 +173,7 @@ class Blocks:
 def messy_session(seed, frames=60, bodies=3):
     """Missing, lost and held samples, a jittery clock that repeats and steps back, gaps and teleports, a child."""
     rng = np.random.default_rng(seed)
-    step = rng.choice([-3, 0, 7, 11, 11, 11, 40, 90], size=frames) * MS + rng.integers(0, 3, size=frames)
+    step = rng.choice([-3, 0, 7, 11, 11, 11, 40, 90], size=frames) * MILLISECOND_NS + rng.integers(0, 3, size=frames)
     stamps = np.cumsum(step)
     status = rng.choice([0, 0, 1, 1, 1, 1, 2, 3], size=(frames, bodies))
     status[0] = 1

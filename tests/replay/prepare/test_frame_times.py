@@ -19,6 +19,7 @@ from replay.prepare.frame_times import frame_ends, frame_rate
     ids=["gap", "40 ms are bridged", "two slow steps", "more than two", "one frame", "none"],
 )
 def test_frame_lasts_until_the_next_unless_a_gap_follows(times, ends):
+    """Seconds; a gap is longer than 40 ms and than two median steps."""
     assert frame_ends(np.array(times)) == pytest.approx(ends)
 
 

@@ -28,6 +28,7 @@ class Counted:
 
 
 def test_file_is_decoded_once_while_its_frames_fit(monkeypatch):
+    """50 frames of two bodies are 100 poses: with room for 99 each pass reads the file again."""
     session = cubes(POSITIONS)
     assert decoded_once(session) is session
     source = Counted(session.source)
@@ -55,7 +56,7 @@ def too_long(monkeypatch):
     monkeypatch.setattr(holding_poses, "DECODED_POSES", 1_000)
 
 
-def reported(result, earliest, latest):
+def results_between(result, earliest, latest):
     """Verdicts, poses and flags between two seconds."""
     assembly = result.assembly
     rows = (assembly.motion.times >= earliest) & (assembly.motion.times <= latest)
@@ -85,7 +86,9 @@ def test_window_of_a_recording_beyond_memory_is_answered_equally(tmp_path, monke
     whole = compute(session, **requested, start=piece[0], end=piece[1])
     monkeypatch.setattr(holding_poses, "MOST_POSES", 2_000)
     alone = compute(session, **requested, start=piece[0], end=piece[1])
-    assert reported(alone, *piece) == reported(whole, *piece) and len(reported(whole, *piece)[5]) == 2
+    assert (
+        results_between(alone, *piece) == results_between(whole, *piece) and len(results_between(whole, *piece)[5]) == 2
+    )
     assert alone.episodes == whole.episodes and alone.misses == whole.misses
 
 

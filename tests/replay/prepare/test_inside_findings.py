@@ -11,7 +11,7 @@ from replay.cli.main import main
 from replay.prepare.inside_findings import containment_findings
 
 BOX = box_mesh()
-REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
+SMALLER_REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
 
 
 @pytest.mark.parametrize(
@@ -21,7 +21,7 @@ REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
         (merge_meshes(BOX, shift_mesh(BOX, [9, 0, 0])), []),
         (merge_meshes(BOX, shift_mesh(BOX, [0.5, 0.3, 0.2])), ["mesh-parts-cross"]),
         (merge_meshes(BOX, TriangleMesh(0.5 * BOX.vertices, BOX.faces)), ["mesh-parts-nested"]),
-        (merge_meshes(BOX, REVERSED), []),
+        (merge_meshes(BOX, SMALLER_REVERSED), []),
     ],
     ids=["one", "apart", "crossing", "nested", "hollow"],
 )

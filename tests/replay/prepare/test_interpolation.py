@@ -9,28 +9,45 @@ from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import fill_frames, interpolate_poses
 from sessions import Status
 
-A, V, L, H, I = (int(s) for s in (Status.ABSENT, Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED))  # noqa: E741
-NONE, VISIBLE, GRASPED, BETWEEN, _ = (int(origin) for origin in PoseOrigin)
-MS, NO = 1_000_000, np.nan
+ABSENT, VALID, LOST, HELD, INTERPOLATED = (
+    int(s) for s in (Status.ABSENT, Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED)
+)
+NO_POSE, RECORDED_POSE, LAST_POSE, INTERPOLATED_POSE, _ = (int(origin) for origin in PoseOrigin)
+MILLISECOND_NS, NO_POSITION = 1_000_000, np.nan
 
 
 @pytest.mark.parametrize(
     ("status", "stamps", "origin", "positions"),
     [
         # Between near samples the place is linear in time. A sample recorded at second k lies at k metres.
-        ([V, A, A, V], [0, 10, 30, 40], [VISIBLE, BETWEEN, BETWEEN, VISIBLE], [0.0, 0.75, 2.25, 3.0]),
+        (
+            [VALID, ABSENT, ABSENT, VALID],
+            [0, 10, 30, 40],
+            [RECORDED_POSE, INTERPOLATED_POSE, INTERPOLATED_POSE, RECORDED_POSE],
+            [0.0, 0.75, 2.25, 3.0],
+        ),
         # A neighbour counts up to 50 ms and not a nanosecond longer.
-        ([V, A, V], [0, 20, 70], [VISIBLE, BETWEEN, VISIBLE], [0.0, 2 * 20 / 70, 2.0]),
-        ([V, A, V], [0, 20, 70 + 1e-6], [VISIBLE, GRASPED, VISIBLE], [0.0, 0.0, 2.0]),
-        ([V, A], [0, 50], [VISIBLE, GRASPED], [0.0, 0.0]),
-        ([V, A], [0, 50 + 1e-6], [VISIBLE, NONE], [0.0, NO]),
+        (
+            [VALID, ABSENT, VALID],
+            [0, 20, 70],
+            [RECORDED_POSE, INTERPOLATED_POSE, RECORDED_POSE],
+            [0.0, 2 * 20 / 70, 2.0],
+        ),
+        ([VALID, ABSENT, VALID], [0, 20, 70 + 1e-6], [RECORDED_POSE, LAST_POSE, RECORDED_POSE], [0.0, 0.0, 2.0]),
+        ([VALID, ABSENT], [0, 50], [RECORDED_POSE, LAST_POSE], [0.0, 0.0]),
+        ([VALID, ABSENT], [0, 50 + 1e-6], [RECORDED_POSE, NO_POSE], [0.0, NO_POSITION]),
         # What the source held keeps that name, and nothing is held or interpolated across a lost sample.
-        ([V, H, I], [0, 10, 20], [VISIBLE, GRASPED, BETWEEN], [0.0, 1.0, 2.0]),
-        ([V, A, L, A, V], [0, 10, 20, 30, 40], [VISIBLE, GRASPED, NONE, NONE, VISIBLE], [0.0, 0.0, NO, NO, 4.0]),
+        ([VALID, HELD, INTERPOLATED], [0, 10, 20], [RECORDED_POSE, LAST_POSE, INTERPOLATED_POSE], [0.0, 1.0, 2.0]),
+        (
+            [VALID, ABSENT, LOST, ABSENT, VALID],
+            [0, 10, 20, 30, 40],
+            [RECORDED_POSE, LAST_POSE, NO_POSE, NO_POSE, RECORDED_POSE],
+            [0.0, 0.0, NO_POSITION, NO_POSITION, 4.0],
+        ),
     ],
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):
-    session = framed(np.round(np.array(stamps) * MS), np.array(status)[:, None])
+    session = framed(np.round(np.array(stamps) * MILLISECOND_NS), np.array(status)[:, None])
     pieces = list(fill_frames(session.blocks(100)))
     actual, position, rotation = (
         np.concatenate([getattr(piece, name)[:, 0] for piece in pieces])

@@ -27,13 +27,14 @@ def test_noise_size_has_units_and_defaults_to_vive(text, size):
     assert parse_noise([f"cup={text[0]}"]).noise_of_body == {"cup": size}
 
 
-def item_tracker(size, copies=400, seed=1):
+def noise_of_cup(size, copies=400, seed=1):
     return NoisyCopies(BodyNoise(("cup",), (0,), {"cup": size}), copies, seed)
 
 
 def test_noisy_copies_have_the_requested_size_and_correlation():
+    """400 copies: root mean squares to 10 %, and correlations that fall by e in 0.05 s."""
     size = TrackerNoise(position_rms_m=0.002, rotation_rms_deg=0.3, correlation_s=0.05)
-    error = item_tracker(size).errors(np.array([0.0, 0.01, 0.06, 2.0]))["cup"].swapaxes(0, 1)
+    error = noise_of_cup(size).errors(np.array([0.0, 0.01, 0.06, 2.0]))["cup"].swapaxes(0, 1)
     moved, rotated = np.split(error, 2, axis=2)
     assert np.sqrt((moved**2).sum(axis=2).mean(axis=0)) == pytest.approx(0.002, rel=0.1)
     assert np.degrees(np.sqrt((rotated**2).sum(axis=2).mean(axis=0))) == pytest.approx(0.3, rel=0.1)
@@ -43,18 +44,20 @@ def test_noisy_copies_have_the_requested_size_and_correlation():
 
 
 def test_noisy_copy_is_independent_of_blocks_and_bodies():
+    """50 instants whole, in four pieces, and beside another body."""
     times = np.sort(np.random.default_rng(0).uniform(0, 3, 50))
-    whole = item_tracker(VIVE, copies=5).errors(times)["cup"]
-    pieces = item_tracker(VIVE, copies=5)
+    whole = noise_of_cup(VIVE, copies=5).errors(times)["cup"]
+    pieces = noise_of_cup(VIVE, copies=5)
     blocks = [pieces.errors(piece)["cup"] for piece in np.split(times, [1, 7, 30])]
     other = NoisyCopies(BodyNoise(("jug", "cup"), (0, 1), {"jug": VIVE, "cup": VIVE}), copies=5, seed=1).errors(times)[
         "cup"
     ]
     assert whole.tobytes() == np.concatenate(blocks).tobytes() == other.tobytes()
-    assert item_tracker(VIVE, copies=5, seed=2).errors(times)["cup"].tobytes() != whole.tobytes()
+    assert noise_of_cup(VIVE, copies=5, seed=2).errors(times)["cup"].tobytes() != whole.tobytes()
 
 
 def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
+    """In each of three copies the rod keeps its place in the hand, and the bench its own."""
     poses = {name: along_x([at, at + 0.1, at, at]) for name, at in (("hand", 1.0), ("rod", 0.5))}
     bodies = (
         SceneBody("hand"),

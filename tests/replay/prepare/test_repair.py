@@ -88,7 +88,7 @@ def test_the_frames_do_not_depend_on_blocks(size):
     assert_same_frames(Frames.join([*session.blocks(size)]), Frames.join([*session.blocks(10_000)]))
 
 
-LOST, GRASPED, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
+LOST, LAST_POSE, INTERPOLATED = Status.LOST, Status.HELD, Status.INTERPOLATED
 
 
 @pytest.mark.parametrize(
@@ -96,16 +96,17 @@ LOST, GRASPED, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
     [
         (["identity-while-lost=drop"], [LOST] * 20),
         # A pose is held for its limit and no longer, and a bridge does not lead beyond its own.
-        (["identity-while-lost=hold:0.1"], [GRASPED] * 9 + [LOST] * 11),
-        (["identity-while-lost=interpolate:0.3"], [BETWEEN] * 20),
+        (["identity-while-lost=hold:0.1"], [LAST_POSE] * 9 + [LOST] * 11),
+        (["identity-while-lost=interpolate:0.3"], [INTERPOLATED] * 20),
         (["identity-while-lost=interpolate:0.2"], [LOST] * 20),
         # The tenth sample has two faults: the stricter action holds, and of equal ones the first sets the limit.
-        (["identity-while-lost=interpolate:1", "not-finite=drop"], [BETWEEN] * 10 + [LOST] + [BETWEEN] * 9),
-        (["identity-while-lost=hold:1", "not-finite=hold:0.05"], [GRASPED] * 20),
-        (["identity-while-lost=hold:0.05", "not-finite=hold:1"], [GRASPED] * 4 + [LOST] * 16),
+        (["identity-while-lost=interpolate:1", "not-finite=drop"], [INTERPOLATED] * 10 + [LOST] + [INTERPOLATED] * 9),
+        (["identity-while-lost=hold:1", "not-finite=hold:0.05"], [LAST_POSE] * 20),
+        (["identity-while-lost=hold:0.05", "not-finite=hold:1"], [LAST_POSE] * 4 + [LOST] * 16),
     ],
 )
 def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
+    """20 samples 11 ms apart from frame 400 on, 0.22 s; limits of actions are in seconds."""
     draft = lost_hand()
     if len(arguments) > 1:
         draft.arrays["position"][410, 1] = np.nan
@@ -115,7 +116,7 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
         repaired_session(draft, *arguments).frames,
     )
     assert after.status[400:420, 1].tolist() == status
-    dropped, kept, between = (400 + np.flatnonzero(np.equal(status, item)) for item in (LOST, GRASPED, BETWEEN))
+    dropped, kept, between = (400 + np.flatnonzero(np.equal(status, item)) for item in (LOST, LAST_POSE, INTERPOLATED))
     stand_in = np.zeros(before.status.shape, dtype=bool)
     stand_in[400:420, 1] = True
     for name in ("position", "quaternion_xyzw", "status", "sample_ns"):
@@ -141,6 +142,7 @@ def test_no_bridge_leads_beyond_the_last_good_sample():
 
 
 def test_findings_of_a_window_use_seconds_of_the_recording():
+    """The hand is lost in frames 400 to 419; a stream 60 s later is not in the window of frames 300 to 600."""
     draft = lost_hand()
     stamps = draft.arrays["stamp_ns"]
     separate = ScalarTrack([int(stamps[0]) + 60 * 10**9, int(stamps[0]) + 61 * 10**9], [1, 2])

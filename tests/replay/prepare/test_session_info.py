@@ -9,11 +9,12 @@ from sessions import ScalarTrack, examine
 from sessions.model.event import Event, Interval
 from sessions.model.scene import Pose, Scene, SceneBody
 
-MS = 1_000_000
+MILLISECOND_NS = 1_000_000
 
 
 def test_a_clock_counts_the_gaps_that_the_doctor_finds():
-    stamps = np.array([0, 10, 20, 36, 66, 97, 107, 117]) * MS
+    """Frames every 10 ms; 31 ms are a gap, 16 and 30 ms are not."""
+    stamps = np.array([0, 10, 20, 36, 66, 97, 107, 117]) * MILLISECOND_NS
     clock = ClockInfo.of(stamps)
     assert (clock.count, clock.gaps, clock.longest_gap, clock.not_forward) == (8, 1, 0.031, 0)
     assert clock.rate_hz == pytest.approx(100.0) and clock.duration == 0.117
@@ -21,24 +22,25 @@ def test_a_clock_counts_the_gaps_that_the_doctor_finds():
     assert gap.count == clock.gaps
 
 
-SECOND = 1_000_000_000
-FRAMES = np.arange(300) * SECOND // 60
-JITTER = np.random.default_rng(4).integers(-MS, MS, size=300)
+SECOND_NS = 1_000_000_000
+STAMPS_OF_60_HZ = np.arange(300) * SECOND_NS // 60
+JITTER_OF_1_MS = np.random.default_rng(4).integers(-MILLISECOND_NS, MILLISECOND_NS, size=300)
 
 
 @pytest.mark.parametrize(
     ("stamps", "rate"),
     [
-        (np.sort(np.concatenate([FRAMES, FRAMES + 93_850])), 60.0),
-        (np.sort(np.concatenate([FRAMES, FRAMES + 93_850]))[:-1], 60.0),
-        (np.sort(np.concatenate([FRAMES, FRAMES + 300_000, FRAMES + 600_000])), 60.0),
-        (np.sort(np.concatenate([FRAMES + JITTER, FRAMES + JITTER + 50_000])), 60.0),
-        (np.sort(np.concatenate([FRAMES, FRAMES + SECOND // 120])), 120.0),
-        (FRAMES, 60.0),
+        (np.sort(np.concatenate([STAMPS_OF_60_HZ, STAMPS_OF_60_HZ + 93_850])), 60.0),
+        (np.sort(np.concatenate([STAMPS_OF_60_HZ, STAMPS_OF_60_HZ + 93_850]))[:-1], 60.0),
+        (np.sort(np.concatenate([STAMPS_OF_60_HZ, STAMPS_OF_60_HZ + 300_000, STAMPS_OF_60_HZ + 600_000])), 60.0),
+        (np.sort(np.concatenate([STAMPS_OF_60_HZ + JITTER_OF_1_MS, STAMPS_OF_60_HZ + JITTER_OF_1_MS + 50_000])), 60.0),
+        (np.sort(np.concatenate([STAMPS_OF_60_HZ, STAMPS_OF_60_HZ + SECOND_NS // 120])), 120.0),
+        (STAMPS_OF_60_HZ, 60.0),
     ],
     ids=["two cameras", "an odd number", "three cameras", "with jitter", "between each other", "one"],
 )
 def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
+    """Several streams at 60 Hz, 0.05 to 0.6 ms apart, count as one; stamps midway are a stream of 120 Hz."""
     clock = ClockInfo.of(stamps)
     assert clock.rate_hz == pytest.approx(rate, rel=0.02) and clock.gaps == 0
     assert ClockInfo.of(np.delete(stamps, slice(100, 112))).gaps == 1
@@ -46,12 +48,12 @@ def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
 
 def test_contents_of_a_session_are_counted_from_its_first_frame():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("bench", fixed=Pose((0, 0, 0), (0, 0, 0, 1)))))
-    start = 5 * SECOND
+    start = 5 * SECOND_NS
     made = cubes({"a": [0, 1, 2], "b": [3, 3, 3]}, first_ns=start, scene=scene)
     heart = ScalarTrack([start, start + 1], [60.0, np.nan], "bpm")
     session = replace(
         made,
-        intervals=(Interval(start + 10 * MS, start + 30 * MS, "task", "pour", {}),),
+        intervals=(Interval(start + 10 * MILLISECOND_NS, start + 30 * MILLISECOND_NS, "task", "pour", {}),),
         events=(Event(start, "spill", "", ""), Event(start, "drop", "", ""), Event(start + 1, "drop", "", "")),
         scalars={"heart": heart, "none": ScalarTrack([start], [np.nan], "")},
     )

@@ -9,15 +9,16 @@ from replay.prepare import corrupt_poses, session_scan
 from replay.prepare.session_scan import in_order, scan_session
 from sessions import Status
 
-V, L, A = int(Status.VALID), int(Status.LOST), int(Status.ABSENT)
-MS = 1_000_000
+VALID, LOST, ABSENT = int(Status.VALID), int(Status.LOST), int(Status.ABSENT)
+MILLISECOND_NS = 1_000_000
 
 
 def test_body_moves_when_two_usable_samples_differ():
+    """The first moves by 1e-12 m; the second only in a lost sample; the third never."""
     position = np.zeros((3, 3, 3))
     position[2, 0, 0] = 1e-12
     position[1, 1, 0] = 5.0
-    session = framed([0, 10, 20], [[V, V, A], [V, L, V], [V, V, V]], position)
+    session = framed([0, 10, 20], [[VALID, VALID, ABSENT], [VALID, LOST, VALID], [VALID, VALID, VALID]], position)
     assert scan_session(session).moves.tolist() == [True, False, False]
 
 
@@ -32,18 +33,19 @@ def test_body_moves_when_two_usable_samples_differ():
     ],
 )
 def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, text, monkeypatch):
+    """The pose of body b in frame 3 of five is replaced; where it is flagged as lost, nothing is refused."""
     where = np.zeros((5, 2, 3))
     rotation = np.tile([0.0, 0.0, 0.0, 1.0], (5, 2, 1))
     where[3, 1], rotation[3, 1] = position, quaternion
-    status = np.full((5, 2), V)
-    stamps = np.array([0, 10, 10, 20, 20]) * MS
+    status = np.full((5, 2), VALID)
+    stamps = np.array([0, 10, 10, 20, 20]) * MILLISECOND_NS
     for module in (session_scan, corrupt_poses):
         monkeypatch.setattr(module, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
         scan_session(framed(stamps, status, where, rotation))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
     assert text in str(refused.value)
-    status[3, 1] = L
+    status[3, 1] = LOST
     assert len(scan_session(framed(stamps, status, where, rotation)).stamp_ns) == 3
 
 
