@@ -24,7 +24,7 @@ def bar_cut_at_x(gap, at=CUT_X, aside=(0.0, 0.0, 0.0)):
     ]
 
 
-def moved(mesh, rotation, translation):
+def posed_mesh(mesh, rotation, translation):
     return TriangleMesh(mesh.vertices @ rotation.T + translation, mesh.faces)
 
 
@@ -36,8 +36,8 @@ def test_planted_seam_has_its_kind_width_and_place(width, sign, seed):
     rotation = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     rotation *= np.sign(np.linalg.det(rotation))
     translation = np.array([1.0, 2.0, 3.0])
-    pieces = [moved(piece, rotation, translation) for piece in bar_cut_at_x(sign * width)]
-    (seam,) = seams_of(moved(BAR, rotation, translation), pieces)
+    pieces = [posed_mesh(piece, rotation, translation) for piece in bar_cut_at_x(sign * width)]
+    (seam,) = seams_of(posed_mesh(BAR, rotation, translation), pieces)
     assert seam.kind is (SeamKind.SLIT if sign > 0 else SeamKind.OVERLAP)
     assert seam.width == pytest.approx(width, rel=1e-6) and seam.pieces == (0, 1)
     point_in_bar = (np.array(seam.point) - translation) @ rotation
@@ -61,6 +61,7 @@ def test_gap_between_two_separate_bars_is_no_seam():
 
 
 def test_slit_filled_by_a_third_piece_is_no_slit():
+    """A slit of 1 mm and a piece 2 mm thick in it, which overlaps both sides."""
     filled = shift_mesh(box_mesh((0.002, 0.1, 0.1)), (0.03, 0.0, 0.0))
     assert seams_of(BAR, [*bar_cut_at_x(gap=0.001), filled]) != []
     kinds = {seam.kind for seam in seams_of(BAR, [*bar_cut_at_x(gap=0.001), filled])}
@@ -68,6 +69,7 @@ def test_slit_filled_by_a_third_piece_is_no_slit():
 
 
 def test_sectors_of_a_beaker_meet_each_other():
+    """Profile of the wall: (radius, height) in metres, cut into 12 sectors."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
     cup = revolved_mesh(wall, 24)
     pieces = [hull_of(corners) for corners in sector_ladder(cup).pieces(12)]

@@ -25,10 +25,10 @@ def sector_pieces(mesh):
     ladder = sector_ladder(mesh)
     if ladder is None:
         return None
-    lists = {
+    pieces_by_count = {
         len(pieces): [within_triangles(hull_of(piece)) for piece in pieces] for pieces in map(ladder.pieces, COUNTS)
     }
-    return [*lists.values()]
+    return [*pieces_by_count.values()]
 
 
 COARSE_BEAKER = revolved_mesh(PROFILE, 24)
@@ -36,12 +36,12 @@ COARSE_BEAKER = revolved_mesh(PROFILE, 24)
 
 
 @pytest.fixture(scope="module")
-def lists():
+def pieces_by_count():
     """Lists of pieces of the coarse beaker, the hull first."""
     return sector_pieces(COARSE_BEAKER)
 
 
-def spouted():
+def beaker_with_spout():
     """The beaker with a fifth of its upper rim pulled outwards."""
     corners = BEAKER.vertices.copy()
     axis = int(np.argmax(round_axis(BEAKER)[1]))
@@ -54,7 +54,7 @@ def spouted():
 
 def test_round_bodies_have_an_axis_and_oval_bodies_not():
     """A beaker has the axis through its middle, also when shifted by 7 m; stretched to an oval it has none."""
-    for mesh in (BEAKER, spouted()):
+    for mesh in (BEAKER, beaker_with_spout()):
         point, direction = round_axis(shift_mesh(mesh, (7.0, 7.0, 7.0)))
         height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))
         assert direction[height] == 1.0 and np.allclose(np.delete(point, height), 7.0, atol=1e-3)
@@ -67,35 +67,36 @@ def test_round_bodies_have_an_axis_and_oval_bodies_not():
     assert sector_pieces(TriangleMesh(BEAKER.vertices, rotated)) is None
 
 
-def judged(piece):
+def trimesh_of(piece):
     return Trimesh(piece.vertices, piece.faces, process=False)
 
 
-def beyond(points, piece):
+def distance_beyond(points, piece):
     """By how much points lie beyond the planes of a piece, at most; below 0 inside."""
-    body = judged(piece)
+    body = trimesh_of(piece)
     return ((points[:, None] - body.triangles[:, 0]) * body.face_normals).sum(axis=2).max(axis=1)
 
 
-def test_every_list_covers_the_beaker_and_begins_with_its_hull(lists):
-    counts = [len(pieces) for pieces in lists]
+def test_every_list_covers_the_beaker_and_begins_with_its_hull(pieces_by_count):
+    counts = [len(pieces) for pieces in pieces_by_count]
     # At most all sectors above and below the one bend, that of the floor.
     assert counts == sorted(set(counts)) and (counts[0], counts[-1]) == (1, 2 * 16)
-    for pieces in lists:
+    for pieces in pieces_by_count:
         # trimesh is an independent judge: inside one piece, or that near to one.
         points = np.concatenate([COARSE_BEAKER.vertices, COARSE_BEAKER.triangles.mean(axis=1)])
-        assert all(judged(piece).is_convex and len(piece.faces) <= 255 for piece in pieces)
-        outside = np.min([beyond(points, piece) for piece in pieces], axis=0).max()
+        assert all(trimesh_of(piece).is_convex and len(piece.faces) <= 255 for piece in pieces)
+        outside = np.min([distance_beyond(points, piece) for piece in pieces], axis=0).max()
         assert outside <= outside_by(COARSE_BEAKER, pieces) + 1e-9 < 5e-4
 
 
 @pytest.mark.parametrize("most", [10, 16])
-def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(lists, most):
-    pieces = next(some for some in lists if len(some) >= most)
+def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(pieces_by_count, most):
+    """Nine points up the middle of the beaker are outside of all pieces, and inside the one hull."""
+    pieces = next(some for some in pieces_by_count if len(some) >= most)
     axis = int(np.argmax(round_axis(COARSE_BEAKER)[1]))
     middle = np.zeros((9, 3))
     middle[:, axis] = np.linspace(0.2 * RIM, 0.99 * RIM, 9)
-    assert min(beyond(middle, piece).min() for piece in pieces) >= 0.0
+    assert min(distance_beyond(middle, piece).min() for piece in pieces) >= 0.0
     assert outside_by(TriangleMesh(middle[[0, 4, 8]], [[0, 1, 2]]), [hull_collider(COARSE_BEAKER)]) == 0.0
 
 
@@ -119,14 +120,15 @@ def test_convex_solid_keeps_255_triangles_with_small_error():
 
 @pytest.mark.slow
 def test_spool_is_cut_at_every_flange_and_separate_discs_stay():
+    """Radii of 3 and 1 cm in turn, 2 cm each: three flanges and two necks."""
     radii = np.repeat([0.03, 0.01, 0.03, 0.01, 0.03], 2)
     heights = np.repeat(np.arange(6), 2)[1:-1] * 0.02 - 0.05
     spool = revolved_mesh([(0, -0.05), *zip(radii, heights, strict=True), (0, 0.05)], 24)
-    lists = sector_pieces(spool)
+    pieces_by_count = sector_pieces(spool)
     # One of its five discs is cut by angle at most.
-    assert len(lists[0]) == 1 and len(lists[-1]) <= 4 + 16
-    full = sum(judged(piece).volume for piece in lists[-1])
-    assert full < 1.2 * judged(spool).volume < 0.9 * judged(hull_collider(spool)).volume
+    assert len(pieces_by_count[0]) == 1 and len(pieces_by_count[-1]) <= 4 + 16
+    full = sum(trimesh_of(piece).volume for piece in pieces_by_count[-1])
+    assert full < 1.2 * trimesh_of(spool).volume < 0.9 * trimesh_of(hull_collider(spool)).volume
     disc = revolved_mesh([(0, 0), (0.03, 0), (0.03, 0.02), (0, 0.02)])
     assert [len(pieces) for pieces in sector_pieces(merge_meshes(disc, shift_mesh(disc, (0, 0, 0.05))))] == [2]
 

@@ -18,11 +18,11 @@ def mesh_of(made):
     return TriangleMesh(np.asarray(made.vertices, np.float64), np.asarray(made.faces))
 
 
-def bar(*extents):
+def bar_of_edges(*extents):
     return mesh_of(box(extents=extents))
 
 
-def placed(mesh, seed):
+def posed_with_seed(mesh, seed):
     """A mesh with a random pose applied, and that pose: depth and volume do not depend on it."""
     rotation = Rotation.random(random_state=seed).as_matrix()
     translation = np.random.default_rng(seed).normal(size=3)
@@ -31,7 +31,7 @@ def placed(mesh, seed):
 
 def overlap(first, second, at, tilt=STILL, seed=0):
     """Depth and volume of a body in the axes of another, both in one random pose."""
-    moved, rotation, translation = placed(second, seed)
+    moved, rotation, translation = posed_with_seed(second, seed)
     to_moved = rotation @ tilt, rotation @ np.asarray(at, np.float64) + translation
     intersection = intersection_of(solid_of(first), solid_of(moved), *to_moved)
     return (
@@ -46,7 +46,7 @@ def test_boxes_have_their_closed_form(seed):
     rng = np.random.default_rng(seed)
     first, second = rng.uniform(0.5, 2.0, size=(2, 3))
     common = rng.uniform(0.05, 0.2, size=3)
-    result = overlap(bar(*first), bar(*second), (first + second) / 2 - common, seed=seed)
+    result = overlap(bar_of_edges(*first), bar_of_edges(*second), (first + second) / 2 - common, seed=seed)
     assert result.depth == pytest.approx(common.min(), rel=1e-6)
     assert result.volume == pytest.approx(common.prod(), rel=1e-6)
 
@@ -58,7 +58,7 @@ def test_boxes_have_their_closed_form(seed):
 def test_crossed_bars_have_a_depth_without_a_vertex_inside(lift, depth, angle):
     """The bar below is 1.5 thick, the one above 1: its lower side is ``1.25 - lift`` below the upper side."""
     tilt = Rotation.from_euler("z", angle, degrees=True).as_matrix()
-    result = overlap(bar(10, 1, 1), bar(12, 1.5, 1.5), (0.0, 0.1, lift), tilt)
+    result = overlap(bar_of_edges(10, 1, 1), bar_of_edges(12, 1.5, 1.5), (0.0, 0.1, lift), tilt)
     assert result.depth == pytest.approx(depth, rel=1e-6)
     height = max(0.0, min(lift + 0.5, 0.75) - max(lift - 0.5, -0.75))
     assert result.volume == pytest.approx(1.5 / np.sin(np.radians(angle)) * height, rel=1e-6)
@@ -67,7 +67,10 @@ def test_crossed_bars_have_a_depth_without_a_vertex_inside(lift, depth, angle):
 @pytest.mark.parametrize("sides", [3, 5, 8])
 @pytest.mark.parametrize("depth", [0.03, 0.2])
 def test_prism_in_a_slab_is_as_deep_as_its_face(sides, depth):
-    result = overlap(mesh_of(cylinder(0.4, 1.0, sections=sides)), bar(3, 3, 2), (0.1, 0.2, 1.5 - depth), seed=sides)
+    """A prism, 1 m high, within a circle of 0.4 m stands ``depth`` metres deep in a slab."""
+    result = overlap(
+        mesh_of(cylinder(0.4, 1.0, sections=sides)), bar_of_edges(3, 3, 2), (0.1, 0.2, 1.5 - depth), seed=sides
+    )
     assert result.depth == pytest.approx(depth, rel=1e-6)
     assert result.volume == pytest.approx(depth * sides / 2 * 0.4**2 * np.sin(2 * np.pi / sides), rel=1e-6)
 
@@ -76,7 +79,7 @@ def test_prism_in_a_slab_is_as_deep_as_its_face(sides, depth):
 def test_tetrahedron_corner_in_a_slab_has_closed_form(seed):
     depth = 0.02 * (seed + 1)
     corner = np.array([[0, 0, 0], [1, 0, 1], [-1, 0.5, 1], [-0.2, -1, 1]], dtype=np.float64)
-    result = overlap(hull_of(corner), bar(3, 3, 2), (0.0, 0.0, 1.0 - depth), seed=seed)
+    result = overlap(hull_of(corner), bar_of_edges(3, 3, 2), (0.0, 0.0, 1.0 - depth), seed=seed)
     base = abs(np.linalg.det(corner[1:])) / 6
     assert result.depth == pytest.approx(depth, rel=1e-6)
     assert result.volume == pytest.approx(base * depth**3, rel=1e-6)
@@ -90,6 +93,7 @@ def test_tetrahedron_within_another_is_as_deep_as_the_inscribed_sphere():
 
 
 def test_meshed_spheres_converge_at_second_order():
+    """Unit spheres 1.6 m apart: 0.4 m deep, and a lens of closed form. Each finer mesh has a quarter of the error."""
     errors = []
     for level in (1, 2, 3, 4):
         sphere = mesh_of(icosphere(level))
@@ -109,7 +113,7 @@ def test_depth_in_a_trough_agrees_with_dense_samples(seed):
     made = trough.to_mesh64()
     hollow = TriangleMesh(made.vert_properties[:, :3], np.asarray(made.tri_verts).astype(np.int64))
     tilt = Rotation.random(random_state=seed).as_matrix()
-    rod, at = bar(0.7, 0.5, 3.0), np.random.default_rng(seed).uniform([-2, -2, -1], [2, 2, 0])
+    rod, at = bar_of_edges(0.7, 0.5, 3.0), np.random.default_rng(seed).uniform([-2, -2, -1], [2, 2, 0])
     result = overlap(rod, hollow, at, tilt, seed)
     steps = (np.indices((21, 16, 61)).reshape(3, -1).T / [20, 15, 60] - 0.5) * [0.7, 0.5, 3.0]
     points = steps @ tilt.T + at
@@ -122,6 +126,6 @@ def test_depth_in_a_trough_agrees_with_dense_samples(seed):
 
 
 def test_open_mesh_has_no_solid_for_the_depth():
-    whole = bar(1, 1, 1)
+    whole = bar_of_edges(1, 1, 1)
     assert solid_of(whole).reason == ""
     assert solid_of(TriangleMesh(whole.vertices, whole.faces[1:])).reason == "is open"

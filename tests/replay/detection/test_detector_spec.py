@@ -66,6 +66,7 @@ def test_setting_that_contradicts_name_is_refused(text):
 
 @pytest.mark.parametrize("rate", [50.0, 22.5, 89.94, 120, 0.001])
 def test_default_lineup_reads_back_from_its_labels(rate):
+    """``rate``: steps a second of the engine."""
     lineup = usual_detectors(SESSION, rate)
     assert [parse_detector(spec.label) for spec in lineup] == list(lineup)
     assert lineup[0].settings["rate_hz"] == lineup[1].settings["rate_hz"] == rate

@@ -20,7 +20,7 @@ def session_of_reports(*reports, facts=None):
     return replace(session, live_contacts=contacts)
 
 
-def column(session, **settings):
+def run_and_verdicts(session, **settings):
     result = compute(session, detectors=[("recorded", settings)], oracle="exact")
     (label,) = result.comparisons
     assert 0.0 < result.detections[label].seconds["lookup"] < 5.0
@@ -37,16 +37,17 @@ def column(session, **settings):
     ],
 )
 def test_a_report_is_contact_from_its_begin_until_its_end(reports, frames):
-    _, verdict = column(session_of_reports(*reports))
+    """Reports by frame, or between two: a contact of (3.2, 3.6) counts in frame 4, one of (11.5, 11.6) in none."""
+    _, verdict = run_and_verdicts(session_of_reports(*reports))
     assert np.flatnonzero(verdict).tolist() == frames
 
 
 def test_misses_within_the_clock_residual_are_blamed_on_clocks():
     """Frames are 10 ms apart: a report one frame late is within the residual of 11 ms, a missing report is not."""
     late = session_of_reports((4, "enter"), (5, "exit"), (9, "enter"), (11, "exit"), facts={RESIDUAL_FACT: "0.011"})
-    assert [miss.cause for miss in column(late)[0].misses["recorded"]] == ["clock"]
+    assert [miss.cause for miss in run_and_verdicts(late)[0].misses["recorded"]] == ["clock"]
     blind = session_of_reports((4, "enter"), (4, "exit"), facts={RESIDUAL_FACT: "0.011"})
-    assert [miss.cause for miss in column(blind)[0].misses["recorded"]] == ["unexplained"]
+    assert [miss.cause for miss in run_and_verdicts(blind)[0].misses["recorded"]] == ["unexplained"]
 
 
 @pytest.mark.parametrize("block", [1, 3, 5])
@@ -94,6 +95,7 @@ def test_engine_reports_of_unknown_bodies_are_counted_and_ignored():
     ],
 )
 def test_report_lasts_from_begin_to_end_in_either_order(reports, spans):
+    """ "5ba exit": at 5 ns b and a part. ``spans``: begin and end of contacts of a and b; None: not reported."""
     contacts = []
     for report in reports.split(", "):
         where, phase = report.split()
@@ -151,6 +153,7 @@ def test_misses_of_an_engine_are_blamed_on_steps_or_lateness(begins, ends, step,
 
 
 def test_engine_steps_are_read_from_stamps_on_a_grid():
+    """Stamps at random ticks of a clock of ``rate``, ``phase`` of a tick late, rounded to microseconds."""
     rng = np.random.default_rng(0)
     ticks = np.sort(rng.choice(2000, 24, replace=False))
     for rate, phase in ((50.0, 0.3), (72.0, 0.0), (90.0, 0.9)):
@@ -179,6 +182,7 @@ def engine(*reports, rate_hz=50.0):
     ],
 )  # fmt: skip
 def test_physics_step_between_moments_counts_to_a_microsecond(start, end, expected):
+    """Seconds; steps at multiples of 0.02 s."""
     assert engine((4, "enter"), (6, "exit")).has_step_between(start, end) is expected
     assert engine((4, "enter"), (6, "exit"), rate_hz=None).has_step_between(start, end) is None
 

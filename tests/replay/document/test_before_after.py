@@ -74,6 +74,7 @@ def test_errors_absent_before_and_after_share_one_clause():
     ],
 )
 def test_time_is_a_difference_where_both_were_measured(seconds, text):
+    """Seconds a frame, before and after."""
     before, after = (errors_of_detector(missed=(0, 0, 0.0), seconds=each) for each in seconds)
     assert change_text(before, after, "2 pieces") == f"False 86 % as before, none missed or late; 2 pieces{text}"
 

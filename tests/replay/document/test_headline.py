@@ -16,14 +16,14 @@ from replay.document.ranking import Rank
 from replay.engine import compute
 
 
-def took(mean, p99, *, live=True, busy=0.0):
+def detector_times(mean, p99, *, live=True, busy=0.0):
     seconds = structs.replace(times_of(mean, p99), processor_fraction=1.0 - busy)
     return detector_of("discrete", live=live, seconds=seconds)
 
 
 @pytest.mark.parametrize("busy", [0.03, 0.69])
 def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
-    detectors = {"slow": took(mean=1e-5, p99=2e-5, busy=busy), "exact": took(mean=4.1e-5, p99=1e-4)}
+    detectors = {"slow": detector_times(mean=1e-5, p99=2e-5, busy=busy), "exact": detector_times(mean=4.1e-5, p99=1e-4)}
     document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
     reference = Rank("exact", "", "", contacts=3, mean=4.1e-5, p99=1e-4)
     ranks = (replace(reference, label="slow", mean=1e-5), reference)
@@ -57,13 +57,15 @@ def test_cost_of_sampling_every_frame_is_measured_only_live():
 
 
 def test_a_note_names_contacts_not_counted_while_grasped():
-    def told(**counts):
+    def notes_of_counts(**counts):
         audit = audit_of(while_grasped=zeros(GraspedCounts, **counts))
         return grasped_notes(SimpleNamespace(document=document_with(audit={"slow": audit})))
 
-    assert told() == []
-    assert told(false_contact=3) == ["While a hand holds it: not counted. There slow reports 3 false frames."]
-    assert told(contacts=1) == ["While a hand holds it: not counted. There slow misses 0 of 1 contact."]
+    assert notes_of_counts() == []
+    assert notes_of_counts(false_contact=3) == [
+        "While a hand holds it: not counted. There slow reports 3 false frames."
+    ]
+    assert notes_of_counts(contacts=1) == ["While a hand holds it: not counted. There slow misses 0 of 1 contact."]
 
 
 @pytest.mark.parametrize(

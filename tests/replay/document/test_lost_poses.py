@@ -14,21 +14,24 @@ from sessions.model.session import Status
 from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.truth import PRESENT
 
-AWAY = [3, 3.1, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3.1, 0.9, 3, 3]
+X_OF_SECOND_CUBE = [3, 3.1, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3.1, 0.9, 3, 3]
 """Two contacts: frames 3 to 9, and frame 12."""
 
 
-def session(lost):
+def cubes_with_lost_poses(lost):
     """Two cubes, the second without a pose in the frames ``lost``."""
-    status, position = np.ones((len(AWAY), 2)), np.zeros((len(AWAY), 2, 3))
-    position[:, 1, 0] = AWAY
+    status, position = np.ones((len(X_OF_SECOND_CUBE), 2)), np.zeros((len(X_OF_SECOND_CUBE), 2, 3))
+    position[:, 1, 0] = X_OF_SECOND_CUBE
     status[list(lost), 1] = Status.LOST
-    return framed(np.arange(len(AWAY)) * STEP_NS, status, position)
+    return framed(np.arange(len(X_OF_SECOND_CUBE)) * STEP_NS, status, position)
 
 
 def test_touch_with_two_lost_segments_is_a_single_contact():
-    result = compute(session([5, 7]), detectors="hybrid")
-    heads = [pair_table(item, "hybrid").head for item in (result, compute(session([1]), detectors="hybrid"))]
+    """The contact of frames 3 to 9 loses frames 5 and 7: rows are (first, last, frames, frames lost, cuts)."""
+    result = compute(cubes_with_lost_poses([5, 7]), detectors="hybrid")
+    heads = [
+        pair_table(item, "hybrid").head for item in (result, compute(cubes_with_lost_poses([1]), detectors="hybrid"))
+    ]
     assert [CUT_COLUMN in head for head in heads] == [True, False]
     audit = result.document.audit["hybrid"]
     assert (audit.contacts, audit.contacts_cut) == (2, 1)
@@ -43,9 +46,14 @@ def test_touch_with_two_lost_segments_is_a_single_contact():
 
 
 def test_lost_poses_that_hide_every_contact_are_reported_first():
-    text = compute(session([*range(3, 10), 12]), detectors="hybrid").answers[0].sentence
+    """All eight frames of both contacts are lost, of 15."""
+    text = compute(cubes_with_lost_poses([*range(3, 10), 12]), detectors="hybrid").answers[0].sentence
     assert text.startswith("No contact found") and "poses are lost in 8 of 15 pair-frames" in text
-    text = compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]").answers[0].sentence
+    text = (
+        compute(cubes_with_lost_poses([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]")
+        .answers[0]
+        .sentence
+    )
     assert "poses are lost in 8 of 15 pair-frames" in text
 
 

@@ -22,7 +22,7 @@ from replay.show.sections import SectionName, section_of
 AUDITED = [state for state in RUN_OF_STATE if state not in ("no reference", "effects", "findings")]
 
 
-def busy(result, fraction=0.6):
+def on_a_busy_machine(result, fraction=0.6):
     detectors = {
         label: structs.replace(detector, seconds=structs.replace(detector.seconds, processor_fraction=1.0 - fraction))
         for label, detector in result.document.detectors.items()
@@ -47,7 +47,7 @@ def test_answer_of_every_state_fits_a_terminal_of_24_lines(others):
     for state in AUDITED:
         stream = io.StringIO()
         Console(file=stream, width=80).print(
-            Group(*answer_lines(busy(run_with_steady_times(state), others), "session.mcap"))
+            Group(*answer_lines(on_a_busy_machine(run_with_steady_times(state), others), "session.mcap"))
         )
         lines = stream.getvalue().strip().splitlines()
         see_it_and_read_it = 2
@@ -83,7 +83,7 @@ def test_what_when_and_why_describe_the_same_fault(state):
 @pytest.mark.parametrize("others", [0.0, 0.6])
 def test_busy_machine_is_mentioned_exactly_once(others):
     for state in AUDITED:
-        reasons = section_of(busy(run_with_steady_times(state), others), SectionName.ANSWER).reasons
+        reasons = section_of(on_a_busy_machine(run_with_steady_times(state), others), SectionName.ANSWER).reasons
         text = " ".join(f"{reason.text} {reason.figures}" for reason in reasons)
         assert text.count("The machine was busy") == (others > 0.0), state
         assert busy_sentence(others) in text, state
@@ -161,6 +161,7 @@ def fix_of(false, missed):
 
 @pytest.mark.parametrize(("false", "missed", "ships"), [(0.1, 1, "fix"), (0.1, 8, "a"), (0.8, 1, "a")])
 def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
+    """``false``: fraction; ``missed``: of nine contacts. Detector a has 86 % false contact; ``exact`` is too slow."""
     ranks = [rank_of("a", false=0.86), rank_of("exact", p99=SLOW)]
     fix = fix_of(false, missed)
     made = shipping_decision(structs.replace(document_of("a", "exact"), answers=(Answer("a", "", fix=fix),)), ranks)
@@ -232,6 +233,7 @@ def test_without_a_contact_no_other_detector_is_called_right():
     ],
 )
 def test_lesser_faults_are_whole_sentences(missed, late, false, undecided, text):
+    """``missed``, ``late``: least and most of nine contacts; ``false``: fraction of contact time."""
     rank = rank_of("a", missed=missed[1], false=false, undecided=undecided, time_missed=proportion(0, 9))
     assert lesser_faults(replace(rank, missed_counts=missed, late_counts=late)) == text
 

@@ -12,14 +12,16 @@ from replay.running.contact_import import import_contacts
 from sessions import import_session, read_session, write_session
 
 POSITIONS = {"a": [0] * 14, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
-CSV = "time,a,b,what\n100.04,a,b,begin\n100.05,a,b,end\n100.08,b,a,begin\n100.11,b,a,end\n100.2,a,Floor,begin\n"
+CSV_OF_REPORTS = (
+    "time,a,b,what\n100.04,a,b,begin\n100.05,a,b,end\n100.08,b,a,begin\n100.11,b,a,end\n100.2,a,Floor,begin\n"
+)
 
 
 @pytest.fixture
 def log_100_s_ahead(tmp_path):
     """An engine's log whose clock is 100 s ahead; its fifth report is of Floor, which is no body of the session."""
     path = tmp_path / "engine.csv"
-    path.write_text(CSV, encoding="utf-8")
+    path.write_text(CSV_OF_REPORTS, encoding="utf-8")
     return path
 
 
@@ -49,6 +51,7 @@ def test_stated_clock_offset_is_used_without_fitting(log_100_s_ahead):
 
 
 def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
+    """Contact in the first and last frame has no begin or end there: two of four reports fit."""
     (tmp_path / "x.csv").write_text("0,a,b,begin\n0.2,a,b,end\n0.3,a,b,begin\n0.5,a,b,end\n")
     world = cubes({"a": [0] * 5, "b": [0.9, 0.9, 1.4, 0.9, 0.9]}, step_ns=100_000_000, first_ns=5_000_000_000)
     session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
@@ -92,7 +95,7 @@ TAPS = 15
 FRAME_HZ = 90.0
 
 
-def taps(seed):
+def stamps_begins_and_ends(seed):
     """Stamps of a jittered clock in seconds, and begins and ends of contacts in between."""
     rng = np.random.default_rng(seed)
     stamps = 3.2 + np.cumsum(rng.uniform(0.009, 0.0132, int(TAPS * 0.7 * FRAME_HZ)))
@@ -128,7 +131,7 @@ def recorded_figures(session):
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
-    stamps, begins, ends = taps(seed)
+    stamps, begins, ends = stamps_begins_and_ends(seed)
     frames = [
         (stamps[np.searchsorted(stamps, moment)], what)
         for moment, what in sorted([(moment, "enter") for moment in begins] + [(moment, "exit") for moment in ends])
@@ -147,7 +150,8 @@ def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
     ],
 )
 def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
-    stamps, begins, ends = taps(seed=7)
+    """``clock``: what the stamps of the CSV count from; ``delay``: seconds from an engine's step to its report."""
+    stamps, begins, ends = stamps_begins_and_ends(seed=7)
     reports = engine_reports(begins, ends, hertz=50.0, delay=delay)
     session = unity_log(tmp_path / "log.csv", stamps, begins, ends, reports)
     unity = recorded_figures(session)

@@ -18,7 +18,7 @@ from cdcore import Body, TriangleMesh, create_detector
 from sessions import write_session
 
 SLOW = "slow=discrete[rate_hz=20]"
-MANY = {f"rate{rate}": ("discrete", {"rate_hz": rate}) for rate in range(10, 20)}
+TEN_RATES = {f"rate{rate}": ("discrete", {"rate_hz": rate}) for rate in range(10, 20)}
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +47,10 @@ class Tags(HTMLParser):
 
 
 def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
+    """Six bodies with names of 200 letters, and eleven detectors, of which six are listed."""
     session = cubes(TWO_BUMPS)
     crowd = replay.run(
-        cubes({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(6)}), detectors=MANY
+        cubes({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(6)}), detectors=TEN_RATES
     )
     write_session(session, tmp_path / "s.mcap")
     read = replay.read_session(tmp_path / "s.mcap")
@@ -138,11 +139,11 @@ def test_two_runs_are_compared_and_shared_from_python(result_of_bump, tmp_path):
     assert (tmp_path / "shared" / "index.html").is_file()
 
 
-def box():
+def body_of_one_tetrahedron():
     return Body("a", TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
 
 
-WRONG = {
+WRONG_CALLS = {
     "an array for a session": (lambda r, p: replay.run(np.zeros((9, 3))), TypeError, "from_arrays"),
     "arrays for sessions": (lambda r, p: replay.audit([np.zeros((9, 3))]), TypeError, "from_arrays"),
     "nothing for a session": (lambda r, p: replay.run(None), TypeError, "from_arrays"),
@@ -169,7 +170,8 @@ WRONG = {
         replay.SessionError, "vertices",
     ),
     "poses for a motion": (
-        lambda r, p: create_detector("exact", [box()]).detect(np.zeros((2, 1, 3))), replay.CollisionCoreError, "Motion",
+        lambda r, p: create_detector("exact", [body_of_one_tetrahedron()]).detect(np.zeros((2, 1, 3))),
+        replay.CollisionCoreError, "Motion",
     ),
     "nothing to view": (lambda r, p: replay.view(), replay.ReplayError, "at least one"),
     "a view of no run": (lambda r, p: replay.view(p), replay.ReplayError, "run"),
@@ -185,9 +187,9 @@ WRONG = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", WRONG)
+@pytest.mark.parametrize("case", WRONG_CALLS)
 def test_wrong_use_gets_a_sentence(case, result_of_bump, tmp_path):
-    use, kind, hint = WRONG[case]
+    use, kind, hint = WRONG_CALLS[case]
     with pytest.raises(kind) as output:
         use(result_of_bump, tmp_path)
     text = str(output.value)

@@ -123,7 +123,8 @@ def test_local_workers_killed_while_starting_come_back():
                 killed += 1
             time.sleep(0.1)
         # a restarted one is not watched either: profiles took 0.7 MB a session
-        assert {*pool._client.run(config.get, "distributed.worker.profile.enabled").values()} == {False}
+        (worker,) = pool.ready_workers()
+        assert pool.submit(worker, config.get, ("distributed.worker.profile.enabled",)).result() is False
 
 
 def test_failed_task_does_not_stop_the_remaining_tasks():
@@ -219,6 +220,7 @@ def test_worker_of_another_version_is_named_with_both_versions(monkeypatch):
 
 
 def test_scheduler_without_a_worker_is_given_up_after_some_time(monkeypatch):
+    """Patience is 300 s from the last moment at which a worker was there."""
     dask, clock = FakeDask(monkeypatch, "a"), [0.0]
     monkeypatch.setattr(workers.time, "monotonic", lambda: clock[0])
     pool = Workers(1, "tcp://x")

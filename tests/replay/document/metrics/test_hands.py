@@ -9,12 +9,13 @@ from replay.document.metrics.near import close_intervals
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
 
-T = np.arange(6001) * 0.01
+MINUTE_IN_STEPS_OF_10_MS = np.arange(6001) * 0.01
 
 
 def test_path_and_idle_time_of_a_half_idle_hand():
-    hand = np.where(T < 30.0, 0.1 * T, 3.0)
-    assembly = assemble(cubes({"hand": hand, "cube": np.full(len(T), 9.0)}))
+    """The hand moves at 0.1 m/s for half of a minute, then rests."""
+    hand = np.where(MINUTE_IN_STEPS_OF_10_MS < 30.0, 0.1 * MINUTE_IN_STEPS_OF_10_MS, 3.0)
+    assembly = assemble(cubes({"hand": hand, "cube": np.full(len(MINUTE_IN_STEPS_OF_10_MS), 9.0)}))
     result = measure_hands(assembly, [0])
     assert result.path_m == pytest.approx(3.0, rel=1e-9)
     assert result.idle_fraction == pytest.approx(0.5, abs=0.005)
@@ -23,6 +24,7 @@ def test_path_and_idle_time_of_a_half_idle_hand():
 
 
 def test_a_lost_tracker_adds_no_path_and_no_valid_time():
+    """Lost in 100 of 300 frames of 10 ms; of 600 samples of two bodies 100 are flagged."""
     status = np.ones((300, 2), dtype=np.uint8)
     status[100:200, 0] = 0
     assembly = assemble(framed(np.arange(300) * 10_000_000, status, names=("hand", "cube")))
@@ -32,8 +34,9 @@ def test_a_lost_tracker_adds_no_path_and_no_valid_time():
 
 
 def test_a_trackers_noise_adds_little_to_the_path():
-    noise = np.random.default_rng(0).normal(0.0, 0.0003, len(T))
-    assembly = assemble(cubes({"hand": noise, "cube": np.full(len(T), 9.0)}))
+    """Noise of 0.3 mm at 100 Hz for a minute: its steps add up to more than 1.5 m."""
+    noise = np.random.default_rng(0).normal(0.0, 0.0003, len(MINUTE_IN_STEPS_OF_10_MS))
+    assembly = assemble(cubes({"hand": noise, "cube": np.full(len(MINUTE_IN_STEPS_OF_10_MS), 9.0)}))
     result = measure_hands(assembly, [0])
     assert result.path_m < 0.3 and result.idle_fraction > 0.99
     assert np.abs(np.diff(noise)).sum() > 1.5
@@ -41,6 +44,7 @@ def test_a_trackers_noise_adds_little_to_the_path():
 
 @given(st.lists(st.floats(0.0, 60.0), min_size=1, unique=True).map(sorted), st.sampled_from([0.1, 0.25, 1 / 90]))
 def test_frames_at_clock_ticks_equal_a_search_of_every_tick(times, step):
+    """The first frame at or after each tick of ``step`` seconds."""
     times = np.array(times)
     end = times[-1] + step / 2
     ticks = times[0] + step * np.arange(np.ceil((end - times[0]) / step) + 1)
@@ -60,6 +64,7 @@ def test_jump_from_zero_to_unix_time_adds_no_minutes(unix):
 
 
 def test_a_moment_belongs_to_the_span_that_began_last():
+    """Spans are (first, last nanosecond, kind, name); "pour" begins within "stir", which begins again at 12."""
     spans = [(10, 20, "task", "pour"), (0, 15, "task", "stir"), (12, 13, "task", "stir"), (40, 50, "task", "pour")]
     session = cubes({"a": [0.0]}, intervals=[Interval(*span) for span in (*spans, (0, 60, "stage", "first"))])
     stamps = np.array([-1, 0, 9, 10, 12, 13, 14, 20, 21, 45, 60])

@@ -20,30 +20,30 @@ from replay.engine import compute
 from sessions.model.session import HandTrack
 from sessions.synthetic.scenes import make_scene_session
 
-PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
+PAIRS_OF_THREE = np.array([[0, 1], [1, 2], [0, 2]])
 HANDS = {0: "right"}
 
 
 @pytest.fixture(scope="module")
-def silver():
+def silver_chloride_run():
     session, truth = make_scene_session("silver-chloride", seed=1, faces=500)
     return run(session, detectors="slow=discrete[rate_hz=30],hybrid", oracle="exact"), truth
 
 
 @pytest.fixture(scope="module")
-def rows_by_detector(silver):
+def rows_by_detector(silver_chloride_run):
     """Rows of metrics by the label of their detector."""
-    return {row["detector"]: row for row in metric_rows(silver[0])}
+    return {row["detector"]: row for row in metric_rows(silver_chloride_run[0])}
 
 
-def kinds(truth, kind):
+def facts_of_kind(truth, kind):
     return [fact for fact in truth.facts if fact.kind == kind]
 
 
-def test_metrics_of_a_made_up_session_equal_planted_counts(silver, rows_by_detector):
-    truth, row = silver[1], rows_by_detector["exact"]
-    assert row["grasps"] == row["grasp_attempts"] == len(kinds(truth, "grasp")) > 0
-    assert row["near_misses"] == len(kinds(truth, "near_miss")) == 1
+def test_metrics_of_a_made_up_session_equal_planted_counts(silver_chloride_run, rows_by_detector):
+    truth, row = silver_chloride_run[1], rows_by_detector["exact"]
+    assert row["grasps"] == row["grasp_attempts"] == len(facts_of_kind(truth, "grasp")) > 0
+    assert row["near_misses"] == len(facts_of_kind(truth, "near_miss")) == 1
     assert row["breakages"] is None  # the scene asks nobody to look
     planted = [episode for episode in truth.episodes if episode.kind == "contact" and episode.surely]
     contacts = row["contacts_per_min"] * row["valid_minutes"]
@@ -52,8 +52,8 @@ def test_metrics_of_a_made_up_session_equal_planted_counts(silver, rows_by_detec
     assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK_COLUMN_PREFIX)))
 
 
-def test_a_row_has_the_recall_that_the_audit_measured(silver, rows_by_detector):
-    result, _ = silver
+def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_by_detector):
+    result, _ = silver_chloride_run
     assert set(rows_by_detector) == {"slow", "hybrid", "exact"}
     assert rows_by_detector["exact"]["recall"] == 1.0 and 0.0 < rows_by_detector["slow"]["recall"] < 1.0
     pair_frames = result.document.audit["slow"].pair_frames
@@ -73,6 +73,7 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver, rows_by_detector):
     ids=["no contact", "no oracle", "no detector"],
 )
 def test_recall_is_absent_without_contact_oracle_or_detector(positions, detectors, oracle, reported):
+    """Cubes 3 m apart never touch. Rows: detector, recall, frames of contact, contacts a minute."""
     rows = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(positions)}), detectors=detectors, oracle=oracle))
     keys = ("detector", "recall", "contact_frames", "contacts_per_min")
     assert [tuple(row[key] for key in keys) for row in rows] == reported and all(
@@ -120,13 +121,15 @@ def test_contacts_per_minute_leave_out_contacts_of_a_grasped_body(oracle):
     ],
 )
 def test_contacts_that_belong_to_the_work(pair, start, fixed, taken, expected):
+    """Body 0 is the hand; pair 0 is the hand and body 1, pair 1 bodies 1 and 2, pair 2 the hand and body 2."""
     assert (
-        is_intended(Episode(pair, first=0, last=0, start=start, end=start + 0.1), PAIRS, fixed, HANDS, taken)
+        is_intended(Episode(pair, first=0, last=0, start=start, end=start + 0.1), PAIRS_OF_THREE, fixed, HANDS, taken)
         is expected
     )
 
 
 def test_metrics_of_effects_are_sums_or_null():
+    """Frames of 10 ms: a hazard from 0.01 to 0.04 s, and one from 0.06 s to the end at 0.08 s."""
     result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
     assert effect_metrics(result) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
     effects = {

@@ -30,6 +30,7 @@ HEADINGS = ["What", "When", "Why", "Do", "Cost", "Sure", "Also", "Or"]
 
 
 def test_first_screen_of_a_laptop_answers_beside_picture_and_ranking(report_file, tmp_path):
+    """1280 x 720 pixels; the answer's font is at least 16 pixels high; a lane for each of four detectors."""
     with opened(report_file.as_uri(), tmp_path, (1280, 720)) as page:
         for piece in ("h1", ".hero dl", ".hero .still", ".hero .see", ".rank", ".sc", ".top nav"):
             top, bottom, right = page.ask(f"{BOX}('{piece}')")
@@ -40,6 +41,7 @@ def test_first_screen_of_a_laptop_answers_beside_picture_and_ranking(report_file
 
 
 def test_phone_has_the_picture_below_the_headline(report_file, tmp_path):
+    """400 x 800 pixels: headline, picture, answer, ranking and timeline one below the other."""
     with opened(report_file.as_uri(), tmp_path, (400, 800)) as page:
         assert page.ask("[...document.querySelectorAll('.hero dt')].map(one => one.innerText)") == HEADINGS
         assert page.ask(f"{BOX}('.hero figure')[1]") <= 520 and page.ask(f"{BOX}('.hero dl')[1]") <= 1200

@@ -74,22 +74,22 @@ def faults_on(page, detector):
     return page.ask(f"[...document.querySelectorAll('[data-detector=\"{detector}\"] .fault')].map((node) => node.id)")
 
 
-def worst(page):
+def worst_detector(page):
     return page.ask("document.querySelector('.faults').dataset.detector")
 
 
-def current(page):
+def current_fault(page):
     return page.ask("document.querySelector('.current')?.id ?? ''")
 
 
-def boxes(page):
+def view_boxes_of_lanes(page):
     return page.ask("[...document.querySelectorAll('.time .lane')].map((lane) => lane.getAttribute('viewBox'))")
 
 
 def test_lanes_zoom_and_pan_together_and_ruler_follows(page):
-    whole, ticks = boxes(page), page.ask("document.querySelector('.ticks').textContent")
+    whole, ticks = view_boxes_of_lanes(page), page.ask("document.querySelector('.ticks').textContent")
     press_key(page, "+")
-    closer = boxes(page)
+    closer = view_boxes_of_lanes(page)
     assert len(set(closer)) == 1 and closer != whole
     assert page.ask("document.querySelector('.ticks').textContent") != ticks
     x, y = page.ask("""(() => {
@@ -100,16 +100,16 @@ def test_lanes_zoom_and_pan_together_and_ruler_follows(page):
     page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 80, y=y, button="left", buttons=1)
     page.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 80, y=y, button="left", clickCount=1)
     page.ask("new Promise((done) => requestAnimationFrame(() => done(0)))")
-    moved = boxes(page)
+    moved = view_boxes_of_lanes(page)
     assert len(set(moved)) == 1 and float(moved[0].split()[0]) < float(closer[0].split()[0])
-    assert current(page) == ""
+    assert current_fault(page) == ""
     press_key(page, "0")
-    assert [float(text.split()[2]) for text in boxes(page)] == [float(text.split()[2]) for text in whole]
+    assert [float(text.split()[2]) for text in view_boxes_of_lanes(page)] == [float(text.split()[2]) for text in whole]
     assert page.ask("document.querySelector('.ticks').textContent") == ticks
 
 
 def test_pointer_reads_fault_detector_cause_and_size(page):
-    detector = worst(page)
+    detector = worst_detector(page)
     fault = faults_on(page, detector)[0]
     point_at(page, *second_on_lane(page, detector, fault))
     text = page.ask("document.querySelector('.tip').innerText")
@@ -122,25 +122,25 @@ def test_pointer_reads_fault_detector_cause_and_size(page):
 
 
 def test_click_on_lane_opens_card_and_moves_cursor(page):
-    detector = worst(page)
+    detector = worst_detector(page)
     fault = faults_on(page, detector)[-1]
     point_at(page, *second_on_lane(page, detector, fault), click=True)
     page.wait_for("document.querySelector('.current')", 5)
-    opened_fault = current(page)
+    opened_fault = current_fault(page)
     assert page.ask("location.hash") == f"#{opened_fault}"
     assert page.ask("document.querySelector('.current').checkVisibility()")
     assert page.ask("[...document.querySelectorAll('.time .cursor')].every((path) => path.getAttribute('d'))")
 
 
 def test_click_on_dot_opens_first_fault_of_its_detector(page):
-    label = next(name for name in ("slow", "late") if name != worst(page))
+    label = next(name for name in ("slow", "late") if name != worst_detector(page))
     x, y = page.ask(f"""(() => {{
       const box = document.querySelector('circle[data-detector={label}]').getBoundingClientRect();
       return [box.left + box.width / 2, box.top + box.height / 2];
     }})()""")
     point_at(page, x, y, click=True)
     page.wait_for("document.querySelector('.current')", 5)
-    assert current(page) == faults_on(page, label)[0]
+    assert current_fault(page) == faults_on(page, label)[0]
     assert page.ask("document.querySelector('.current').checkVisibility()")
 
 
@@ -164,7 +164,7 @@ def test_choices_of_pair_detector_and_text_filter_others(page):
         == f"{len(visible)} of {every} faults of all detectors"
     )
     press_key(page, "Escape")
-    label = next(name for name in ("slow", "late") if name != worst(page))
+    label = next(name for name in ("slow", "late") if name != worst_detector(page))
     visible = page.ask(f"{CHOOSE}('detector', '{label}')")
     assert visible == [name for name in faults_on(page, label) if name in visible] and visible
     assert page.ask("document.querySelector('#choose [role=status]').textContent").startswith(
@@ -175,21 +175,21 @@ def test_choices_of_pair_detector_and_text_filter_others(page):
 
 
 def test_keys_lead_through_faults_in_time_and_open_help(page):
-    detector = worst(page)
+    detector = worst_detector(page)
     spans = page.ask(f"""[...document.querySelectorAll('[data-detector="{detector}"] .fault')]
       .map((node) => [parseFloat(node.dataset.span), node.id]).sort((a, b) => a[0] - b[0]).map(([, id]) => id)""")
     visited = []
     for _ in spans:
         press_key(page, "j")
-        visited.append(current(page))
+        visited.append(current_fault(page))
         assert page.ask("document.querySelector('.current').checkVisibility()")
     assert visited == spans
     press_key(page, "k")
-    assert current(page) == spans[-2]
+    assert current_fault(page) == spans[-2]
     press_key(page, "/")
     assert page.ask("document.activeElement.type") == "search"
     press_key(page, "j")
-    assert current(page) == spans[-2] and page.ask("document.activeElement.value") == "j"
+    assert current_fault(page) == spans[-2] and page.ask("document.activeElement.value") == "j"
     press_key(page, "Escape")
     press_key(page, "?")
     assert page.ask("document.querySelector('dialog').open")

@@ -38,6 +38,7 @@ def wall_at(z, edge=4.0):
 
 
 def test_triangle_covers_exactly_pixels_whose_rays_meet_the_triangle():
+    """12 random triangles, four of them partly behind the camera, against rays through the middles of pixels."""
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
@@ -74,6 +75,7 @@ def test_opaque_wall_hides_and_glass_does_not(alpha):
 
 
 def test_picture_holds_the_whole_cage_and_the_gap_arrow():
+    """The cage is yellow; none of its pixels lies on the border of the picture."""
     result = run_with_steady_times("only false")
     (fault,) = result.false["c"]
     text = fault_still(result, "c", fault, FIRST_SIZE)[0]

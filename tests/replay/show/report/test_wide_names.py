@@ -38,6 +38,7 @@ BOXES = """[...document.querySelectorAll('.lb')].map((one) => {
 
 @pytest.mark.parametrize("kind", NAMES)
 def test_names_drawn_by_a_browser_do_not_collide(kind, tmp_path):
+    """Dots close to each other in a plot 432 pixels wide."""
     dots = [Dot(name, 0.05 + 0.01 * (k % 3), 0.3 * k) for k, name in enumerate(NAMES[kind])]
     plot = scatter(dots, "", "ms", Axis("loss", [0, 1, 2]))
     page = environment().from_string(

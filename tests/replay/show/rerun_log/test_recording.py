@@ -20,6 +20,7 @@ SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
 
 def test_two_recordings_of_a_run_are_two_applications(demo, recording, tmp_path):
+    """So that a viewer does not merge them."""
     write_recording(demo, tmp_path / "again.rrd")
     stores = [RrdReader(path).recordings() for path in (recording, tmp_path / "again.rrd")]
     assert [len(item) for item in stores] == [1, 1]
@@ -50,6 +51,7 @@ def test_run_without_audit_draws_the_session_or_bodies(demo, drawn):
 
 
 def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
+    """The scene names a and b; the detector asks about c too."""
     effect = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
     scene = Scene(bodies=(SceneBody("a", extra={"mass": 0.1}), SceneBody("b")), effects=(effect,))
     positions = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}
@@ -58,6 +60,7 @@ def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
 
 
 def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, drawn, monkeypatch):
+    """The limit of drawn frames is lowered to 90, as if 270 frames lasted more than an hour."""
     monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", ((), 90))
     few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
     recorded = drawn(few)

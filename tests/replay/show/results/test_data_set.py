@@ -40,7 +40,7 @@ SPANS = (("task", "stir", 1, 7), ("task", "pour", 5, 9), ("stage", "first", 0, 4
 BUTTONS = {"one": (1, 6), "two": (6, 11), "three": (5,), "four": (3,)}
 
 
-def session(name):
+def session_named(name):
     events = [Event(frame * STEP_NS, "press", "trigger", "b") for frame in BUTTONS[name]]
     spans = [Interval(first * STEP_NS, last * STEP_NS, kind, word) for kind, word, first, last in SPANS]
     positions = {"a": [0] * 12, "b": POSITIONS[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
@@ -50,7 +50,7 @@ def session(name):
 
 def run_of(name):
     # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
-    result = compute(session(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
+    result = compute(session_named(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
     return replace(result, flags=Flags(np.zeros_like(result.flags.bodies)))
 
 
@@ -90,7 +90,7 @@ def bodies(result, pair):
     return tuple(result.assembly.names[end] for end in result.assembly.pairs[pair].tolist())
 
 
-def path(name):
+def run_path(name):
     return f"student={STUDENTS[name]}/{name}"
 
 
@@ -169,7 +169,7 @@ def test_rows_of_the_data_set_name_run_student_and_task(tables, result_by_name):
         assert table.num_rows and "student=S1" not in table.column_names, kind
         for row in table.to_pylist():
             name = row["run"].rpartition("/")[2]
-            assert row["run"] == path(name) and row["student"] == STUDENTS[name]
+            assert row["run"] == run_path(name) and row["student"] == STUDENTS[name]
             assert digests.setdefault(name, row["session"]) == row["session"]
             frame = row["stamp_ns"] // STEP_NS if kind == "events" else row.get("first")
             for span in ("task", "stage"):
@@ -198,7 +198,7 @@ def test_newer_tables_are_refused_and_broken_tables_named(result_by_name, tmp_pa
 
 @pytest.mark.parametrize(("stated", "offline"), [({"vr_type": "desktop"}, False), ({}, True)])
 def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_path):
-    recorded = replace(session("one"), facts=stated)
+    recorded = replace(session_named("one"), facts=stated)
     result = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
     write_run_folder(result, tmp_path / "one")
     metrics = read(tmp_path)["metrics"]
