@@ -48,6 +48,7 @@ def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
 
 
 def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
+    """Each fault is planted in one of two bodies, 50 frames after the one before."""
     draft = clean()
     for number, (name, plant) in enumerate(FAULTS.items()):
         if name != "millimetres":  # of such a body no jump is told
@@ -105,6 +106,7 @@ def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, text):
 
 
 def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
+    """90 samples of 10 ms from second 1 on; "apart" begins at second 6."""
     position, rotation = np.linspace((0, 0, 0), (1, 0, 0), 90), np.tile([0.0, 0.0, 0.0, 1.0], (90, 1))
     stamps = 10**9 + 10_000_000 * np.arange(90)
     nowhere = np.tile([0.0, 0.0, -1.0], (90, 1))

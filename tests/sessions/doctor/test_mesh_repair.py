@@ -29,6 +29,7 @@ def test_repair_leaves_a_closed_mesh_unchanged():
     ],
 )
 def test_each_fault_is_mended_and_named(faces, done):
+    """A ball of 320 faces: reversed, repeated, degenerate and lost ones."""
     mended, note = repaired_mesh(MeshData(BALL.vertices, faces))
     assert note == done and has_consistent_winding(mended)
     assert mended.volume == pytest.approx(BALL.volume, rel=0.02) and not [*mesh_findings("x", mended)]
@@ -53,6 +54,7 @@ def test_a_face_by_itself_and_nothing_but_flat_faces_stay():
 
 
 def test_a_rim_that_touches_itself_is_two_holes():
+    """Squares on a grid of three by three, but for a corner and the middle, which share a point."""
     grid = np.array([[x, y, 0.0] for y in range(4) for x in range(4)])
     cells = [(x, y) for y in range(3) for x in range(3) if (x, y) not in ((0, 0), (1, 1))]
     faces = [(k, k + a, k + b) for x, y in cells for k in [4 * y + x] for a, b in ((1, 5), (5, 4))]

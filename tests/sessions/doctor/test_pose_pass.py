@@ -13,7 +13,7 @@ from sessions.doctor.track_watch import Mark
 from sessions.geometry.rotations import quaternion_product
 
 
-def broken():
+def session_with_every_pose_fault():
     draft = clean()
     for at, name in enumerate(("nan position", "zero quaternion", "non-unit quaternion", "identity while lost")):
         FAULTS[name](draft, 0, 100 + 100 * at)
@@ -24,7 +24,7 @@ def broken():
 
 @pytest.mark.parametrize("size", [1, 7, 100, 899])
 def test_the_marks_do_not_depend_on_blocks(size):
-    session = broken()
+    session = session_with_every_pose_fault()
     whole, pieces = run_pose_pass([session.frames]), run_pose_pass(session.frames.blocks(size))
     assert np.array_equal(whole.marks, pieces.marks)
     assert np.array_equal(whole.steps, pieces.steps, equal_nan=True)
@@ -33,6 +33,7 @@ def test_the_marks_do_not_depend_on_blocks(size):
 
 
 def test_a_body_that_appears_later_gets_a_column():
+    """The first 50 of 900 frames have one body, the others three."""
     frames = clean().session().frames
     few = Frames(
         frames.names[:1], frames.stamp_ns[:50], frames.log_ns[:50], frames.sample_ns[:50, :1],
@@ -44,6 +45,7 @@ def test_a_body_that_appears_later_gets_a_column():
 
 
 def test_long_recording_keeps_fewer_poses_over_its_whole_length(monkeypatch):
+    """900 frames with room for 600 poses, joined 100 at a time: at most every fourth is kept."""
     monkeypatch.setattr(pose_pass, "MOST_SAMPLES", 600)
     monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
     frames = clean().session().frames
@@ -60,35 +62,37 @@ def test_small_blocks_are_joined_and_large_blocks_are_not(size, samples, monkeyp
     assert len(run_pose_pass(clean().session().frames.blocks(size)).position) == samples
 
 
-def findings(draft, code):
+def findings_with_code(draft, code):
     return [item for item in examine(draft.session()) if item.code == code]
 
 
 @pytest.mark.parametrize(("degrees", "frames", "expected_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
 def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, frames, expected_at):
+    """From frame 400 on, so many frames are rotated by so many degrees."""
     draft = clean()
     half = np.radians(degrees) / 2.0
     rotations = draft.arrays["quaternion_xyzw"][400 : 400 + frames, 1]
     rotations[:] = quaternion_product(rotations, (np.sin(half), 0.0, 0.0, np.cos(half)))
-    result = findings(draft, "turn-outlier")
+    result = findings_with_code(draft, "turn-outlier")
     assert all((item.body, item.count, item.severity) == ("hand-left", 1, Severity.WARNING) for item in result)
     assert [round(item.start * 90) for item in result] == expected_at
 
 
-def spans(draft):
+def spans_of_draft(draft):
     return [
         (item.code, item.column, item.first, item.last) for item in pose_spans(run_pose_pass([draft.session().frames]))
     ]
 
 
 def test_bodies_at_origin_or_rotating_are_neither_lost_nor_frozen():
+    """Body 2 moves in the plane y = 0; 0 stays and rotates; 1 walks 0.1 mm a frame from frame 100 on."""
     draft = clean()
     draft.arrays["position"][:, 2] = 0.0
     draft.arrays["position"][:, 0] = [0.2, 1.0, 0.1]
     slow = 1e-4 * np.maximum(0, np.arange(900) - 100)
     draft.arrays["position"][:, 1] = slow[:, None] * [1.0, 0.0, 0.0]
     draft.arrays["quaternion_xyzw"][:, 1] = [0.0, 0.0, 0.0, 1.0]
-    assert spans(draft) == []
+    assert spans_of_draft(draft) == []
 
 
 @pytest.mark.parametrize(
@@ -98,10 +102,11 @@ def test_sudden_start_or_reversal_of_motion_is_no_teleport(position):
     """A body starts at 10 m/s, or reverses at 4 m/s, without a jump in position."""
     draft = clean()
     draft.arrays["position"][:, 1] = position[:, None] * [1.0, 0.0, 0.0]
-    assert "teleport" not in {code for code, *_ in spans(draft)}
+    assert "teleport" not in {code for code, *_ in spans_of_draft(draft)}
 
 
 def test_close_stamps_cause_no_jump():
+    """1.1 cm a frame at 90 Hz; one frame's stamp is 0.1 ms after the one before."""
     times, position = 10**9 + 11_111_111 * np.arange(200), np.zeros((200, 3))
     position[:, 0] = 0.011 * np.arange(200)
     times[100] = times[99] + 100_000
@@ -110,6 +115,7 @@ def test_close_stamps_cause_no_jump():
 
 
 def test_position_still_after_jump_is_frozen_despite_rotation():
+    """Spans: (code, body, first, last frame); body 1 stops in 500 to 559, body 0 in 300 to 329 and 600 to 629."""
     draft = clean()
     rng = np.random.default_rng(3)
     draft.arrays["position"][:, 1] = rng.normal([0.2, 1.0, 0.1], 1e-4, (900, 3))
@@ -117,7 +123,7 @@ def test_position_still_after_jump_is_frozen_despite_rotation():
     draft.arrays["position"][300:330, 0] = [2.0, 2.0, 2.0]
     draft.arrays["position"][600:630, 0] = 0.0  # nowhere, and for all but two of the frames as if never turned
     draft.arrays["quaternion_xyzw"][600:628, 0] = [0.0, 0.0, 0.0, 1.0]
-    assert {("frozen", 1, 500, 559), ("frozen", 0, 300, 329), ("frozen", 0, 600, 629)} <= {*spans(draft)}
+    assert {("frozen", 1, 500, 559), ("frozen", 0, 300, 329), ("frozen", 0, 600, 629)} <= {*spans_of_draft(draft)}
 
 
 def test_jump_is_detected_in_a_recording_of_three_frames():
@@ -176,6 +182,7 @@ def test_frozen_cup_catches_up_faster_than_it_moves_around(before, after, codes)
 
 @pytest.mark.parametrize(("repeated_rotation", "codes"), [([], ["frozen"]), ([119], []), ([100], [])])
 def test_position_that_repeats_while_turning_is_frozen(repeated_rotation, codes):
+    """The position repeats in frames 100 to 119; in a frame whose rotation repeats as well, the body may rest."""
     steps, angles = np.full(330, 0.001), np.full(330, 0.01)
     steps[100:120] = 0.0
     angles[repeated_rotation] = 0.0
@@ -202,6 +209,7 @@ def test_identity_pose_beside_a_jump_is_a_lost_pose(case):
 
 
 def test_jump_lasts_from_the_last_pose_before_it():
+    """Body 1 jumps 1 m in frame 400, lost in 399; body 2 jumps as far, but is in millimetres."""
     draft = clean()
     draft.arrays["position"][400:, 1] += 1.0
     draft.arrays["status"][399, 1] = Status.LOST
@@ -213,7 +221,8 @@ def test_jump_lasts_from_the_last_pose_before_it():
 
 
 def test_body_in_millimetres_is_not_out_of_space():
+    """Positions of 1,000 are a metre; the only finding is the planted NaN: (code, body, first, last)."""
     draft = clean()
     draft.arrays["position"][:, 2] = [1000.0, 900.0, 1200.0]
     draft.arrays["position"][100, 2] = np.nan
-    assert spans(draft) == [("not-finite", 2, 100, 100)]
+    assert spans_of_draft(draft) == [("not-finite", 2, 100, 100)]

@@ -24,7 +24,7 @@ def test_facts_that_admit_a_left_handed_source_are_believed():
     assert np.isfinite(outcome.position).all()
 
 
-def headed(height, away):
+def head_of_height(height, away):
     """A head that is upright by its own axes, keeps ``height`` along one axis and walks along the others."""
     count = 200
     walk = np.stack([np.linspace(-2, 2, count), 0.05 * np.sin(np.arange(count)), np.linspace(3, -1, count)], axis=1)
@@ -36,6 +36,7 @@ def headed(height, away):
 
 @pytest.mark.parametrize(("factor", "samples"), [(1e3, "down"), (1e2, "down"), (1e3, "ahead")])
 def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(factor, samples):
+    """A head at 1.5 m in millimetres or centimetres, which looks down or ahead."""
     down = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5] if samples == "down" else [0.0, 0.0, 0.0, 1.0]
     position, quaternion = np.array([[0.0, 1.5, 0.4]]), np.array([down])
     walk = np.repeat(position, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]
@@ -47,6 +48,7 @@ def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(factor, samples):
 
 @pytest.mark.parametrize(("gap", "codes"), [(0.5, ["speed-suspect"]), (0.005, [])])
 def test_two_alternating_sources_are_no_wrong_unit(gap, codes):
+    """Each stamp has two sources 1 ms and ``gap`` metres from each other: 0.5 m would be 500 m/s."""
     stamps = np.arange(200) // 2 * 11_111_111 + np.arange(200) % 2 * 1_000_000
     position = np.column_stack([gap * (np.arange(200) % 2), 1 + np.arange(200) / 1000, np.full(200, -0.4)])
     poses = {"cup": (position, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}
@@ -56,7 +58,7 @@ def test_two_alternating_sources_are_no_wrong_unit(gap, codes):
 
 @pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
 def test_head_with_constant_z_is_reported_in_any_axes(height, away, codes):
-    outcome = run_pose_pass([headed(height, away).frames])
+    outcome = run_pose_pass([head_of_height(height, away).frames])
     result = [*scale_findings(outcome, Scene(), {})]
     assert [item.code for item in result] == codes
     assert not codes or result[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
@@ -83,6 +85,7 @@ def test_right_hand_often_left_of_head_is_reported(count, codes):
     ],
 )
 def test_mesh_drawn_where_it_stood_is_reported(position, shift, is_reported):
+    """The mesh's corners are ``shift`` from its own origin, one far outlier aside; the cup stays at ``position``."""
     unit = cube()
     mesh = MeshData([*(0.1 * (unit.vertices - unit.bounds.mean(axis=0)) + shift), [1e6, 0, 0]], unit.faces)
     poses = {"cup": (np.tile(position, (200, 1)).astype(float), np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}

@@ -7,24 +7,26 @@ from sessions.doctor.pose_pass import run_pose_pass
 from sessions.doctor.timing import time_findings
 
 
-def findings(draft):
+def time_findings_of(draft):
     return [*time_findings(run_pose_pass([draft.session().frames]))]
 
 
 @pytest.mark.parametrize(("steps", "expected"), [(2.9, False), (3.1, True)])
 def test_a_gap_is_longer_than_three_median_steps(steps, expected):
+    """``steps``: length of the step to frame 400."""
     draft = clean()
     draft.shift(slice(400, None), round((steps - 1) * STEP_NS))
-    gaps = [item for item in findings(draft) if item.code == "gap"]
+    gaps = [item for item in time_findings_of(draft) if item.code == "gap"]
     stamps = draft.arrays["stamp_ns"]
     assert [(item.start_ns, item.end_ns) for item in gaps] == [(stamps[399], stamps[400])] * expected
     assert all(item.severity == Severity.NOTE for item in gaps)
 
 
 def test_body_absent_for_100_frames_is_reported_as_gap():
+    """Absent in frames 300 to 399: from its sample in 299 to that in 400."""
     draft = clean()
     draft.arrays["status"][300:400, 1] = Status.ABSENT
-    (item,) = findings(draft)
+    (item,) = time_findings_of(draft)
     stamps = draft.arrays["stamp_ns"]
     assert (item.code, item.body, item.start_ns, item.end_ns) == ("gap", "hand-left", stamps[299], stamps[400])
 
@@ -32,15 +34,16 @@ def test_body_absent_for_100_frames_is_reported_as_gap():
 def test_body_at_a_third_of_rate_has_no_gap():
     draft = clean()
     draft.arrays["status"][np.arange(FRAMES) % 3 > 0, 1] = Status.ABSENT
-    assert findings(draft) == []
+    assert time_findings_of(draft) == []
 
 
 def test_shifted_log_clock_is_accepted_and_its_jump_reported():
+    """The log clock is 10^18 ns behind throughout, then jumps by 5 s in frame 600."""
     draft = clean()
     draft.arrays["log_ns"] = draft.arrays["log_ns"] - 10**18
-    assert findings(draft) == []
+    assert time_findings_of(draft) == []
     draft.arrays["log_ns"][600:] += 5 * 10**9
-    (item,) = findings(draft)
+    (item,) = time_findings_of(draft)
     assert (item.code, item.severity, item.start_ns) == ("clock-skew", Severity.WARNING, draft.arrays["stamp_ns"][600])
 
 
@@ -50,11 +53,11 @@ def test_shifted_log_clock_is_accepted_and_its_jump_reported():
 def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
     draft = clean()
     draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
-    reported = [item for item in findings(draft) if item.code == "clock-unit"]
+    reported = [item for item in time_findings_of(draft) if item.code == "clock-unit"]
     assert [(item.severity, item.count) for item in reported] == [(Severity.WARNING, FRAMES)] * expected
 
 
-BEFORE = np.arange(FRAMES) < FRAMES // 2
+IN_FIRST_HALF = np.arange(FRAMES) < FRAMES // 2
 """Frames of a first clock, where the others are of a second one."""
 
 
@@ -63,7 +66,7 @@ BEFORE = np.arange(FRAMES) < FRAMES // 2
     [
         (np.arange(FRAMES) == 0, True),  # recorded once, as what stands still
         (np.arange(FRAMES) % (FRAMES // 3) == 0, True),  # recorded when it changed
-        (BEFORE, True),
+        (IN_FIRST_HALF, True),
         (np.zeros(FRAMES, dtype=bool), True),
         (np.arange(FRAMES) % 4 == 0, False),  # a quarter of the rate
         (np.arange(FRAMES) > FRAMES // 4, False),  # appears
@@ -72,7 +75,7 @@ BEFORE = np.arange(FRAMES) < FRAMES // 2
 def test_body_without_a_pose_in_most_frames_is_named(rows, expected):
     draft = clean()
     draft.arrays["status"][~rows, 1] = Status.ABSENT
-    reported = [item for item in findings(draft) if item.code == "often-missing"]
+    reported = [item for item in time_findings_of(draft) if item.code == "often-missing"]
     assert [item.body for item in reported] == ["hand-left"] * expected
     for item in reported:
         assert f"{item.count:,} of {FRAMES:,} frames; its samples: {int(rows.sum()):,}" in item.message

@@ -34,6 +34,7 @@ def marks_and_steps(samples, size):
 
 @pytest.mark.parametrize("size", [1, 3, 64])
 def test_marks_of_jerky_steps_do_not_depend_on_blocks(size):
+    """``size``: samples in a block, of 400."""
     teleports = 0
     for seed in range(3):
         samples = jerky_samples(seed)

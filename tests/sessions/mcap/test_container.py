@@ -50,6 +50,7 @@ def test_oversized_declarations_are_refused_before_reading(session_file, tmp_pat
 
 
 def test_attachment_name_is_reported_only_if_complete():
+    """The length of the name stands at byte 25, its eight letters end at byte 37: 12 sizes are too short."""
     record = bytes(25) + (8).to_bytes(4, "little") + b"stem.glb" + bytes(30)
     names = [module.attachment_name(record[:size]) for size in range(25, len(record))]
     assert names == [""] * 12 + ["stem.glb"] * 30

@@ -32,11 +32,11 @@ def frame_messages(*records):
     )
 
 
-def encoded(frames):
+def encoded_records(frames):
     return list(FrameEncoder(tf_channel=1, tracking_channel=2).encode(frames))
 
 
-def decoder(names=None, **more):
+def decoder_of_frames(names=None, **more):
     catalogue = Catalogue(Path("file"))
     for number, topic in ((1, "/tf"), (2, "/tracking")):
         catalogue.channels[number] = ChannelInfo(Channel(number, topic, "protobuf", {}, 0), schema=None)
@@ -45,14 +45,14 @@ def decoder(names=None, **more):
 
 def decoded_frames(tables, names=None):
     """The frames of messages, decoded table by table."""
-    item = decoder(names)
+    item = decoder_of_frames(names)
     pieces = [piece for each in tables for piece in item.decode(each)]
     return Frames.join(pieces) if pieces else Frames.empty(item.names)
 
 
 @given(any_frames(), st.integers(1, 4))
 def test_frames_survive_any_chunk_boundary(frames, every):
-    records = encoded(frames)
+    records = encoded_records(frames)
     tables = [frame_messages(*records[start : start + every]) for start in range(0, len(records), every)]
     assert_same_frames(decoded_frames(tables, frames.names), frames)
 
@@ -61,7 +61,7 @@ def test_frames_survive_any_chunk_boundary(frames, every):
 def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
     """Messages one by one go through the protobuf library."""
     frames = random_frames(data.draw(st.integers(0, 9)), 40, 2, absent=data.draw(st.sampled_from([0.0, 0.3])))
-    records = encoded(frames)
+    records = encoded_records(frames)
     for row in data.draw(st.lists(st.integers(0, 39), max_size=4)):
         payload = bytearray(records[row][4])
         payload[data.draw(st.integers(0, 10_000)) % len(payload)] ^= data.draw(st.sampled_from([1, 2, 8, 64, 128, 255]))
@@ -75,7 +75,7 @@ def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
     assert outcomes == [None, None] or assert_same_frames(*outcomes) is None
 
 
-def note(status, **header):
+def tracking_payload(status, **header):
     message = message_class("Tracking")()
     message.bodies.add(name="body 0", status=status)
     return message.SerializeToString()
@@ -83,24 +83,26 @@ def note(status, **header):
 
 @pytest.mark.parametrize(("sequence", "log", "publish"), [(8, 6, 5), (7, 9, 5), (7, 6, 9)])
 def test_note_without_matching_frame_changes_nothing(sequence, log, publish):
+    """Records: (channel, sequence, log, publish time, payload); channel 2 notes what channel 1's frame lost."""
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
-    good = [(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, payload)]
-    wrong = [(2, sequence, log, publish, note(Status.LOST)), (1, 7, 6, 5, payload)]
+    good = [(2, 7, 6, 5, tracking_payload(Status.LOST)), (1, 7, 6, 5, payload)]
+    wrong = [(2, sequence, log, publish, tracking_payload(Status.LOST)), (1, 7, 6, 5, payload)]
     assert decoded_frames([frame_messages(*good)]).status.tolist() == [[Status.LOST]]
     assert decoded_frames([frame_messages(*wrong)]).status.tolist() == [[Status.VALID]]
 
 
 def test_note_adds_no_sample_or_unknown_status():
+    """Status 0 is absent, 1 valid, 9 unknown: none changes a recorded pose; and no pose is made of a note alone."""
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
     for status in (0, 1, 9):
-        records = (2, 7, 6, 5, note(status)), (1, 7, 6, 5, payload)
+        records = (2, 7, 6, 5, tracking_payload(status)), (1, 7, 6, 5, payload)
         assert decoded_frames([frame_messages(*records)]).status.tolist() == [[Status.VALID]]
-    records = (2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, b"")
+    records = (2, 7, 6, 5, tracking_payload(Status.LOST)), (1, 7, 6, 5, b"")
     assert decoded_frames([frame_messages(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
 
 
 def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
-    frames, tolerant = random_frames(0, 2, 1), decoder((), strict=False)
+    frames, tolerant = random_frames(0, 2, 1), decoder_of_frames((), strict=False)
     for publish, log, payload in protobuf_messages(frames):
         assert len([*tolerant.decode(frame_messages((1, 0, log, publish, payload)))]) == 1
     (met,), (first, last) = tolerant.met.values(), frames.stamp_ns.tolist()
@@ -108,6 +110,7 @@ def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
 
 
 def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
+    """The limits are lowered to two bodies, and to 10 bytes a message."""
     payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
     monkeypatch.setattr(frame_codec, "MAX_BODIES", 2)
     with pytest.raises(SessionFileError, match="more than 2 bodies"):

@@ -20,6 +20,7 @@ from sessions.model.session import Frames
 
 @pytest.mark.parametrize("length", [1, 7, 800, 10_000])
 def test_blocks_are_full_but_the_last(tmp_path, length):
+    """``length``: frames in a block, of 800."""
     frames = random_frames(1, 30 if length == 1 else 800, 6, odd=0.02)
     write_session(session_of(frames, scene=Scene(name="bench")), tmp_path / "s.mcap")
     blocks = [*McapFrames(McapFile(tmp_path / "s.mcap"), frames.names).blocks(length)]
@@ -61,14 +62,14 @@ def test_field_numbers_of_files_that_exist_never_change():
     assert numbers == {"sample_ns": 1, "position": 2, "quaternion_xyzw": 3, "valid": 4}
 
 
-def entities(meshes, scene=None):
+def entities_by_id(meshes, scene=None):
     update = SceneUpdate.FromString(scene_update(meshes, scene or Scene(), 5))
     return {entity.id: entity for entity in update.entities}
 
 
 def test_body_is_drawn_by_its_triangles():
     mesh = tetrahedron(1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
-    entity = entities({"cup": mesh})["cup"]
+    entity = entities_by_id({"cup": mesh})["cup"]
     (piece,) = entity.triangles
     points = np.array([[p.x, p.y, p.z] for p in piece.points])
     assert points.tobytes() == mesh.vertices.tobytes()
@@ -81,13 +82,13 @@ def test_bodies_are_drawn_up_to_a_limit_of_bytes(monkeypatch):
     meshes = {"cup": tetrahedron(), "lid": tetrahedron()}
     for limit, drawn in ((163, []), (164, ["cup"]), (327, ["cup"]), (328, ["cup", "lid"])):
         monkeypatch.setattr("sessions.mcap.scene_update.DRAWING_BYTES", limit)
-        assert [*entities(meshes)] == drawn
+        assert [*entities_by_id(meshes)] == drawn
 
 
 @pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])
 def test_fixed_body_is_drawn_at_its_pose(parent, frame):
     fixed = SceneBody("cup", parent=parent, fixed=Pose((1.0, 2.0, 3.0)), tags=("glass",))
-    entity = entities({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
+    entity = entities_by_id({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
     (piece,) = entity.triangles
     assert (entity.frame_id, piece.pose.position.z, piece.pose.orientation.w) == (
         frame,

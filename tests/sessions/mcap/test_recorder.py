@@ -13,7 +13,7 @@ from sessions.errors import SessionError, SessionFileError, TornFileError
 from sessions.mcap import recorder as recorder_module
 from sessions.model.session import Status
 
-POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+UPRIGHT_POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 
 def record_frames(recorder, frames):
@@ -50,7 +50,7 @@ def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
     """Read twice: by this package and by a plain loop over the protobuf messages."""
     frames = random_frames(5, 400, 4, absent=0.2, odd=0.2)
     with Recorder(tmp_path / "s.mcap", meshes={"body 1": tetrahedron()}, facts={"vr_type": "desktop"}) as recorder:
-        recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, POSE))
+        recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, UPRIGHT_POSE))
         record_frames(recorder, frames)
     session = read_session(tmp_path / "s.mcap")
     assert_same_frames(session.frames.segment(1, len(session.frames)), frames)
@@ -60,8 +60,9 @@ def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
 
 
 def test_recorded_events_hands_gaze_and_scalars_are_read_back(tmp_path):
+    """Stamps are nanoseconds; the stage of 12 ns is not ended, and lasts until the last frame at 50 ns."""
     with Recorder(tmp_path / "s.mcap") as recorder:
-        recorder.poses(10, {"wand": POSE})
+        recorder.poses(10, {"wand": UPRIGHT_POSE})
         task = recorder.begin(11, "task", "pour", {"by": "anna"})
         recorder.begin(12, "stage", "virtual reality")
         for number, who in enumerate(("anna", "ben")):
@@ -74,7 +75,7 @@ def test_recorded_events_hands_gaze_and_scalars_are_read_back(tmp_path):
             recorder.scalar(20 + number, "heart rate", 70 + number, "1/min")
         recorder.end(task, 40)
         recorder.interval(1, 2, "feature", "immersion")
-        recorder.poses(50, {"wand": POSE})
+        recorder.poses(50, {"wand": UPRIGHT_POSE})
     session = read_session(tmp_path / "s.mcap")
     assert session.events == (Event(30, "drop", "the glass fell", "glass", "warning"),)
     assert session.live_contacts == (LiveContact(31, "wand", "glass", "enter", (1.0, 2.0, 3.0)),)
@@ -96,7 +97,7 @@ def test_several_threads_lose_nothing(tmp_path):
 
         def run(who):
             for number in range(150):
-                recorder.poses(number, {f"{who}/head": POSE})
+                recorder.poses(number, {f"{who}/head": UPRIGHT_POSE})
                 recorder.hand(number, who, "left", trigger=number)
 
         threads = [threading.Thread(target=run, args=(who,)) for who in ("anna", "ben", "cleo")]
@@ -113,18 +114,19 @@ def test_several_threads_lose_nothing(tmp_path):
 
 
 def test_open_recording_is_in_the_partial_file(tmp_path):
+    """A frame at 7 ns can be recovered before the recorder is closed."""
     recorder = Recorder(tmp_path / "s.mcap")
-    recorder.poses(7, {"wand": POSE})
+    recorder.poses(7, {"wand": UPRIGHT_POSE})
     session = session_once_written(tmp_path / "s.mcap.partial")
     assert session.names == ("wand",) and session.frames.stamp_ns.tolist() == [7]
     with pytest.raises(TornFileError, match="replay recover"):
         read_session(tmp_path / "s.mcap.partial")
     with pytest.raises(SessionError, match="not all named by text"):
-        recorder.poses(8, {3: POSE})
+        recorder.poses(8, {3: UPRIGHT_POSE})
     recorder.close()
     recorder.close()
     with pytest.raises(SessionError, match="closed"):
-        recorder.poses(8, {"wand": POSE})
+        recorder.poses(8, {"wand": UPRIGHT_POSE})
     assert not (tmp_path / "s.mcap.partial").exists()
 
 
@@ -143,7 +145,7 @@ def test_two_recorders_never_write_the_same_file(tmp_path):
 def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
     path = tmp_path / "s.mcap"
     with Recorder(path) as recorder:
-        recorder.poses(1, {"wand": POSE})
+        recorder.poses(1, {"wand": UPRIGHT_POSE})
     with pytest.raises(SessionFileError, match=r"s.mcap is there already.*overwrite=True"):
         Recorder(path)
     path.rename(tmp_path / "s.mcap.partial")
@@ -151,7 +153,7 @@ def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
         Recorder(path)
     for stamp in (2, 3):  # in place of what was cut short, and of a whole recording
         with Recorder(path, overwrite=True) as recorder:
-            recorder.poses(stamp, {"wand": POSE})
+            recorder.poses(stamp, {"wand": UPRIGHT_POSE})
         assert read_session(path).frames.stamp_ns.tolist() == [stamp]
     with pytest.raises(SessionFileError, match="check the folder"):
         Recorder(tmp_path / "nowhere" / "s.mcap")
@@ -169,7 +171,7 @@ def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(recorder_module.SessionWriter, "frames", slow)
     with Recorder(tmp_path / "s.mcap") as recorder:
         for number in range(3000):
-            recorder.poses(number, {"cup": POSE})
+            recorder.poses(number, {"cup": UPRIGHT_POSE})
             waiting.append(number + 1 - sum(written))
     assert max(waiting) <= 2 * recorder_module.FRAMES_WAITING
     assert len(read_session(tmp_path / "s.mcap").frames) == 3000
@@ -178,7 +180,7 @@ def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
 def test_full_disk_is_reported_by_next_call_and_keeps_data(tmp_path, monkeypatch):
     """A thread writes what the program records, so the error comes with a later call, here within 10 seconds."""
     recorder = Recorder(tmp_path / "s.mcap")
-    recorder.poses(1, {"cup": POSE})
+    recorder.poses(1, {"cup": UPRIGHT_POSE})
     session_once_written(tmp_path / "s.mcap.partial")
 
     def raise_disk_full(self, frames):
@@ -187,7 +189,7 @@ def test_full_disk_is_reported_by_next_call_and_keeps_data(tmp_path, monkeypatch
     monkeypatch.setattr(recorder_module.SessionWriter, "frames", raise_disk_full)
     with pytest.raises(SessionFileError, match=r"s.mcap.partial cannot be written \(No space left.*replay recover"):
         for _ in range(1000):
-            recorder.poses(2, {"cup": POSE})
+            recorder.poses(2, {"cup": UPRIGHT_POSE})
             time.sleep(0.01)
     with pytest.raises(SessionFileError, match="No space left"):
         recorder.close()

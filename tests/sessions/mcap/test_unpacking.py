@@ -14,14 +14,14 @@ from sessions.errors import SessionFileError
 from sessions.mcap.container import MESSAGE_HEADER, Catalogue, RecordSpan, Region
 from sessions.mcap.unpacking import read_region, rows_at, together
 
-DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
-PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
+TWO_MESSAGES = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
+COMPRESS = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
 
 
 def unpacked_chunk(given, compression, size=None, crc=None, before=0):
     """The bytes of a chunk that states this size and checksum, as the bounded unpacker gives them."""
-    size = len(DATA) if size is None else size
-    crc = zlib.crc32(DATA) if crc is None else crc
+    size = len(TWO_MESSAGES) if size is None else size
+    crc = zlib.crc32(TWO_MESSAGES) if crc is None else crc
     builder = RecordBuilder()
     Chunk(compression, given, 0, 0, crc, size).write(builder)
     record = builder.end()
@@ -29,9 +29,10 @@ def unpacked_chunk(given, compression, size=None, crc=None, before=0):
     return read_region(io.BytesIO(record), region, Catalogue("file", messages=before))
 
 
-@pytest.mark.parametrize("compression", PACK)
+@pytest.mark.parametrize("compression", COMPRESS)
 def test_messages_are_listed_with_their_stamps_and_payloads(compression):
-    table = unpacked_chunk(PACK[compression](DATA), compression)
+    """Messages are (channel, sequence, log time, publish time, payload)."""
+    table = unpacked_chunk(COMPRESS[compression](TWO_MESSAGES), compression)
     assert [table.payload(row) for row in range(2)] == [b"hello", b""]
     assert (table.channel.tolist(), table.sequence.tolist()) == ([1, 2], [7, 8])
     assert (table.log_ns.tolist(), table.publish_ns.tolist()) == ([3, 5], [4, 6])
@@ -40,23 +41,25 @@ def test_messages_are_listed_with_their_stamps_and_payloads(compression):
 
 
 def test_small_tables_are_joined_without_reading_beyond_the_end(monkeypatch):
-    monkeypatch.setattr("sessions.mcap.unpacking.JOINED_BYTES", 2 * len(DATA))
-    tables = [*together([unpacked_chunk(DATA, "")] * 5)]
+    """Five tables of two messages each; two tables fit into one."""
+    monkeypatch.setattr("sessions.mcap.unpacking.JOINED_BYTES", 2 * len(TWO_MESSAGES))
+    tables = [*together([unpacked_chunk(TWO_MESSAGES, "")] * 5)]
     assert [table.channel.tolist() for table in tables] == [[1, 2] * 2, [1, 2] * 2, [1, 2]]
     assert tables[0].payload(2) == b"hello"
     with pytest.raises(IndexError):
         rows_at(np.zeros(5, np.uint8), np.array([4]), 2)
 
 
-@pytest.mark.parametrize("compression", PACK)
+@pytest.mark.parametrize("compression", COMPRESS)
 def test_chunk_of_undeclared_size_is_damaged(compression):
-    for size in (0, 1, len(DATA) - 1, len(DATA) + 1):
+    for size in (0, 1, len(TWO_MESSAGES) - 1, len(TWO_MESSAGES) + 1):
         with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
-            unpacked_chunk(PACK[compression](DATA), compression, size)
+            unpacked_chunk(COMPRESS[compression](TWO_MESSAGES), compression, size)
 
 
 @pytest.mark.slow
 def test_a_decompression_bomb_is_refused_without_being_unpacked():
+    """1 GiB of zeros that compress to less than 1 MiB; an LZ4 chunk that states 58 bytes and holds 100 MiB."""
     bomb = zstandard.compress(bytes(1 << 30), 1)
     assert len(bomb) < 1 << 20
     with pytest.raises(SessionFileError, match="its content 1073741824"):
@@ -69,12 +72,13 @@ def test_a_decompression_bomb_is_refused_without_being_unpacked():
 
 
 def test_bad_checksum_compression_or_length_is_damage():
+    """Records cut short by a byte, followed by a stray one, or shorter than a header; a stamp after the year 2262."""
     with pytest.raises(SessionFileError, match="checksum is wrong"):
-        unpacked_chunk(DATA, "", crc=1)
+        unpacked_chunk(TWO_MESSAGES, "", crc=1)
     with pytest.raises(SessionFileError, match="'br' is unknown; known: zstd, lz4, none"):
-        unpacked_chunk(DATA, "br")
+        unpacked_chunk(TWO_MESSAGES, "br")
     short = b"\x05" + (3).to_bytes(8, "little") + bytes(3)
-    for data in (DATA[:-1], DATA + b"\x05", short):
+    for data in (TWO_MESSAGES[:-1], TWO_MESSAGES + b"\x05", short):
         with pytest.raises(SessionFileError, match="impossible length"):
             unpacked_chunk(data, "", len(data), crc=0)
     late = MESSAGE_HEADER.pack(5, 22, 1, 0, 2**63, 0)
@@ -83,6 +87,6 @@ def test_bad_checksum_compression_or_length_is_damage():
 
 
 def test_total_messages_are_limited_by_file_size():
-    assert unpacked_chunk(DATA, "", before=99_998).channel.tolist() == [1, 2]
+    assert unpacked_chunk(TWO_MESSAGES, "", before=99_998).channel.tolist() == [1, 2]
     with pytest.raises(SessionFileError, match="more than 100,000 messages"):
-        unpacked_chunk(DATA, "", before=99_999)
+        unpacked_chunk(TWO_MESSAGES, "", before=99_999)

@@ -94,6 +94,7 @@ class Ragged:
 
 
 def test_bytes_do_not_depend_on_block_sizes(tmp_path):
+    """4,000 frames whole, or cut after frames 1, 2, 700 and 3,999."""
     frames = random_frames(8, 4000, 6, odd=0.05)
     write_session(session_of(frames), tmp_path / "a.mcap")
     write_session(Session(Ragged(frames, [1, 2, 700, 3999]), {}), tmp_path / "b.mcap")

@@ -43,6 +43,7 @@ RING = trimesh.creation.annulus(0.1, 0.2, 0.1)
 
 
 def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
+    """Unreal's prefixes: UBX box, UCX convex, USP sphere. A box of 0.2 m has 0.008 m3."""
     file = write(
         tmp_path / "c.glb",
         ("UBX_a_00", BOX, translation(0.5, 0, 0)),
@@ -62,6 +63,7 @@ def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
 
 
 def test_colliders_below_a_body_node_use_its_frame_and_scale(tmp_path):
+    """The body's node scales by a half: a box of 0.2 m at 0.5 m is one of 0.1 m at 0.25 m."""
     pose = (
         translation(3, 2, 1) @ trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([0.5, 0.5, 0.5, 1.0])
     )
@@ -101,6 +103,7 @@ def test_session_file_keeps_colliders_also_after_recover(tmp_path):
 
 
 def test_colliders_named_by_a_scene_replace_recorded_colliders(tmp_path):
+    """The recording has colliders of a, the file named by x.toml those of b."""
     write(tmp_path / "c.glb", ("UCX_b_00", BALL, translation(0, 0, 0)))
     write(tmp_path / "old.glb", ("UCX_a_00", BOX, translation(0, 0, 0)))
     write_session(with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "old.glb"), tmp_path / "s.mcap")
@@ -116,12 +119,13 @@ def test_colliders_named_by_a_scene_replace_recorded_colliders(tmp_path):
     assert faults[0] == [] and faults[1][0].startswith("x.toml: [scene]: ") and "does not exist" in faults[1][0]
 
 
-def filled(template, values):
+def filled_template(template, values):
     """The text that the script makes of an interpolated string: ``{{`` is a brace, ``{word}`` a value."""
     return re.sub(r"{{|}}|{([^{}]+)}", lambda result: str(values[result[1]]) if result[1] else result[0][0], template)
 
 
 def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):
+    """The C# script's own templates, filled by hand, make a GLB; a box at z = 0.5 m in Unity is at -0.5 m."""
     script = (Path(guide.__file__).parent / "VrLabColliders.cs").read_text("utf-8")
     inside_unity = np.add(BOX.vertices, (0, 0, 0.5))
     signs = [float(f"{sign}1") for sign, _ in re.findall(r"writer.Write\((-?)p\.([xyz])\)", script)]
@@ -135,7 +139,7 @@ def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):
     }  # fmt: skip
     rows = {"views": [], "accessors": [], "meshes": [], "nodes": []}
     for name, template in re.findall(r'(\w+)\.Add\(Invariant\(\$"(.*)"\)\);', script):
-        rows[name].append(json.loads(filled(template.replace('\\"', '"'), values)))
+        rows[name].append(json.loads(filled_template(template.replace('\\"', '"'), values)))
     tree = rows | {"bufferViews": rows.pop("views"), "buffers": [{"byteLength": len(points + indices)}]}
     text = json.dumps(tree).encode()
     text += b" " * (-len(text) % 4)
@@ -164,6 +168,7 @@ def test_file_without_colliders_is_refused_in_a_sentence(name, message, tmp_path
 
 
 def test_an_import_accounts_for_every_node_of_its_colliders(tmp_path):
+    """Three nodes are colliders, of which UCX_floor_00 belongs to no body; "cup" is a mesh."""
     nodes = ("UCX_cup_00", BOX), ("UBX_cup_01", BOX), ("UCX_floor_00", BALL), ("cup", RING)
     write(tmp_path / "c.glb", *((name, solid, translation(0, 0, 0)) for name, solid in nodes))
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"

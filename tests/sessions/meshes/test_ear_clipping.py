@@ -23,7 +23,7 @@ def is_inside(outline, points):
     return (spans & (x > points[:, 0])).sum(axis=0) % 2 == 1
 
 
-def star(random, count):
+def random_star(random, count):
     """A star-shaped outline of random radii about the origin, (count, 2)."""
     angles = (np.arange(count) + random.uniform(0.1, 0.9, count)) * 2 * np.pi / count
     radii = random.uniform(0.2, 1.0, count)
@@ -40,7 +40,7 @@ def with_corners_on_edges(random, outline):
 @given(st.integers(4, 40), st.booleans(), st.booleans(), st.integers(0, 2**32))
 def test_clipped_ears_cover_exactly_the_polygon_without_overlap(count, mirrored, on_edges, seed):
     random = np.random.default_rng(seed)
-    outline = star(random, count)
+    outline = random_star(random, count)
     if on_edges:
         outline = with_corners_on_edges(random, outline)
     if mirrored:
@@ -54,7 +54,7 @@ def test_clipped_ears_cover_exactly_the_polygon_without_overlap(count, mirrored,
     assert np.array_equal(cover, is_inside(outline, probes))
 
 
-def glued(random, points, fraction):
+def outline_of_glued_triangles(random, points, fraction):
     """Corners of an outline of triangles that are glued along a random tree; edges that are not glued stay slits."""
     triangles = Delaunay(points)
     corners, neighbours = triangles.simplices, triangles.neighbors
@@ -79,10 +79,11 @@ def glued(random, points, fraction):
 
 @given(st.integers(4, 24), st.integers(4, 40), st.floats(0.2, 1.0), st.integers(0, 2**32))
 def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
+    """Outlines of triangles glued along a tree, from a triangulation of points on a grid."""
     random = np.random.default_rng(seed)
     points = np.unique(random.integers(0, grid, (count, 2)), axis=0) / 3.0 + [1000.0, -70.0]
     assume(len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 2)
-    corners, planted = glued(random, points, fraction)
+    corners, planted = outline_of_glued_triangles(random, points, fraction)
     areas = doubled_areas(points, [tuple(triangle) for triangle in planted])
     assume(areas.min() > 1e-6)
     outline = points[corners]
@@ -96,7 +97,7 @@ def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
 def test_star_of_n_corners_has_n_minus_2_triangles(count):
     """A polygon of n corners has n - 2 triangles; up to FEW_CORNERS all corners are searched, beyond only near ones."""
     random = np.random.default_rng(count)
-    outline = with_corners_on_edges(random, star(random, count))
+    outline = with_corners_on_edges(random, random_star(random, count))
     cut = clip_ears(outline)
     different_triangles = {*map(frozenset, cut.triangles)}
     assert cut.covers
@@ -104,6 +105,7 @@ def test_star_of_n_corners_has_n_minus_2_triangles(count):
 
 
 def test_corners_that_lie_nearly_on_an_edge_give_no_slivers():
+    """A unit square, tilted, with six more corners on its edges; doubled areas sum to 2."""
     angle = 0.3
     square = np.array([[0, 0], [0.1, 0], [0.2, 0], [0.7, 0], [1, 0], [1, 0.3], [1, 1], [0.6, 1], [0, 1], [0, 0.7]])
     tilted = square @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])

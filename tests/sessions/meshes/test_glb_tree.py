@@ -37,18 +37,20 @@ def glb_file(tree, *arrays):
     return head + text + struct.pack("<II", len(binary), 0x004E4942) + binary
 
 
-def primitive(positions=0, **more):
+def primitive_at(positions=0, **more):
     return {"attributes": {"POSITION": positions}, **more}
 
 
-def item_mesh(node, *primitives):
+def tree_of_one_mesh(node, *primitives):
     return {"nodes": [{"mesh": 0, **node}], "meshes": [{"primitives": list(primitives)}]}
 
 
 @pytest.mark.parametrize("names", [("cup_LOD0", "cup_LOD1"), ("LOD2", "LOD0"), ("cup.lod1", "cup LOD 3")])
 def test_levels_of_detail_are_not_joined(names):
     nodes = [{"name": "cup", "children": [1, 2]}, *({"name": name, "mesh": 0} for name in names)]
-    data = glb_file({"nodes": nodes, "scenes": [{"nodes": [0]}], "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    data = glb_file(
+        {"nodes": nodes, "scenes": [{"nodes": [0]}], "meshes": [{"primitives": [primitive_at()]}]}, TRIANGLE
+    )
     for node in ("", "cup"):
         with pytest.raises(MeshFileError, match="are one surface in different detail; export one of them"):
             mesh_from_bytes(data, "glb", 1.0, node)
@@ -60,7 +62,7 @@ def test_levels_of_detail_are_not_joined(names):
 def test_meshes_of_one_level_of_detail_are_joined(names):
     """Two nodes, each a triangle, are not two levels of detail of one object: the mesh has both triangles."""
     nodes = [{"name": name, "mesh": 0} for name in names]
-    tree = {"nodes": nodes, "scenes": [{"nodes": [0, 1]}], "meshes": [{"primitives": [primitive()]}]}
+    tree = {"nodes": nodes, "scenes": [{"nodes": [0, 1]}], "meshes": [{"primitives": [primitive_at()]}]}
     assert len(mesh_from_bytes(glb_file(tree, TRIANGLE), "glb").faces) == 2
 
 
@@ -131,13 +133,13 @@ def test_normalised_16_bit_positions_are_scaled_to_unit_range():
     """32767 stands for 1 and -32768 for -1 (glTF 2.0, 3.6.2.2); the node then scales by 2."""
     short = np.array([[9, 9, 9], [0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
     accessor = {"bufferView": 0, "byteOffset": 6, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
-    data = glb_file({**item_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
+    data = glb_file({**tree_of_one_mesh({"scale": [2, 2, 2]}, primitive_at()), "accessors": [accessor]}, short)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
 
 
 def test_cyclic_nodes_outside_the_scene_are_ignored():
     nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
-    data = glb_file({**item_mesh({}, primitive()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
+    data = glb_file({**tree_of_one_mesh({}, primitive_at()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
     assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
     with pytest.raises(MeshFileError, match="no mesh hangs on a node 'lamp'; there are: cup"):
         mesh_from_bytes(data, "glb", node="lamp")
@@ -150,6 +152,7 @@ BOX_CORNERS = BOX.faces.astype("<u2").reshape(-1)
 
 
 def test_skin_follows_its_joints_and_ignores_its_node():
+    """Eight vertices, each with eight joints of random weights; expected: the weighted sum of its joints' matrices."""
     random = np.random.default_rng(7)
     locals_, inverse = [], []
     for _ in range(3):
@@ -200,9 +203,10 @@ def test_an_armature_that_mirrors_gives_an_outward_mesh():
     [(None, None, 0.0), ([0.5, 0.0], None, 2.0), ([0.5, 0.0], [1.0, 0.0], 4.0), ([1.0, 1.0], None, 14.0)],
 )
 def test_morph_targets_use_weights_of_node_before_mesh(of_mesh, of_node, expected):
+    """Targets lift a box 3 m high by 4 m and, stored sparsely, by 10 m; ``expected``: height of its middle."""
     dense = np.tile(np.array([[0, 0, 4]], dtype="<f4"), (8, 1))
     positions, values = np.arange(8, dtype="<u2"), np.tile(np.array([[0, 0, 10]], dtype="<f4"), (8, 1))
-    mesh = {"primitives": [primitive(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}])]}
+    mesh = {"primitives": [primitive_at(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}])]}
     node = {"mesh": 0, **({"weights": of_node} if of_node else {})}
     tree = {"nodes": [node], "meshes": [mesh | ({"weights": of_mesh} if of_mesh else {})]}
     data = glb_file(tree, BOX_POINTS, BOX_CORNERS, dense, positions, values)
@@ -218,19 +222,19 @@ def test_the_buffer_that_a_view_names_is_read():
     uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE.tobytes()).decode()
     views = [{"buffer": 1, "byteLength": 36}]
     buffers = [{"byteLength": 36}, {"byteLength": 36, "uri": uri}]
-    data = glb_file({**item_mesh({}, primitive()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
+    data = glb_file({**tree_of_one_mesh({}, primitive_at()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == TRIANGLE.tolist()
 
 
 def test_appearance_and_redundant_data_are_ignored():
-    draco = primitive(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
+    draco = primitive_at(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
     required = {"extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]}
-    data = glb_file({**item_mesh({}, draco), **required}, TRIANGLE)
+    data = glb_file({**tree_of_one_mesh({}, draco), **required}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb").faces) == 1
 
 
 def with_version(version, length=0):
-    data = bytearray(glb_file(item_mesh({}, primitive()), TRIANGLE))
+    data = bytearray(glb_file(tree_of_one_mesh({}, primitive_at()), TRIANGLE))
     struct.pack_into("<I", data, 4, version)
     struct.pack_into("<I", data, 8, len(data) + length)
     return bytes(data)
@@ -256,8 +260,8 @@ def test_another_version_and_a_cut_file_are_named(data, message):
         ({"nodes": [{"mesh": 0, "children": [0]}]}, "no triangle"),
         ({"nodes": [{"mesh": 0}, {"children": [0]}, {"children": [0]}], "scenes": [{"nodes": [1, 2]}]}, "hangs on two"),
         ({"buffers": [{"byteLength": 36, "uri": "other.bin"}]}, "keeps its data in another file"),
-        ({"meshes": [{"primitives": [primitive(mode=1)]}]}, "no triangle"),
-        ({"meshes": [{"primitives": [primitive(mode=5)]}]}, "holds a strip or a fan"),
+        ({"meshes": [{"primitives": [primitive_at(mode=1)]}]}, "no triangle"),
+        ({"meshes": [{"primitives": [primitive_at(mode=5)]}]}, "holds a strip or a fan"),
         ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "sparse": {}}]}, "no readable GLB"),
         ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}]}, "an accessor of it has no data"),
         ({"accessors": [{"componentType": 5126, "count": 9_000_000, "type": "VEC3", "sparse": {}}]}, "has no data"),
@@ -278,7 +282,7 @@ def test_another_version_and_a_cut_file_are_named(data, message):
         ({"nodes": [{"mesh": 0, "skin": 0}, {}], "skins": [{"joints": [1]}], "scenes": [{"nodes": [0]}]},
          "joint 1 of a skin is no node of its scene"),
         ({"nodes": [{"mesh": 0, "skin": 0}], "skins": [{"joints": [0]}]}, "names no joints"),
-        ({"meshes": [{"primitives": [primitive(extensions={"KHR_draco_mesh_compression": {}})]}],
+        ({"meshes": [{"primitives": [primitive_at(extensions={"KHR_draco_mesh_compression": {}})]}],
           "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}]}, "compressed by Draco"),
         ({"meshes": [{"primitives": [{"attributes": {"POSITION": 7}}]}]}, "names row 7 of a list of 1"),
         ({"nodes": [{"mesh": 0}] * 4, "accessors": [{"componentType": 5126, "count": 18_000_000, "type": "VEC3"}]},
@@ -286,21 +290,22 @@ def test_another_version_and_a_cut_file_are_named(data, message):
     ],
 )  # fmt: skip
 def test_unreadable_files_are_refused_in_a_sentence(more, message):
+    """``more`` replaces parts of the tree of a file with one triangle."""
     with pytest.raises(MeshFileError, match=message):
-        mesh_from_bytes(glb_file({**item_mesh({}, primitive()), **more}, TRIANGLE), "glb")
+        mesh_from_bytes(glb_file({**tree_of_one_mesh({}, primitive_at()), **more}, TRIANGLE), "glb")
 
 
 @pytest.mark.parametrize("length", [2.0, 1.01, 0.9])
 def test_node_rotation_must_be_a_unit_quaternion(length):
     node = {"rotation": [0.0, 0.0, 0.6 * length, 0.8 * length]}
     with pytest.raises(MeshFileError, match="a rotation of length"):
-        mesh_from_bytes(glb_file(item_mesh(node, primitive()), TRIANGLE), "glb")
+        mesh_from_bytes(glb_file(tree_of_one_mesh(node, primitive_at()), TRIANGLE), "glb")
 
 
 def two_nodes(first, second, **more):
     """A file with a triangle on each of two nodes."""
     nodes = [{"mesh": 0, **first}, {"mesh": 0, **second}]
-    return glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive()]}], **more}, TRIANGLE)
+    return glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive_at()]}], **more}, TRIANGLE)
 
 
 HIDDEN = {"extensions": {"KHR_node_visibility": {"visible": False}}}
@@ -314,7 +319,7 @@ HIDDEN = {"extensions": {"KHR_node_visibility": {"visible": False}}}
     ],
 )
 def test_surface_of_a_hidden_node_is_not_joined_in_silence(nodes):
-    data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive_at()]}]}, TRIANGLE)
     with pytest.raises(MeshFileError, match="'spare' is hidden"):
         mesh_from_bytes(data, "glb")
 
@@ -330,7 +335,7 @@ def test_collider_nodes_are_not_read_as_part_of_the_surface(prefix):
 
 def test_collider_node_below_its_body_is_not_surface():
     nodes = [{"mesh": 0, "name": "cup", "children": [1]}, {"mesh": 0, "name": "UCX_cup_00"}]
-    data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive_at()]}]}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb", node="cup").faces) == 1
 
 

@@ -19,19 +19,20 @@ def box_of(extents):
     return MeshData(solid.vertices, solid.faces)
 
 
-def same(a, b):
+def have_equal_bytes(a, b):
     return a.vertices.tobytes() == b.vertices.tobytes() and a.faces.tobytes() == b.faces.tobytes()
 
 
 @given(st.integers(3, 40), st.integers(1, 60), st.integers(0, 2**32))
 def test_any_mesh_survives_glb_bit_for_bit(vertex_count, face_count, seed):
+    """Coordinates of 1e-12 to 1e6, repeated vertices and negative zeros."""
     rng = np.random.default_rng(seed)
     vertices = rng.standard_normal((vertex_count, 3)) * 10.0 ** rng.integers(-12, 6, (vertex_count, 1))
     vertices[rng.random(vertex_count) < 0.2] = vertices[0]
     vertices[1] = -0.0
     mesh = MeshData(vertices, rng.integers(0, vertex_count, (face_count, 3)))
     assert mesh.vertices.tobytes() == (vertices + 0.0).tobytes()  # which makes zeros of negative ones
-    assert same(mesh_from_bytes(mesh_to_glb(mesh, "soup"), "glb"), mesh)
+    assert have_equal_bytes(mesh_from_bytes(mesh_to_glb(mesh, "soup"), "glb"), mesh)
 
 
 def test_trimesh_reads_a_written_glb_with_its_name():
@@ -106,6 +107,7 @@ def test_ply_and_off_keep_vertices_and_faces(kind):
 
 
 def test_scale_is_applied_in_float64(tmp_path):
+    """An OBJ with the vertices (1, 2, 3), (4, 5, 6) and (7, 8, 10)."""
     path = tmp_path / "cube.OBJ"
     path.write_text("v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n")
     expected = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]]) * 0.01
@@ -132,7 +134,7 @@ def test_unions_and_differences_have_the_volume_of_the_solids():
     assert subtracted_mesh(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
     assert has_consistent_winding(united_mesh([plate, bar]))
     assert has_consistent_winding(subtracted_mesh(plate, [bar]))
-    assert same(united_mesh([plate, bar]), united_mesh([plate, bar]))
+    assert have_equal_bytes(united_mesh([plate, bar]), united_mesh([plate, bar]))
 
 
 @pytest.mark.parametrize("count", MUTANTS)

@@ -9,12 +9,12 @@ from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_match import UNITS, guessed_unit, likely_units, match_meshes, possible_units, unit_of_file
 
 
-def ball(size):
+def ball_mesh_of_size(size):
     solid = trimesh.creation.icosphere(subdivisions=1, radius=size / 2)
     return MeshData(solid.vertices, solid.faces)
 
 
-def position(folder, **sizes):
+def write_balls(folder, **sizes):
     for name, size in sizes.items():
         trimesh.creation.icosphere(1, size / 2).export(folder / f"{name}.obj")
 
@@ -32,7 +32,8 @@ def position(folder, **sizes):
     ],
 )
 def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
-    result, note = guessed_unit(ball(size), "x")
+    """``size``: of the ball, in the file's unknown unit; up to 5 it is taken for metres, up to 500 for centimetres."""
+    result, note = guessed_unit(ball_mesh_of_size(size), "x")
     assert result == scale and text in note and bool(text) == bool(note)
 
 
@@ -47,12 +48,13 @@ def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
     ],
 )
 def test_unit_that_a_mesh_file_states_wins_over_size(tmp_path, name, head, scale):
+    """A ball of 8 units, which would be taken for centimetres."""
     (tmp_path / name).write_text(head)
-    assert unit_of_file(ball(size=8.0), tmp_path / name, "cup")[0] == scale
+    assert unit_of_file(ball_mesh_of_size(size=8.0), tmp_path / name, "cup")[0] == scale
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):
-    position(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
+    write_balls(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "notes.txt").write_text("no mesh")
     result, note = match_meshes(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
     assert {name: item.file.name for name, item in result.items()} == {
@@ -71,7 +73,7 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
 
 
 def test_body_with_two_matching_mesh_files_gets_neither(tmp_path):
-    position(tmp_path, glass_a=0.1, glass_b=0.1)
+    write_balls(tmp_path, glass_a=0.1, glass_b=0.1)
     result, note = match_meshes(tmp_path, ["glass"])
     assert not result
     assert note[0] == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"
@@ -140,6 +142,7 @@ def test_likely_units_give_the_mesh_a_hand_held_size(size, taken, likely):
     ],
 )
 def test_possible_units_give_a_size_that_fits_a_hand(size, taken, possible):
+    """``size``: in the file's unit; ``taken``: the unit guessed for it."""
     factor = UNITS[taken]
     mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
     assert possible_units(mesh, taken) == possible

@@ -126,6 +126,7 @@ def binary_ply(order, rows):
 
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_binary_rows_of_different_lengths_are_read_in_order(order):
+    """Vertices k have x = 0.1 k and y = -0.1 k; polygons of n corners become n - 2 triangles."""
     rows = [[0, 1, 2], [1, 2, 3, 4], [2, 3, 4], [4, 3, 2], [0, 1, 2, 3]]
     mesh = mesh_from_bytes(binary_ply(order, rows), "ply")
     assert mesh.vertices[:, 0].tolist() == [float(np.float32(0.1 * k)) for k in range(5)]
@@ -267,6 +268,7 @@ def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(name):
 
 
 def test_polygons_with_too_many_corners_are_refused_at_once():
+    """A star of 30,000 corners."""
     angles = np.arange(30_000) * 2 * np.pi / 30_000
     radii = np.where(np.arange(30_000) % 2, 0.5, 1.0)
     rows = [f"v {x!r} {y!r} 0" for x, y in np.c_[radii * np.cos(angles), radii * np.sin(angles)].tolist()]

@@ -15,24 +15,33 @@ TUBE = make_shape("cylinder", {"radius": 0.008, "length": 0.15}, 200)
 CRUMB = MeshData(np.eye(3) * 1e-3, [[0, 1, 2]])
 
 
-def moved(mesh, *offset):
+def shifted_mesh(mesh, *offset):
     return MeshData(mesh.vertices + np.array(offset), mesh.faces)
 
 
 @pytest.mark.parametrize(
     ("meshes", "surfaces", "gap"),
     [
-        ([JAR, moved(JAR, 2.08, 0, 0)], 2, 2.0),
-        ([TUBE, moved(TUBE, 0.116, 0, 0)], 2, 0.1),
-        ([TUBE, moved(TUBE, 0.3, 0, 0), moved(TUBE, 0, 0, 0.4)], 3, 0.284),
-        ([JAR, moved(CRUMB, 1, 1, 1)], 2, 1.67),  # a face that was left over
-        ([CRUMB, moved(CRUMB, 1, 2, 4)], 2, 6 / np.sqrt(2)),  # seen along (0, 1, 1); both are points from all sides
-        ([JAR, moved(make_shape("cylinder", {"radius": 0.04, "length": 0.01}, 200), 0, 0.095, 0)], 1, 0.0),  # a lid
+        ([JAR, shifted_mesh(JAR, 2.08, 0, 0)], 2, 2.0),
+        ([TUBE, shifted_mesh(TUBE, 0.116, 0, 0)], 2, 0.1),
+        ([TUBE, shifted_mesh(TUBE, 0.3, 0, 0), shifted_mesh(TUBE, 0, 0, 0.4)], 3, 0.284),
+        ([JAR, shifted_mesh(CRUMB, 1, 1, 1)], 2, 1.67),  # a face that was left over
+        (
+            [CRUMB, shifted_mesh(CRUMB, 1, 2, 4)],
+            2,
+            6 / np.sqrt(2),
+        ),  # seen along (0, 1, 1); both are points from all sides
+        (
+            [JAR, shifted_mesh(make_shape("cylinder", {"radius": 0.04, "length": 0.01}, 200), 0, 0.095, 0)],
+            1,
+            0.0,
+        ),  # a lid
         ([JAR, MeshData(0.9 * JAR.vertices, JAR.faces[:, ::-1])], 1, 0.0),
-        ([JAR, moved(JAR, 0.09, 0, 0)], 1, 0.0),
+        ([JAR, shifted_mesh(JAR, 0.09, 0, 0)], 1, 0.0),
     ],
 )
 def test_distant_surfaces_are_counted_with_their_distance(meshes, surfaces, gap):
+    """Jars with a radius of 4 cm, tubes of 8 mm: jars 2.08 m from middle to middle are 2 m apart."""
     mesh = concatenated_meshes(meshes)
     count, distance = separate_surfaces(mesh)
     assert count == surfaces and distance == pytest.approx(gap, rel=0.03)

@@ -42,7 +42,7 @@ def class_study(class_runs):
     return replace(made, reliabilities={name: replace(own, alpha=0.8) for name, own in made.reliabilities.items()})
 
 
-def rows_of(runs, study, folder):
+def answer_rows(runs, study, folder):
     return {row.name: row for row in class_answer(ClassTables(runs), places(runs, folder), study)}
 
 
@@ -63,7 +63,7 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, cla
             if not row["held"]:
                 counted[row["detector"], row["cause"]] += 1
                 students[row["detector"], row["cause"]].add(file.parent.name)
-    row = rows_of(class_runs, class_study, tmp_path)["Why"]
+    row = answer_rows(class_runs, class_study, tmp_path)["Why"]
     why = f"{row.text} {row.figures} {row.details}"
     for label in class_runs.audited_detectors:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
@@ -78,7 +78,7 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, cla
 
 
 def test_first_sessions_lead_to_their_miss(class_runs, class_study, tmp_path):
-    links = rows_of(class_runs, class_study, tmp_path)["When"].links
+    links = answer_rows(class_runs, class_study, tmp_path)["When"].links
     assert 1 <= len(links) <= 3
     for text, address in links:
         assert re.fullmatch(r"S\d{3}: \S+ - \S+ at [\d.]+ s", text) and "report.html#miss-" in address
@@ -88,14 +88,14 @@ def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
     runs = read_class(made_class(tmp_path / "runs", sessions=6, students=6))
     kept = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
     single = replace(runs, tables=runs.tables | {"misses": runs.tables["misses"].filter(pa.array(kept))})
-    row = rows_of(single, study=None, folder=tmp_path)["When"]
+    row = answer_rows(single, study=None, folder=tmp_path)["When"]
     assert row.figures.startswith("All are of the pair beaker - burette. ")
     assert all(re.fullmatch(r"S\d{3} at [\d.]+ s", text) for text, _ in row.links)
 
 
 def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
     few = read_class(made_class(tmp_path / "runs", sessions=4, students=4))
-    rows = rows_of(few, study=None, folder=tmp_path)
+    rows = answer_rows(few, study=None, folder=tmp_path)
     assert "Why" not in rows and "misses" not in rows["What"].details and "fewer than 5 students" in rows["Sure"].text
 
 
@@ -104,7 +104,7 @@ def test_changing_detectors_are_named_as_such(class_runs, class_study, tmp_path)
         replace(row, after=with_association(row.after)) for row in class_study.sensitivity[1:]
     ]
     assert [row.changes for row in changed] == [False, True]
-    rows = rows_of(class_runs, replace(class_study, sensitivity=tuple(changed)), tmp_path)
+    rows = answer_rows(class_runs, replace(class_study, sensitivity=tuple(changed)), tmp_path)
     detector = changed[1].detector
     counts = ClassTables(class_runs).mistakes(detector)
     assert rows["Why"].text.startswith(f"{detector} is wrong because ")
@@ -121,7 +121,7 @@ def test_changing_detectors_are_named_as_such(class_runs, class_study, tmp_path)
         class_study,
         sensitivity=tuple(replace(row, after=with_association(row.after)) for row in class_study.sensitivity),
     )
-    assert rows_of(class_runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
+    assert answer_rows(class_runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
 
 
 def with_association(finding):
@@ -130,11 +130,11 @@ def with_association(finding):
 
 
 def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, class_study, tmp_path):
-    why = rows_of(class_runs, class_study, tmp_path)["Why"]
+    why = answer_rows(class_runs, class_study, tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")
     same = replace(class_study, sensitivity=tuple(replace(row, after=row.before) for row in class_study.sensitivity))
-    unmoved = rows_of(class_runs, same, tmp_path)["Why"]
+    unmoved = answer_rows(class_runs, same, tmp_path)["Why"]
     wrong, contacts = Counter(), 0
     for folder in class_runs.top.glob("*/"):
         misses = pq.read_table(folder / "misses.parquet").to_pylist()
@@ -146,7 +146,7 @@ def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, cla
     counted = f"moved no result: {first} got {most} of {contacts} contacts wrong, {second} {fewer}."
     assert unmoved.figures == f"The detectors' mistakes {counted}"
     first, *others = same.coefficients
-    some = rows_of(class_runs, replace(same, coefficients=(with_association(first), *others)), tmp_path)["Why"]
+    some = answer_rows(class_runs, replace(same, coefficients=(with_association(first), *others)), tmp_path)["Why"]
     assert some.text.startswith("The detectors' mistakes moved no result: ")
 
 
@@ -154,7 +154,7 @@ def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_s
     assert class_study.unreliable_scales == []
     weak = replace(class_study.reliabilities["motivation"], alpha=0.5712)
     unreliable = replace(class_study, reliabilities=class_study.reliabilities | {"motivation": weak})
-    rows = rows_of(class_runs, unreliable, tmp_path)
+    rows = answer_rows(class_runs, unreliable, tmp_path)
     assert rows["Why"].text == (
         "An association may be hidden: the answers on motivation are unreliable (Cronbach's alpha 0.57; "
         f"{ACCEPTABLE_ALPHA:g} is usual) and {STUDENTS} students are few."
@@ -162,11 +162,11 @@ def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_s
     assert rows["Do"].text == (
         "Count contacts with the detector exact, revise the questions on motivation, and study at least 85 students."
     )
-    many = rows_of(class_runs, replace(unreliable, students=85), tmp_path)
+    many = answer_rows(class_runs, replace(unreliable, students=85), tmp_path)
     assert many["Do"].text == "Count contacts with the detector exact and revise the questions on motivation."
     assert many["Why"].text.endswith("(Cronbach's alpha 0.57; 0.7 is usual).")
     first, *others = unreliable.coefficients
-    some = rows_of(class_runs, replace(unreliable, coefficients=(with_association(first), *others)), tmp_path)
+    some = answer_rows(class_runs, replace(unreliable, coefficients=(with_association(first), *others)), tmp_path)
     assert "unreliable" not in some["Why"].text and "revise" not in some["Do"].text
     other = replace(class_study.reliabilities["motivation"], alpha=float("nan"))
     assert replace(class_study, reliabilities={"unused": weak, "motivation": other}).unreliable_scales == ["motivation"]
@@ -174,21 +174,21 @@ def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_s
 
 def test_class_answer_advises_more_students_only_without_an_association(class_runs, class_study, tmp_path):
     """85 students detect a correlation of 0.3 with 80 % power."""
-    rows = rows_of(class_runs, class_study, tmp_path)
+    rows = answer_rows(class_runs, class_study, tmp_path)
     assert rows["Do"].text == "Count contacts with the detector exact and study at least 85 students."
     assert rows["Do"].figures.startswith(
         "Among 85 students a correlation of 0.3 is found with 80 % power (one test at p <"
     )
     assert "85" not in rows["Sure"].figures
     first, *others = class_study.coefficients
-    some = rows_of(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)
+    some = answer_rows(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)
     assert some["Do"].text == "Count contacts with the detector exact." and "takes 85 students" in some["Sure"].figures
-    assert "study" not in rows_of(class_runs, replace(class_study, students=85), tmp_path)["Do"].text
+    assert "study" not in answer_rows(class_runs, replace(class_study, students=85), tmp_path)["Do"].text
 
 
 def test_more_students_are_needed_where_more_tests_are_made(class_runs, class_study, tmp_path):
     six = replace(class_study, coefficients=class_study.coefficients * 6)
-    rows = rows_of(class_runs, six, tmp_path)
+    rows = answer_rows(class_runs, six, tmp_path)
     needed = students_needed(correlation=0.3, tests=6)
     assert (
         rows["Do"].text == f"Count contacts with the detector exact and study at least {needed} students."
@@ -202,13 +202,13 @@ def test_class_answer_explains_why_no_test_was_possible(class_runs, class_study,
     untested = replace(
         class_study, coefficients=tuple(replace(row, p=None, p_holm=None) for row in class_study.coefficients)
     )
-    rows = rows_of(class_runs, replace(untested, sensitivity=()), tmp_path)
+    rows = answer_rows(class_runs, replace(untested, sensitivity=()), tmp_path)
     assert rows["Why"].text == "No test was possible: the codebook asks for no association that can be tested."
     assert rows["Do"].text == "Count contacts with the detector exact." and "more student" not in rows["Cost"].text
     assert rows["Sure"].text == f"Nothing is known of associations: none was tested in {STUDENTS} students."
     assert "correlation" not in rows["Sure"].figures
     refused = StudyRefusedError("few-students", "p of the regression of a on b")
-    few = rows_of(class_runs, replace(untested, students=8, sensitivity=(), refusals=(refused,)), tmp_path)
+    few = answer_rows(class_runs, replace(untested, students=8, sensitivity=(), refusals=(refused,)), tmp_path)
     assert few["Cost"].text.startswith("2 more students")
     assert few["Why"].text.startswith("No test was possible: a p-value from fewer than 10 students ")
     assert few["Do"].text == "Count contacts with the detector exact and study at least 10 students."
@@ -216,20 +216,20 @@ def test_class_answer_explains_why_no_test_was_possible(class_runs, class_study,
 
 def test_detectors_are_explained_beside_their_mistakes(class_runs, class_study, tmp_path):
     titled = replace(class_runs, titles={"slow": "meshes at 5 Hz"})
-    why = rows_of(titled, class_study, tmp_path)["Why"]
+    why = answer_rows(titled, class_study, tmp_path)["Why"]
     assert "slow (meshes at 5 Hz) got " in why.figures and "coarse (" not in why.figures
 
 
 def test_recommended_detector_is_the_reference_though_another_counts(class_runs, class_study, tmp_path):
-    do = rows_of(class_runs, replace(class_study, detector="slow"), tmp_path)["Do"]
+    do = answer_rows(class_runs, replace(class_study, detector="slow"), tmp_path)["Do"]
     assert do.text.startswith("Count contacts with the detector exact") and do.figures.endswith("is counted with slow.")
 
 
 def test_detector_that_counts_is_not_blamed_for_a_change(class_runs, class_study, tmp_path):
     exact = replace(class_study.sensitivity[0], detector="exact", recall=1.0)
     changed = replace(class_study, detector="slow", sensitivity=(replace(exact, after=with_association(exact.after)),))
-    assert rows_of(class_runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
-    same = rows_of(
+    assert answer_rows(class_runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
+    same = answer_rows(
         class_runs, replace(class_study, detector="slow", sensitivity=(replace(exact, after=exact.before),)), tmp_path
     )
     assert "Or" not in same, "the reference stands below Do"
@@ -253,29 +253,29 @@ def test_least_correlation_is_found_in_four_of_five_samples(students, tests):
 
 
 def test_certainty_is_of_the_detector_and_of_the_associations(class_runs, class_study, tmp_path):
-    sure = rows_of(class_runs, class_study, tmp_path)["Sure"]
+    sure = answer_rows(class_runs, class_study, tmp_path)["Sure"]
     assert sure.text == (
         "Sure that the detector changes no conclusion here: 3 detectors lead to the same ones. "
         f"Not shown: that there is no association. {STUDENTS} students can miss a correlation below 0.59."
     )
     same = replace(class_study, sensitivity=tuple(replace(row, after=row.before) for row in class_study.sensitivity))
-    equal = rows_of(class_runs, same, tmp_path)["Sure"].text
+    equal = answer_rows(class_runs, same, tmp_path)["Sure"].text
     assert equal.startswith("Sure that the detector changes nothing here: 3 detectors give the same results. ")
-    many = rows_of(class_runs, replace(class_study, students=100), tmp_path)["Sure"].text
+    many = answer_rows(class_runs, replace(class_study, students=100), tmp_path)["Sure"].text
     assert many.endswith("Fairly sure that no correlation is above 0.28: 100 students would mostly show it.")
     changed = tuple(replace(row, after=with_association(row.after)) for row in class_study.sensitivity)
-    another = rows_of(class_runs, replace(class_study, sensitivity=changed), tmp_path)["Sure"].text
+    another = answer_rows(class_runs, replace(class_study, sensitivity=changed), tmp_path)["Sure"].text
     assert another.startswith("Sure about the detectors: they are measured against exact, the reference. ")
-    few = rows_of(class_runs, replace(class_study, students=19), tmp_path)["Sure"].text
+    few = answer_rows(class_runs, replace(class_study, students=19), tmp_path)["Sure"].text
     assert few.endswith("Not shown: that there is no association. 19 students are very few.")
     first, *others = class_study.coefficients
-    some = rows_of(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)[
+    some = answer_rows(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)[
         "Sure"
     ].text
     assert some.endswith(
         f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
     )
-    without = rows_of(class_runs, study=None, folder=tmp_path)
+    without = answer_rows(class_runs, study=None, folder=tmp_path)
     assert without["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
     assert "--questionnaire" in without["Do"].figures
 
@@ -284,13 +284,14 @@ def test_certainty_is_of_the_detector_and_of_the_associations(class_runs, class_
 def test_cost_calls_the_recommended_detector_least_only_where_measured(
     class_runs, class_study, tmp_path, slow_ms, least
 ):
+    """``exact`` takes 0.01 ms a frame, ``slow`` so many; 85 students would be enough."""
     times = {"exact": 0.01, "slow": slow_ms, "coarse": 0.03}
     metrics = class_runs.every_metric
     milliseconds = pa.array([times[label] for label in metrics["detector"].to_pylist()])
     if "mean_ms" in metrics.column_names:
         metrics = metrics.drop_columns(["mean_ms"])
     timed = replace(class_runs, every_metric=metrics.append_column("mean_ms", milliseconds))
-    cost = rows_of(timed, class_study, tmp_path)
+    cost = answer_rows(timed, class_study, tmp_path)
     minutes = [next(iter(rows.values()))["valid_minutes"] for rows in class_runs.metrics.values()]
     whole = words.duration(sum(minutes) * 60 * 90 * 0.01e-3)
     takes = (
@@ -298,7 +299,7 @@ def test_cost_calls_the_recommended_detector_least_only_where_measured(
     )
     each = words.duration(60 * sum(minutes) / STUDENTS)
     assert cost["Cost"].text == f"{85 - STUDENTS} more students with a recording of about {each} each; {takes}"
-    enough = rows_of(timed, replace(class_study, students=85), tmp_path)["Cost"].text
+    enough = answer_rows(timed, replace(class_study, students=85), tmp_path)["Cost"].text
     assert enough == takes
     assert ("Or" in cost) == (slow_ms < 0.01), "a detector that is slower than the reference is no other way"
 
@@ -330,7 +331,7 @@ def test_mistakes_are_recounts_of_misses_and_false_contacts(class_runs):
     ids=["none", "all", "some"],
 )
 def test_prolonged_contacts_are_counted_among_false_contacts(class_runs, class_study, tmp_path, kinds, which):
-    text = rows_of(with_false_contacts(class_runs, kinds), class_study, tmp_path)["Why"]
+    text = answer_rows(with_false_contacts(class_runs, kinds), class_study, tmp_path)["Why"]
     printed = re.findall(r"\((\w+) only prolong a true contact\)", f"{text.text} {text.figures} {text.details}")
     assert bool(printed) == bool(which) and all(re.fullmatch(which, word) for word in printed)
 
@@ -345,14 +346,14 @@ def test_page_lists_eight_unmatched_codes_and_counts_the_rest(class_runs, class_
 @pytest.mark.parametrize("emptied", ["misses", "false_contacts"])
 def test_mistakes_of_a_single_kind_are_reported(class_runs, class_study, tmp_path, emptied):
     fewer = replace(class_runs, tables=class_runs.tables | {emptied: class_runs.tables[emptied].slice(0, 0)})
-    why = rows_of(fewer, class_study, tmp_path)["Why"]
+    why = answer_rows(fewer, class_study, tmp_path)["Why"]
     assert "slow missed " in f"{why.text} {why.figures} {why.details}"
 
 
 @pytest.mark.parametrize("more", [0, 2])
 def test_refused_results_are_listed_up_to_a_few(class_runs, class_study, tmp_path, more):
     refusals = (StudyRefusedError("small-cell", "the comparison of ease"),) * (MOST_REFUSED + more)
-    sure = rows_of(class_runs, replace(class_study, refusals=refusals), tmp_path)["Sure"]
+    sure = answer_rows(class_runs, replace(class_study, refusals=refusals), tmp_path)["Sure"]
     text = f"{sure.text} {sure.figures} {sure.details}"
     assert text.count("the comparison of ease (") == MOST_REFUSED
     assert (f"; {more} more under Method" in text) == bool(more) == ("under Method" in text)

@@ -39,16 +39,17 @@ def tables_of(tmp_path_factory):
     return tables
 
 
-def every(made):
+def all_tables(made):
     return [make() for make in (made.detectors, made.pairs, made.activity_table, made.causes)]
 
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("students", "nobody", "few"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (6, 6, 1), (6, 1, 0)])
 def test_class_below_five_students_lists_sessions_without_figures(tables_of, tmp_path, students, nobody, few):
+    """Six sessions of so many students, ``nobody`` of them without a name; ``few``: below five are known."""
     runs, made = tables_of(6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
     known = min(students, 6 - nobody)
-    result = every(made)
+    result = all_tables(made)
     for table in result:
         index = [column.name for column in table.columns].index("n")
         assert table.rows or not known
@@ -103,11 +104,11 @@ def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
 
 def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
     made_class(tmp_path / "a", sessions=6, students=6)
-    before = every(ClassTables(read_class(tmp_path)))
+    before = all_tables(ClassTables(read_class(tmp_path)))
     shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
     shutil.copytree(tmp_path / "a" / "run004", tmp_path / "b" / "bare")
     (tmp_path / "b" / "bare" / "metrics.parquet").unlink()
-    after = every(ClassTables(read_class(tmp_path)))
+    after = all_tables(ClassTables(read_class(tmp_path)))
     assert [item.rows for item in after] == [item.rows for item in before]
     output = " ".join(after[0].notes)
     assert "Runs left out because their session is there already: 1." in output
@@ -197,7 +198,7 @@ def test_head_counts_false_contacts_of_each_detector(tables_of):
 
 def test_every_class_table_notes_that_n_counts_students(tables_of):
     _, made = tables_of(8, 8)
-    assert all("n counts the students" in " ".join(table.notes) for table in every(made))
+    assert all("n counts the students" in " ".join(table.notes) for table in all_tables(made))
 
 
 def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):

@@ -7,17 +7,18 @@ from statsmodels.stats.multitest import multipletests
 from replay.studies.class_study import groups
 from replay.studies.class_study.groups import compare_groups
 
-NAMES = ("first", "second")
+GROUP_NAMES = ("first", "second")
 
 
 def comparison_and_refusals(first, second, seed=0):
     """The comparison of two groups of values, and what it refused."""
     refusals = []
-    values, group = np.concatenate([first, second]), np.repeat(NAMES, [len(first), len(second)])
-    return compare_groups(DataFrame({"motivation": values}), group, NAMES, seed, refusals), refusals
+    values, group = np.concatenate([first, second]), np.repeat(GROUP_NAMES, [len(first), len(second)])
+    return compare_groups(DataFrame({"motivation": values}), group, GROUP_NAMES, seed, refusals), refusals
 
 
 def test_paper_figures_come_from_a_single_pooled_predictor():
+    """Two groups of 26 students; adjusted by 51/50, the degrees of freedom of 52 values and one predictor."""
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 1.0, 26), random.normal(3.8, 1.0, 26)
     ((item,), _) = comparison_and_refusals(first, second)
@@ -30,6 +31,7 @@ def test_paper_figures_come_from_a_single_pooled_predictor():
 
 
 def test_p_is_that_of_permuting_a_studentised_difference():
+    """Groups of 40 and 6 students of unequal spread, against SciPy's test."""
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 1.0, 40), random.normal(4.2, 5.0, 6)
     ((item,), _) = comparison_and_refusals(first, second)
@@ -42,7 +44,7 @@ def test_p_is_that_of_permuting_a_studentised_difference():
     assert item.p == pytest.approx(other, abs=0.02)
 
 
-def hc3(group, values):
+def hc3_by_statsmodels(group, values):
     """Difference of two groups and its HC3 error, by statsmodels."""
     import statsmodels.api as sm
 
@@ -57,12 +59,13 @@ def hc3_by_hand(first, second):
 
 
 def test_interval_uses_statsmodels_errors_and_permuted_residual_quantiles():
+    """Groups of 5 and 47 students: the five scatter eight times as much."""
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 8.0, 5), random.normal(3.0, 1.0, 47)
     group = np.arange(52) >= 5
     residuals = np.concatenate([first - first.mean(), second - second.mean()])
     drawn = [np.divide(*hc3_by_hand(*np.split(random.permutation(residuals), [5]))) for _ in range(800)]
-    difference, error = hc3(group, np.concatenate([first, second]))
+    difference, error = hc3_by_statsmodels(group, np.concatenate([first, second]))
     assert hc3_by_hand(first, second) == pytest.approx((difference, error))
     ((item,), _) = comparison_and_refusals(first, second)
     ends = difference - error * np.quantile(drawn, [0.975, 0.025])
@@ -72,7 +75,7 @@ def test_interval_uses_statsmodels_errors_and_permuted_residual_quantiles():
 def test_holm_is_across_all_outcomes_of_the_groups():
     random = np.random.default_rng(4)
     variables = DataFrame(random.normal(size=(40, 3)), columns=[*"abc"])
-    result = compare_groups(variables, np.tile(NAMES, 20), NAMES, 0, [])
+    result = compare_groups(variables, np.tile(GROUP_NAMES, 20), GROUP_NAMES, 0, [])
     expected = multipletests([item.p for item in result], method="holm")[1]
     assert [item.p_holm for item in result] == pytest.approx(expected.tolist())
 
@@ -88,9 +91,9 @@ def test_interval_of_skewed_unequal_groups_covers_the_true_difference(monkeypatc
     """The true difference is 0; a 95 % interval covers it in more than 90 of 100 draws."""
     monkeypatch.setattr(groups, "PERMUTATIONS", 9)
     monkeypatch.setattr(groups, "STUDENTISED_DRAWS", 499)
-    names, kept = np.repeat(NAMES, [47, 5]), []
+    names, kept = np.repeat(GROUP_NAMES, [47, 5]), []
     for number in range(100):
         values = np.random.default_rng([number, 5]).lognormal(size=52)
-        (item,) = compare_groups(DataFrame({"y": values}), names, NAMES, number, [])
+        (item,) = compare_groups(DataFrame({"y": values}), names, GROUP_NAMES, number, [])
         kept.append(item.low <= 0.0 <= item.high)
     assert np.mean(kept) > 0.90

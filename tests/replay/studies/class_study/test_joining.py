@@ -42,6 +42,7 @@ def test_a_group_that_was_not_declared_is_refused(tmp_path):
 
 
 def test_class_recall_is_weighted_by_contact_frames():
+    """Recalls of 1.0 in 30 frames and 0.5 in ten; a session without contact has none."""
     table = metrics(np.arange(3.0))
     table["recall"], table["contact_frames"] = [1.0, 0.5, np.nan], [30, 10, 0]
     assert recall_of(table) == pytest.approx((30 * 1.0 + 10 * 0.5) / 40)

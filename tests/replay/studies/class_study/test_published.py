@@ -19,7 +19,7 @@ EXAMPLE = Path(str(files("replay.studies.class_study").joinpath("published_examp
 
 
 @pytest.fixture(scope="module")
-def remarks():
+def remarks_on_example():
     return check_published(EXAMPLE)
 
 
@@ -36,15 +36,16 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("expected", EXPECTED)
-def test_printed_tables_contradictions_are_explained(remarks, expected):
-    reported = " ".join(item.message for item in remarks if (item.kind, item.row) == expected)
+def test_printed_tables_contradictions_are_explained(remarks_on_example, expected):
+    reported = " ".join(item.message for item in remarks_on_example if (item.kind, item.row) == expected)
     assert all(text in reported for text in EXPECTED[expected])
-    others = {(item.kind, item.row) for item in remarks} - EXPECTED.keys()
+    others = {(item.kind, item.row) for item in remarks_on_example} - EXPECTED.keys()
     assert all(kind == KIND_AGREES and " on " in row for kind, row in others) and len(others) == 7
 
 
 @pytest.mark.parametrize("r", [0.107, 0.412, -0.6, 0.9])
 def test_fit_correlation_and_p_agree_with_regression(r):
+    """52 made-up students whose correlation is exactly r."""
     import statsmodels.api as sm
 
     x, rest = np.linalg.qr(np.column_stack([np.ones(52), np.random.default_rng(1).normal(size=(52, 2))]))[0][:, 1:].T

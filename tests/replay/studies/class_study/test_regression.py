@@ -11,21 +11,22 @@ from replay.studies.class_study.regression import permutation_p, standardised_fi
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
 SCORES = np.column_stack([ANSWERS[:, a:b].mean(axis=1) for a, b in ((0, 5), (5, 10), (10, 15), (15, 19))])
-NAMES = ("y", "a", "b", "c")
+VARIABLE_NAMES = ("y", "a", "b", "c")
 
 
-def fit(y, x):
+def findings_of_regression(y, x):
     table = np.column_stack([y, x])
-    return standardised_findings(NAMES[: table.shape[1]], table, np.random.default_rng(0))
+    return standardised_findings(VARIABLE_NAMES[: table.shape[1]], table, np.random.default_rng(0))
 
 
 def test_regression_equals_stored_pingouin_and_statsmodels_values():
+    """The fourth scale by the other three, and by the first alone."""
     requested = REFERENCE["multiple"]
-    result = fit(SCORES[:, 3], SCORES[:, :3])
+    result = findings_of_regression(SCORES[:, 3], SCORES[:, :3])
     assert [c.beta for c in result] == pytest.approx(requested["beta"], abs=1e-10)
     assert [c.vif for c in result] == pytest.approx(requested["vif"], abs=1e-10)
     assert result[0].adjusted_r2 == pytest.approx(requested["adjusted_r2"], abs=1e-10)
-    simple = fit(SCORES[:, 3], SCORES[:, :1])
+    simple = findings_of_regression(SCORES[:, 3], SCORES[:, :1])
     assert simple[0].beta == pytest.approx(REFERENCE["simple"]["beta"], abs=1e-10)
     assert simple[0].adjusted_r2 == pytest.approx(REFERENCE["simple"]["adjusted_r2"], abs=1e-10)
 
@@ -72,5 +73,5 @@ def test_permutation_p_of_a_perfect_fit_is_1_in_5000():
 )
 def test_collinear_predictors_are_refused(y, x, rule):
     with pytest.raises(StudyRefusedError) as refused:
-        fit(y, x)
+        findings_of_regression(y, x)
     assert refused.value.rule == rule

@@ -19,6 +19,7 @@ def alpha_of(answers):
 
 @pytest.mark.parametrize("k, columns", list(enumerate([(0, 5), (5, 10), (10, 15), (15, 19), (0, 19)])))
 def test_alpha_equals_the_stored_values_of_pingouin(k, columns):
+    """``columns``: items of one of four scales, or all 19."""
     assert alpha_of(ANSWERS[:, slice(*columns)]) == pytest.approx(REFERENCE["alpha"][k], abs=1e-10)
 
 
@@ -91,4 +92,5 @@ def test_reliability_of_unsuitable_answers_is_refused_with_its_rule(measure, ans
      (0.49, "unacceptable")],
 )  # fmt: skip
 def test_kmo_has_kaisers_word(value, word):
+    """Words change at 0.5, 0.6 to 0.9 (Kaiser, 1974)."""
     assert kaiser_word(value) == word

@@ -7,6 +7,7 @@ from replay.studies.class_study.resampling import Resampling, interval
 
 
 def test_ratio_is_sum_over_sum_of_students_with_a_base():
+    """1 of 4, 3 of 4 and 0 of 2; five students have nothing to count."""
     result = Resampling(8).ratio(np.array([1, 3, 0, 0, 0, 0, 0, 9]), np.array([4, 4, 2, 0, 0, 0, 0, 0]))
     assert (result.value, result.students) == (4 / 10, 3)
     assert 0.0 <= result.low < 0.4 < result.high <= 1.0
@@ -14,6 +15,7 @@ def test_ratio_is_sum_over_sum_of_students_with_a_base():
 
 @pytest.mark.parametrize("fraction", [0, 1])
 def test_all_or_nothing_has_an_interval(fraction):
+    """Of 12 students all lose 3 of 3 contacts, or none: Wilson's interval of 12."""
     result = Resampling(12).ratio(np.full(12, 3.0 * fraction), np.full(12, 3.0))
     assert (result.low, result.high) == wilson_interval(12 * fraction, 12) and result.low < result.high
 
@@ -40,6 +42,7 @@ def test_ties_with_the_estimate_count_half_on_either_side():
 
 
 def test_interval_is_widened_for_few_students():
+    """Four students: quantiles of Student's t with three degrees of freedom, times the root of 4/3."""
     lower, upper = interval(EVEN, 1.0, np.array([0.8, 0.9, 1.1, 1.2]))
     expected = stats.norm.cdf(np.sqrt(4 / 3) * stats.t.ppf([0.025, 0.975], 3))
     assert (lower, upper) == pytest.approx(tuple(2.0 * expected), abs=1e-6)

@@ -28,11 +28,11 @@ from replay.studies.class_study.tables import (
     undecided_text,
 )
 
-NAMES = ("first", "second")
+GROUP_NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
 REQUESTED = codebook((EASE, CONTACTS))
-ARMS = codebook((EASE, CONTACTS), groups=("arm", NAMES))
-HALVES = [*NAMES] * 20
+ARMS = codebook((EASE, CONTACTS), groups=("arm", GROUP_NAMES))
+GROUP_OF_EACH_STUDENT = [*GROUP_NAMES] * 20
 
 
 def study_of_class(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
@@ -44,10 +44,10 @@ def study_of_class(count=40, other="hybrid", *, recall=0.9, scattered=False, arm
         table.loc[others, "contacts_per_min"] = np.random.default_rng(0).permutation(contacts)
     if arms:
         table.loc[~others, "contacts_per_min"] += 9.0 * (np.arange(count) % 2)
-    return analyse(ARMS if arms else REQUESTED, questionnaire(answers, HALVES if arms else ()), table)
+    return analyse(ARMS if arms else REQUESTED, questionnaire(answers, GROUP_OF_EACH_STUDENT if arms else ()), table)
 
 
-def rules(result):
+def rules_of_refusals(result):
     return {refused.rule for refused in result.refusals}
 
 
@@ -69,6 +69,7 @@ def finding_of_contacts(low, high, p):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
+    """(lower end of beta, p): an association has p below 0.05 and an interval without zero, of either sign."""
     result, *others = (
         finding_of_contacts(*sorted((sign * lower, sign * 1.2)), p)
         for lower, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
@@ -116,6 +117,7 @@ def test_study_headline_states_whether_a_conclusion_changes(state):
 
 
 def test_detectors_changing_the_same_conclusion_share_a_sentence():
+    """Findings are (lower, upper end of beta, p): ``some`` is an association, ``nothing`` is none."""
     some, nothing = finding_of_contacts(0.1, 1.2, 0.04), finding_of_contacts(-0.1, 0.2, 0.5)
     other_sign = finding_of_contacts(-1.2, -0.1, 0.04)
     result = "the association of contacts per minute with motivation"
@@ -137,6 +139,7 @@ WHICHEVER = "whichever collision detector counts the contacts"
 
 
 def test_study_headline_states_where_no_association_was_found():
+    """Findings are (lower, upper end of beta, p), by the reference and by ``hybrid``."""
     nothing, some = finding_of_contacts(-0.1, 0.2, 0.5), finding_of_contacts(0.1, 1.2, 0.04)
     same, about = Sensitivity("hybrid", 0.9, nothing, nothing), Sensitivity("hybrid", 0.9, some, some)
     answers = {
@@ -170,6 +173,7 @@ def test_result_states_student_count_once_and_marks_associations():
 
 
 def test_undecided_is_defined_by_the_result_that_is():
+    """Undecided: p is below 0.05 alone, but above after Holm's correction, or the interval holds zero."""
     wide, corrected = finding_of_contacts(-0.1, 1.2, 0.04), replace(finding_of_contacts(0.1, 1.2, 0.017), p_holm=0.1)
     chance = finding_of_contacts(-0.1, 1.2, 0.5)
     after_holm = (
@@ -236,7 +240,12 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
         return
     result = analyse(codebook(), questionnaire(answers), metrics(contacts))
     (item,) = result.coefficients
-    assert item.students == count and item.p is None and result.bartlett is None and "few-students" in rules(result)
+    assert (
+        item.students == count
+        and item.p is None
+        and result.bartlett is None
+        and "few-students" in rules_of_refusals(result)
+    )
     assert headlines(result) == ["No association was tested"]
 
 
@@ -250,17 +259,24 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
 def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(question, text):
     answers, contacts = a_class(40)
     with pytest.raises(StudyError, match=text):
-        analyse(codebook((question,), groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
+        analyse(
+            codebook((question,), groups=("arm", GROUP_NAMES)),
+            questionnaire(answers, GROUP_OF_EACH_STUDENT),
+            metrics(contacts),
+        )
 
 
 @pytest.mark.parametrize("left", [4, 5])
 def test_group_with_fewer_than_five_answers_is_not_compared(left):
+    """``left``: students of the second group, of 20, who answered."""
     answers, contacts = a_class(40)
     answers[1 : 40 - 2 * left : 2, 3] = np.nan
-    result = analyse(codebook(groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
+    result = analyse(
+        codebook(groups=("arm", GROUP_NAMES)), questionnaire(answers, GROUP_OF_EACH_STUDENT), metrics(contacts)
+    )
     sizes = {two.outcome: (two.first_students, two.second_students) for two in result.groups}
     assert sizes == {"ease of use": (20, 20)} | ({"motivation": (20, 5)} if left == 5 else {})
-    assert rules(result) == (set() if left == 5 else {"small-cell"})
+    assert rules_of_refusals(result) == (set() if left == 5 else {"small-cell"})
     few = ["first"] * (40 - left) + ["second"] * left
     result = analyse(ARMS, questionnaire(answers, few), metrics(contacts))
     assert result.group_sizes["second"] == ("5" if left == 5 else "fewer than 5")
@@ -272,10 +288,11 @@ def test_a_construct_that_only_four_students_answered_has_no_figure():
     result = analyse(codebook(), questionnaire(answers), metrics(contacts))
     assert "ease of use" not in result.reliabilities and "motivation" in result.reliabilities
     assert result.kmo is None and result.bartlett is None and not result.coefficients
-    assert rules(result) == {"small-cell"}
+    assert rules_of_refusals(result) == {"small-cell"}
 
 
 def test_student_with_several_sessions_counts_once_by_mean():
+    """30 students with two sessions each, about the same mean, and one student with 18 more: 78 rows."""
     answers, contacts = a_class(30)
     plain, table = metrics(contacts), metrics(contacts, sessions=2)
     separate = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
@@ -310,7 +327,7 @@ def test_the_page_of_a_study_reads_so(class_runs, snapshot):
     answers, contacts = a_class(40, seed=3)
     answers[:5, 3] = np.nan
     table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9), sessions=2)
-    requested = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=("arm", NAMES))
+    requested = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=("arm", GROUP_NAMES))
     group = ["first"] * 31 + ["second"] * 9
     table["stirs"] = 1.0
     result = analyse(requested, questionnaire(answers, group), table)

@@ -10,7 +10,7 @@ from replay.studies.class_study.synthetic_class import draw_class, make_class
 from sessions import read_session
 
 
-def scores(drawn, short):
+def scale_means(drawn, short):
     answers = np.array([[item.answers[f"{short}{k}"] for k in range(1, 5)] for item in drawn], dtype=float)
     answers[:, 3] = 6.0 - answers[:, 3]
     return answers.mean(axis=1)
@@ -23,19 +23,21 @@ def test_made_up_students_are_numbered_and_take_turns_in_groups():
 
 
 def test_traits_and_touches_go_together_as_the_model_says():
+    """The model's correlations (0.6, 0.3, -0.6) times the reliability of the answers, of 1,500 students."""
     drawn = draw_class(1500)
-    ease, motivation = scores(drawn, "ease"), scores(drawn, "mot")
+    ease, motivation = scale_means(drawn, "ease"), scale_means(drawn, "mot")
     touches = [len(item.touches) for item in drawn]
     near = [item.near for item in drawn]
     assert np.corrcoef(ease, motivation)[0, 1] == pytest.approx(0.6 * 0.82, abs=0.06)
-    assert np.corrcoef(scores(drawn, "imm"), motivation)[0, 1] == pytest.approx(0.3 * 0.82, abs=0.06)
+    assert np.corrcoef(scale_means(drawn, "imm"), motivation)[0, 1] == pytest.approx(0.3 * 0.82, abs=0.06)
     assert np.std(motivation) == pytest.approx(np.std(ease), rel=0.03)
     assert np.corrcoef(ease, touches)[0, 1] == pytest.approx(-0.6 * 0.9, abs=0.06)
     assert abs(np.corrcoef(near, motivation)[0, 1]) < 0.05
-    assert abs(np.corrcoef(scores(drawn, "use"), motivation)[0, 1]) < 0.05
+    assert abs(np.corrcoef(scale_means(drawn, "use"), motivation)[0, 1]) < 0.05
 
 
 def test_made_up_students_who_find_tasks_hard_touch_briefly():
+    """Brief touches last less than 0.02 s; about half of 400 students touch so, and two times more."""
     plain, drawn = draw_class(400), draw_class(400, are_touches_brief=True)
     assert [item.answers for item in plain] == [item.answers for item in drawn]
     lengths = {len(set(item.touches)) for item in drawn}
@@ -43,7 +45,7 @@ def test_made_up_students_who_find_tasks_hard_touch_briefly():
     counts = np.array([len(item.touches) for item in drawn])
     assert lengths == {1} and 0.4 < brief.mean() < 0.6
     assert set(counts[brief]) == {12, 13, 14} and set(counts[~brief]) == {10, 11, 12}
-    assert scores(drawn, "ease")[brief].mean() < 3.0 < scores(drawn, "ease")[~brief].mean()
+    assert scale_means(drawn, "ease")[brief].mean() < 3.0 < scale_means(drawn, "ease")[~brief].mean()
 
 
 def test_larger_class_contains_the_smaller_class():

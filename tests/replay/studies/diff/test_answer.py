@@ -9,14 +9,16 @@ from replay.studies.diff.answer import answer_of
 from replay.studies.diff.runs import DetectorDiff
 
 
-def a_run(session="1", reference="1"):
+def run_with_digests(session="1", reference="1"):
     """A run of a session, with a reference that gives these contacts."""
     detectors = {"exact": SimpleNamespace(digest=reference)}
     audit = {"hull50": SimpleNamespace(contacts=18)}
     return SimpleNamespace(oracle="exact", audit=audit, detectors=detectors, session=SimpleNamespace(digest=session))
 
 
-def hull(*, false=(0.5, 0.5), missed=((1, 1), (1, 1)), late=((2, 2), (2, 2)), loss=(1.0, 1.0), gained=(), lost=()):
+def hull_detector_diff(
+    *, false=(0.5, 0.5), missed=((1, 1), (1, 1)), late=((2, 2), (2, 2)), loss=(1.0, 1.0), gained=(), lost=()
+):
     """A detector whose errors in the first and the second run are these."""
     ratios = {"time_ratio": 1.0, "p99_ratio": 1.0, "same_verdicts": False, "mean_seconds": (1e-5, 1e-5)}
     errors = {"missed": missed, "late": late, "false_contact": false, "loss": loss}
@@ -40,25 +42,32 @@ def hull(*, false=(0.5, 0.5), missed=((1, 1), (1, 1)), late=((2, 2), (2, 2)), lo
     ],
 )
 def test_change_of_errors_is_weighed_by_the_loss(change, beginning):
-    assert answer_of(a_run(), a_run(), {"hull50": hull(**change)}, {}).startswith(beginning)
+    """Errors before and after; ``missed``, ``late``: (least, most) of 18 contacts in each run."""
+    assert answer_of(run_with_digests(), run_with_digests(), {"hull50": hull_detector_diff(**change)}, {}).startswith(
+        beginning
+    )
 
 
 @pytest.mark.parametrize(
     ("second", "settings", "reason"),
     [
-        (a_run(session="2"), {}, "the runs replay different recordings"),
-        (a_run(reference="2"), {}, "the contacts of the reference differ"),
-        (a_run(), {"window": (1, 2), "session.frames": (9, 8)}, "the runs differ in session.frames and window"),
-        (a_run(), {"pairs.a": (1, 2)}, "the runs differ in pairs"),
+        (run_with_digests(session="2"), {}, "the runs replay different recordings"),
+        (run_with_digests(reference="2"), {}, "the contacts of the reference differ"),
+        (
+            run_with_digests(),
+            {"window": (1, 2), "session.frames": (9, 8)},
+            "the runs differ in session.frames and window",
+        ),
+        (run_with_digests(), {"pairs.a": (1, 2)}, "the runs differ in pairs"),
     ],
 )
 def test_runs_of_other_contacts_are_not_ranked(second, settings, reason):
-    text = answer_of(a_run(), second, {"hull50": hull(gained=(1,))}, settings)
+    text = answer_of(run_with_digests(), second, {"hull50": hull_detector_diff(gained=(1,))}, settings)
     assert text.startswith("Contacts: 1 gained, 0 lost, 0 shifted. Whether that is better cannot be told: " + reason)
 
 
 def test_runs_without_a_common_detector_say_so():
-    reference = replace(hull(lost=(1,)), labels=("exact", "exact"))
-    assert answer_of(a_run(), a_run(), {}, {}) == "No detector compares."
+    reference = replace(hull_detector_diff(lost=(1,)), labels=("exact", "exact"))
+    assert answer_of(run_with_digests(), run_with_digests(), {}, {}) == "No detector compares."
     expected = "No detector but the reference is in both runs; contacts changed."
-    assert answer_of(a_run(), a_run(), {"exact": reference}, {}) == expected
+    assert answer_of(run_with_digests(), run_with_digests(), {"exact": reference}, {}) == expected

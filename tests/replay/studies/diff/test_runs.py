@@ -33,6 +33,7 @@ def summary_of(folder):
 def test_diff_finds_planted_gained_lost_and_shifted_contacts(run_folders):
     result = diff_runs(run_folders / "a", run_folders / "c", different_sessions=True).detectors["slow"]
     assert result.same == 1
+    # Frames of 10 ms: the contact in frame 4 is lost, one in 12 gained, that of 8 to 10 a frame earlier.
     assert [contact.start for contact in result.lost] == [pytest.approx(0.04)]
     assert [contact.start for contact in result.gained] == [pytest.approx(0.12)]
     (shift,) = result.shifted
@@ -120,6 +121,7 @@ RISE, FALL = ((1, 3), (1, 4)), ((1, 3), (1, 2))
     ],
 )
 def test_headline_weighs_errors_against_each_other_and_names_cost(before_and_after, planted, beginning, text):
+    """``planted``: errors (first run, second run); ``missed``, ``late``: least and most in each."""
     folders = [before_and_after / name for name in ("coarse", "fine")]
     documents = [read_run_folder(folder).document for folder in folders]
     detectors = diff_runs(*folders).detectors

@@ -43,6 +43,7 @@ def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch, size):
 
 
 def test_collider_contacts_in_free_poses_count_as_false():
+    """The rod stands in the hollow of the beaker (free, but in its hull), above it, or through its floor."""
     bodies = (Body("beaker", beaker_mesh()), Body("rod", box_mesh((0.004, 0.004, 0.3))))
     through_the_floor, aside, inside = (motion_at_rest(bodies, [[0, 0, 0], [0, 0, z]]) for z in (0.1, 0.5, 0.2))
     for free, detector, settings, false in (

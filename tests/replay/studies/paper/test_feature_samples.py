@@ -64,12 +64,14 @@ def test_each_draw_of_samples_serves_every_fourth_pose(monkeypatch):
 
 
 def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
+    """Evaluations after which 9 of 10 searches have hit; None: never."""
     least = feature_samples.least_evaluations
     assert least([5, 1, 2, 3, 4, 6, 7, 8, 9, None], 10) == 9
     assert least([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is least([], 0) is least([1, 2], 10) is None
 
 
 def test_misses_without_a_sampled_pair_are_counted_separately():
+    """Two of five poses have no meeting pair in their sample; of three searches one spends more than its budget."""
     meeting_counts = {size: [0, 1, 0, 2, 1] for size in SAMPLE_SIZES}
     spent = {key: [9, 10, EVALUATIONS_PER_POSE + 1] for key in product(SEARCH_VARIANTS, SAMPLE_SIZES)}
     coverage, search = feature_sample_tables([SampleSearches("torus-sphere", meeting_counts, spent)])

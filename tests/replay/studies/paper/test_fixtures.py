@@ -41,6 +41,7 @@ def test_requested_number_of_faces_meets_and_exhaustion_agrees(target, number):
 
 
 def test_fixture_depends_on_key_number_and_seed():
+    """(target of 100 meeting faces, number): made once, and alike when made again."""
     item, again = make_fixture(100, 0), make_fixture.__wrapped__(100, 0)
     assert item is make_fixture(100, 0) and again is not item
     assert np.array_equal(item.motion.translations, again.motion.translations)

@@ -36,32 +36,32 @@ def test_pictures_change_with_every_table_they_draw(small, tmp_path):
 
 
 @pytest.fixture
-def figures(monkeypatch):
+def drawn_figures(monkeypatch):
     """Figures that were drawn, without the second that their PNG takes."""
     drawn = []
     monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: drawn.append(figure))
     return drawn
 
 
-def answers(*seconds):
+def answers_in_seconds(*seconds):
     """Poses of Table I in which 5 of 10 faces were found, in so many seconds each."""
     return np.array([(100, 5, 10, 4, 4, 4, 5, second) for second in seconds], ANSWER_DTYPE)
 
 
-def test_figure_7_has_a_panel_for_budgets_time_and_families(figures):
+def test_figure_7_has_a_panel_for_budgets_time_and_families(drawn_figures):
     """Bars go from the lower to the upper end of each row; algorithms stand from top to bottom.
 
     Each algorithm answers in 2 ms (the median of 1, 2 and 3) and finds 5 of 10 faces; of 10 random collisions of the
     colony it finds a fraction of 0.7, with an interval from 0.4 to 0.9.
     """
-    complete = {name: answers(0.001, 0.002, 0.003) for name in ROWS}
+    complete = {name: answers_in_seconds(0.001, 0.002, 0.003) for name in ROWS}
     cut_short = dict.fromkeys(BUDGET_FRACTIONS, complete)
     fraction, interval = 0.7, (0.4, 0.9)
     rate = ("torus", "exact", 10, 7.0, 6, 8, fraction, *interval, 4, 0, None, None)
     rates, _ = colony_tables([([rate, ("flask", *rate[1:])], [])], 1)
     tables = [accuracy_table(cut_short), time_table(complete), rates]
     figure_7({table.key: table for table in tables})
-    *budgets, time, torus, flask = figures[0].axes
+    *budgets, time, torus, flask = drawn_figures[0].axes
     assert [axes.get_title() for axes in budgets] == [f"7a, b: accuracy, B = {b:g}" for b in BUDGET_FRACTIONS]
     assert [axes.get_title() for axes in (torus, flask)] == [f"7e: random collisions, {n}" for n in ("torus", "flask")]
     assert [set(axes.lines[0].get_xdata()) for axes in (budgets[0], time, torus)] == [{5 / 10}, {2.0}, {fraction}]
@@ -72,13 +72,14 @@ def test_figure_7_has_a_panel_for_budgets_time_and_families(figures):
 
 
 @pytest.mark.parametrize(("evaluations", "scale"), [(None, "linear"), (50.0, "log")])
-def test_figure_8_has_coverage_misses_and_evaluations_of_covered(figures, evaluations, scale):
+def test_figure_8_has_coverage_misses_and_evaluations_of_covered(drawn_figures, evaluations, scale):
+    """Of 10 poses samples of 50 faces cover all but 0.2, and the search misses 0.25 of those it covers."""
     coverage = [("torus", size, 10, 2, rate, 0.1, 0.4) for size, rate in (("50", 0.2), ("all", 0.0))]
     search = [("torus", "local", size, 8, 2, 0.25, 0.1, 0.6, 0.6, evaluations, 99.0) for size in ("50", "all")]
     shapes = feature_sample_tables([SampleSearches("torus", {size: [1] for size in SAMPLE_SIZES}, defaultdict(list))])
     tables = [replace(table, rows=tuple(rows)) for table, rows in zip(shapes, (coverage, search), strict=True)]
     figure_8({table.key: table for table in tables})
-    covered, missed, work = figures[0].axes
+    covered, missed, work = drawn_figures[0].axes
     assert covered.lines[0].get_xdata().tolist() == [50.0, 75.0], "all faces stand to the right of the largest sample"
     assert covered.lines[0].get_ydata().tolist() == [0.2, 0.0] and missed.lines[0].get_ydata().tolist() == [0.25] * 2
     assert work.get_yscale() == scale and (evaluations is None or work.lines[0].get_ydata().tolist() == [50.0] * 2)

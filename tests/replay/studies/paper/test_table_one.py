@@ -31,17 +31,19 @@ def test_budget_is_the_operations_done_in_hybrids_median_time():
     assert [budget(complete, "obb", 100, fraction) for fraction in (1e-9, 0.5, 1.0, 2.0)] == [1, 30, 60, 120]
 
 
-WHOLE = (100, 10, 10, 4, 4, 4, 0, 0.001)
+WHOLE_ANSWER = (100, 10, 10, 4, 4, 4, 0, 0.001)
 """A pose of which every pair was found."""
 
 
 def test_recall_pools_poses_and_a_whole_pose_has_every_pair():
-    answers = np.array([WHOLE, WHOLE, (100, 5, 20, 3, 12, 2, 0, 0.004)], ANSWER_DTYPE)
+    """Two poses with 10 of 10 pairs and one with 5 of 20: 25 of 40 pairs."""
+    answers = np.array([WHOLE_ANSWER, WHOLE_ANSWER, (100, 5, 20, 3, 12, 2, 0, 0.004)], ANSWER_DTYPE)
     (row,) = completion_table({"exact": answers}).rows
     assert row == ("exact", 3, 2, 25 / 3, 25 / 40, 10 / 20, 10 / 11, None, pytest.approx(2.0))
 
 
 def test_table_1_means_and_deviations_match_hand_calculation():
+    """Means and deviations of the ten detected fractions that Table I of the paper prints."""
     known = {"solid-style": (0.8659, 0.0472), "rapid-style": (0.8803, 0.0615), "hybrid-qaco": (0.9567, 0.0215)}
     assert known.keys() == PRINTED_FIGURES.keys()
     for name, figures in known.items():
@@ -55,6 +57,7 @@ def test_table_1_means_and_deviations_match_hand_calculation():
 
 
 def test_a_known_sample_has_the_known_mean_deviation_and_variance():
+    """Squared deviations from 5 sum to 32, over seven degrees of freedom."""
     number, mean, lower, upper, deviation, variance = mean_and_spread(
         np.array([2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0])
     )

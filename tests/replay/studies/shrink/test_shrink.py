@@ -27,7 +27,7 @@ from replay.studies.shrink.writing import sentence, write_case
 from replay.studies.shrink.wrong_answer import WrongAnswer, fault_of_run
 from sessions import write_session
 
-PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
+X_OF_SECOND_CUBE = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 """Of a cube beside one at 0: contacts at the frames 2 and 3, and at 7."""
 
 
@@ -54,13 +54,13 @@ def test_nothing_left_can_be_removed_alone_despite_chance(count, seed):
 def run_folder(tmp_path_factory):
     """A run of ten frames, whose ``slow`` samples at 25 Hz."""
     at = tmp_path_factory.mktemp("shrink")
-    write_session(cubes({"a": [0] * 10, "b": PLACES}), at / "s.mcap")
+    write_session(cubes({"a": [0] * 10, "b": X_OF_SECOND_CUBE}), at / "s.mcap")
     detectors = "slow=discrete[rate_hz=25],exact2=hybrid"
     run(at / "s.mcap", detectors=detectors, out=at / "run", picture=False)
     return at / "run"
 
 
-def least(fault):
+def shrunk_fault(fault):
     shrinking = Shrinking(fault)
     done = shrinking.run()
     assert done.is_reproduced() and shrinking.questions > 0
@@ -82,7 +82,7 @@ def nothing_can_go(fault):
 
 def test_miss_between_samples_ends_at_two_frames_and_two_faces(run_folder):
     fault = fault_of_run(read_run_folder(run_folder), miss=1, label="slow")
-    done = least(fault)
+    done = shrunk_fault(fault)
     assert fault.contact and Size.of(done) == Size(frames=2, bodies=2, faces=(2, 2))
     assert not any(item.is_reproduced() and doubts_of(item) <= doubts_of(done) for item in nothing_can_go(done))
     assert dict(done.settings) == {"rate_hz": 25} and "discrete[rate_hz=25] misses a contact" in sentence(done)
@@ -103,6 +103,7 @@ def test_false_contact_is_shrunk_by_number_after_a_correct_start(tmp_path):
 
 
 def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
+    """The planted detector misses a and b only while others move; the case keeps all three pairs."""
     write_session(cubes({"a": [0, 0, 0, 0.01], "b": [3, 0.9, 3, 3], "c": [9, 9, 9, 8.99]}), tmp_path / "s.mcap")
     name = "support.planted_detectors:Distracted"
     run(tmp_path / "s.mcap", detectors=name, out=tmp_path / "run", picture=False)
@@ -111,10 +112,11 @@ def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
 
 
 def test_contained_body_is_shrunk_to_a_tetrahedron():
+    """The inner box needs one face and the outer four to stay contained."""
     bodies = tuple(Body(name, box_mesh([edge] * 3)) for name, edge in (("out", 4.0), ("in", 1.0)))
     rotated = rotation_from_quaternion(np.tile([0.1, 0.2, 0.3, 0.9], (3, 2, 1)))
     motion = Motion(np.arange(3) / 100.0, np.zeros((3, 2, 3)), rotated)
-    done = least(
+    done = shrunk_fault(
         WrongAnswer("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), contact=True)
     )
     assert Size.of(done) == Size(frames=1, bodies=2, faces=(4, 1))
@@ -167,6 +169,7 @@ def test_unshrinkable_answer_is_explained_in_a_sentence(run_folder, tmp_path, ca
 
 
 def test_run_with_another_scene_is_shrunk_with_that_scene(run_folder, tmp_path):
+    """The other scene gives body b a box of 0.9 m in place of its mesh."""
     session, scene = run_folder.parent / "s.mcap", tmp_path / "other.toml"
     scene.write_text('[[body]]\nid = "a"\n[[body]]\nid = "b"\nshape = "box"\nsize = [0.9, 0.9, 0.9]\n')
     requested = "slow=discrete[rate_hz=25],ours=collider[shape=shipped,rate_hz=25]"

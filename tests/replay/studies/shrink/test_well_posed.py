@@ -24,7 +24,7 @@ ROTATED = (0.1, 0.2, 0.3, 0.9274)
 """No face of the second cube is parallel to one of the first."""
 
 
-def shrunk(tmp_path, first, second, quaternion):
+def shrunk_case(tmp_path, first, second, quaternion):
     """Bodies, poses and summary of the case that a miss of two bodies ends in."""
     poses = {"a": along_x([0] * 8), "b": along_x(POSITIONS, quaternion)}
     session = Session.from_arrays(np.arange(8) * 10_000_000, poses, {"a": first, "b": second})
@@ -51,7 +51,7 @@ def with_needles(mesh):
 
 
 def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
-    bodies, motion, case = shrunk(tmp_path, with_needles(cube()), with_needles(cube()), ROTATED)
+    bodies, motion, case = shrunk_case(tmp_path, with_needles(cube()), with_needles(cube()), ROTATED)
     for body in bodies:
         a, b, c = body.mesh.triangles.transpose(1, 0, 2)
         assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-6).all()
@@ -62,7 +62,7 @@ def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
 
 @pytest.mark.slow
 def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
-    bodies, motion, case = shrunk(tmp_path, cube(), cube(), (0, 0, 0, 1))
+    bodies, motion, case = shrunk_case(tmp_path, cube(), cube(), (0, 0, 0, 1))
     last = motion.take(np.array([len(motion) - 1]))
     for method in itertools.product((-1, 0, 1), repeat=3):
         moved = last.translations.copy()
@@ -74,7 +74,7 @@ def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
 
 def test_ill_posed_case_is_explained(tmp_path, capsys):
     segment = MeshData([[-0.95, 0, 0], [0.95, 0.01, 0]], [(0, 1, 1)])
-    _, _, case = shrunk(tmp_path, cube(), segment, ROTATED)
+    _, _, case = shrunk_case(tmp_path, cube(), segment, ROTATED)
     for text in (*case["doubts"], capsys.readouterr().out, (tmp_path / "case" / "README.md").read_text()):
         assert "without an area" in " ".join(text.split())
 

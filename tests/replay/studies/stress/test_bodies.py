@@ -11,14 +11,15 @@ from replay.studies.stress.solids import box_mesh
 from replay.studies.stress.tally import StressResult
 
 
-def run_cases(detectors, cases, **more):
+def tallies_of_cases(detectors, cases, **more):
     return stress(",".join(detectors), families=(), cases=cases, **more).tallies
 
 
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize("number", [number for number in CASE_NAMES if number != 29])
 def test_exact_passes_or_speaks_of_frames(number):
-    (item,) = run_cases(["exact"], [number])
+    """Cases 30 to 33, 44 and 48 are contacts between frames, which a detector that speaks of frames cannot see."""
+    (item,) = tallies_of_cases(["exact"], [number])
     assert item.invented == item.within == item.refused == item.changed == 0 and item.asked > 0
     assert (item.missed > 0) == (number in (30, 32, 33, 44, 48))
     assert item.promised == (number not in (30, 31, 32, 33, 44, 48))
@@ -26,20 +27,22 @@ def test_exact_passes_or_speaks_of_frames(number):
 
 
 def test_continuous_detector_passes_all_stress_families_with_motion():
-    results = run_cases(["continuous"], [30, 31, 32, 33, 44, 48])
+    """The six cases whose bodies meet between frames."""
+    results = tallies_of_cases(["continuous"], [30, 31, 32, 33, 44, 48])
     assert len(results) == 6
     for item in results:
         assert item.words == "passed" and item.promised and item.reason == "", item
 
 
 def test_python_fcl_errors_on_resting_glass_need_tau():
-    reported = run_cases(["hybrid"], [41, 42])
+    reported = tallies_of_cases(["hybrid"], [41, 42])
     assert all(item.missed == item.invented == item.refused == 0 for item in reported) and reported[1].within > 0
-    (strict,) = run_cases(["hybrid"], [42], tau=0.0)
+    (strict,) = tallies_of_cases(["hybrid"], [42], tau=0.0)
     assert strict.within == 0 and strict.missed + strict.invented > 0
 
 
 def test_missed_contact_is_within_tolerance_only_when_no_deeper():
+    """Tau is 1 cm: a cube 5 mm deep in a slab of 1 m, one 15 mm deep."""
     slab = box_mesh((8.0, 8.0, 1.0))
     # Of cubes that share planes every two faces meet 0 deep, though the cubes are in each other by a half.
     for other, position, within in (
@@ -53,7 +56,7 @@ def test_missed_contact_is_within_tolerance_only_when_no_deeper():
 
 
 def test_sphere_detector_refuses_stress_cases_about_containment():
-    (item,) = run_cases(["sphere"], [27])
+    (item,) = tallies_of_cases(["sphere"], [27])
     assert item.missed == item.invented == 0 and item.asked == 24
     assert item.refused + item.unconfirmed == 24
 
@@ -61,7 +64,7 @@ def test_sphere_detector_refuses_stress_cases_about_containment():
 def test_stress_detects_answers_that_depend_on_blocks(monkeypatch):
     """Joining is broken: only the first block is kept."""
     monkeypatch.setattr(bodies, "join", lambda parts: parts[0])
-    (item,) = run_cases(["exact"], [43])
+    (item,) = tallies_of_cases(["exact"], [43])
     assert (item.asked, item.changed) == (4, 3) and "blocks 1" in item.reason
     assert len(StressResult(seed=100, pairs=1, tau=0.0, tallies=(item,)).broken) == 1
 

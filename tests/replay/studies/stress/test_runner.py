@@ -23,7 +23,7 @@ def faces_above_floor(height):
     return [FLOOR, [[0.2, 0.2, height], [0.3, 0.2, 1], [0.2, 0.3, 1]]]
 
 
-PAIRS = np.array(
+PAIRS_ABOVE_AND_BELOW = np.array(
     [
         faces_above_floor(height=-0.1),
         faces_above_floor(height=0.1),
@@ -35,25 +35,33 @@ PAIRS = np.array(
     dtype=float,
 )
 TRUTH = np.array([True, False, True, False, True, False])
-OPPOSITE = np.where(TRUTH, Verdict.CLEAR, Verdict.CONTACT).astype(np.uint8)
-MIXED = [Verdict.INVALID, Verdict.CANDIDATE, Verdict.UNRESOLVED, Verdict.CLEAR, Verdict.CANDIDATE, Verdict.NOT_FOUND]
+OPPOSITE_OF_TRUTH = np.where(TRUTH, Verdict.CLEAR, Verdict.CONTACT).astype(np.uint8)
+MIXED_VERDICTS = [
+    Verdict.INVALID,
+    Verdict.CANDIDATE,
+    Verdict.UNRESOLVED,
+    Verdict.CLEAR,
+    Verdict.CANDIDATE,
+    Verdict.NOT_FOUND,
+]
 
 
 @pytest.mark.parametrize(
     ("family", "verdict", "tau", "counts"),
     [
-        (FAMILIES[0], OPPOSITE, 2e-6, (2, 2, 2, 0, 0)),
-        (FAMILIES[0], OPPOSITE, 0.0, (3, 3, 0, 0, 0)),
-        (FAMILIES[0], OPPOSITE, 0.5e-6, (3, 3, 0, 0, 0)),
-        (FAMILIES[13], OPPOSITE, 2e-6, (3, 3, 0, 0, 0)),
+        (FAMILIES[0], OPPOSITE_OF_TRUTH, 2e-6, (2, 2, 2, 0, 0)),
+        (FAMILIES[0], OPPOSITE_OF_TRUTH, 0.0, (3, 3, 0, 0, 0)),
+        (FAMILIES[0], OPPOSITE_OF_TRUTH, 0.5e-6, (3, 3, 0, 0, 0)),
+        (FAMILIES[13], OPPOSITE_OF_TRUTH, 2e-6, (3, 3, 0, 0, 0)),
         (FAMILIES[0], np.where(TRUTH, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8), 2e-6, (0, 0, 0, 0, 0)),
-        (FAMILIES[0], np.array(MIXED, dtype=np.uint8), 2e-6, (0, 0, 0, 2, 1)),
+        (FAMILIES[0], np.array(MIXED_VERDICTS, dtype=np.uint8), 2e-6, (0, 0, 0, 2, 1)),
     ],
     ids=["wrong", "no tolerance", "a small tolerance", "no metres", "right", "refusals and volumes"],
 )
 def test_an_answer_is_counted_once_under_the_right_word(family, verdict, tau, counts):
-    assert np.array_equal(triangles_intersect(PAIRS), TRUTH)
-    tally = family_tally("planted", family, 5, PAIRS, TRUTH, verdict, tau)
+    """Counts: missed, false, within tau, refused, unconfirmed. Two of six pairs meet or part by 1 um only."""
+    assert np.array_equal(triangles_intersect(PAIRS_ABOVE_AND_BELOW), TRUTH)
+    tally = family_tally("planted", family, 5, PAIRS_ABOVE_AND_BELOW, TRUTH, verdict, tau)
     assert (tally.missed, tally.invented, tally.within, tally.refused, tally.unconfirmed) == counts
     assert tally.failed == sum(counts[:4])
 
@@ -65,15 +73,16 @@ def test_progress_counts_families_and_cases():
 
 
 def test_failing_triangle_pairs_beyond_tolerance_are_written(tmp_path):
-    planted = "lab.engine:Planted", FAMILIES[0], 5, PAIRS, TRUTH, OPPOSITE, 2e-6
+    """Rows 2 and 3 are within tau; the other four are written."""
+    planted = "lab.engine:Planted", FAMILIES[0], 5, PAIRS_ABOVE_AND_BELOW, TRUTH, OPPOSITE_OF_TRUTH, 2e-6
     tally = family_tally(*planted, tmp_path / "new")
     path = tmp_path / "new" / "family-01-lab-engine-planted-seed-5.npz"
     assert [*path.parent.iterdir()] == [path] and tally.file == str(path)
     cases = read_cases(path)
     assert (cases.detector, cases.family, cases.seed, cases.count) == ("lab.engine:Planted", 1, 5, 6)
     assert cases.row.tolist() == [0, 1, 4, 5]
-    assert cases.triangles.tobytes() == PAIRS[[0, 1, 4, 5]].tobytes()
-    assert np.array_equal(cases.truth, TRUTH[cases.row]) and np.array_equal(cases.verdict, OPPOSITE[cases.row])
+    assert cases.triangles.tobytes() == PAIRS_ABOVE_AND_BELOW[[0, 1, 4, 5]].tobytes()
+    assert np.array_equal(cases.truth, TRUTH[cases.row]) and np.array_equal(cases.verdict, OPPOSITE_OF_TRUTH[cases.row])
     (tmp_path / "taken").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         family_tally(*planted, tmp_path / "taken")
@@ -142,6 +151,7 @@ def test_stress_takes_specs_and_screen_names():
     [("1-26", list(range(1, 27))), ("9", [9]), ("3-5,12", [3, 4, 5, 12]), ("12,12", [12]), ("1-", [1])],
 )
 def test_families_are_named_by_number_and_range(text, numbers):
+    """Triangle pairs have families 1 to 26, bodies have cases."""
     assert numbers_of(text, "family", range(1, 27)) == numbers
     assert numbers_of("33-37", "case", [*CASE_NAMES]) == [33, 37] and numbers_of("all", "case", [*CASE_NAMES]) == [
         *CASE_NAMES

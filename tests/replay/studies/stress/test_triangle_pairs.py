@@ -14,6 +14,7 @@ from replay.studies.stress.triangle_pairs import verdicts_of
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("number", [1, 7, 9, 13, 15, 16, 24])
 def test_exact_in_batches_equals_the_predicate(number, monkeypatch):
+    """40 pairs of each family, 16 a call."""
     monkeypatch.setattr(triangle_pairs, "PAIRS_PER_CALL", 16)
     pairs = FAMILIES[number - 1].pairs(40)
     assert np.array_equal(verdicts_of("exact", pairs) == Verdict.CONTACT, triangles_intersect(pairs))
@@ -21,6 +22,7 @@ def test_exact_in_batches_equals_the_predicate(number, monkeypatch):
 
 
 def test_refused_triangle_pair_does_not_affect_other_pairs(monkeypatch):
+    """The fifth of nine pairs is refused."""
     pairs = FAMILIES[2].pairs(9)
     create = triangle_pairs.create_detector
 
