@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay.cli import console
 from replay.guide.pages import page
@@ -51,7 +51,7 @@ def run_audit_step(folder, **given):
 def folder_of_recordings(tmp_path):
     """A folder with recordings/bench.mcap, in which cubes touch in frame 4 and in frames 8 to 10."""
     (tmp_path / "recordings").mkdir()
-    write_session(cubes(TWO_BUMPS), tmp_path / "recordings" / "bench.mcap")
+    write_session(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), tmp_path / "recordings" / "bench.mcap")
     return tmp_path
 
 

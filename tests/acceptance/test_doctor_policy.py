@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from support.planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean_draft
 
 from cdcore import Verdict
 from replay.cli.main import main
@@ -26,7 +26,7 @@ STAND_INS = [(kind, action) for kind in FAULTY for action in ACTIONS_BY_KIND[kin
 
 def touching_session():
     """A session in which the hand passes the flask's place, so that verdicts have something to lose."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["position"][:, 1] = draft.arrays["position"][:, 0] + 0.02 * np.sin(np.arange(900) / 9)[:, None]
     return draft
 

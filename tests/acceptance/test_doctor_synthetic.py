@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.planted_faults import BODIES, FAULTS, clean, teleport
+from support.planted_faults import BODIES, FAULTS, clean_draft, teleport
 from support.small_worlds import ANALYTIC, make_analytic
 
 from sessions import Session, Severity, Track, examine
@@ -63,7 +63,7 @@ def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed
 @pytest.mark.parametrize("name", FAULTS)
 @pytest.mark.parametrize("body", [0, 1])
 def test_planted_fault_is_reported_with_body_and_interval(name, body, tmp_path):
-    draft = clean()
+    draft = clean_draft()
     planted = FAULTS[name](draft, body, 300)  # from this frame on
     findings = examine(draft.write(tmp_path / "one.mcap"))
     assert planted.is_found(findings, draft), [(item.code, item.body, item.message) for item in findings]
@@ -80,7 +80,7 @@ def test_teleports_are_reported_from_five_centimetres(size):
     is_found = []
     for body in (0, 1, 2):
         for at in range(40, 880, 120):
-            draft = clean()
+            draft = clean_draft()
             planted = teleport(size)(draft, body, at)
             is_found.append(planted.is_found(examine(draft.session()), draft))
     assert np.mean(is_found) >= (0.9 if size < 0.1 else 1.0)

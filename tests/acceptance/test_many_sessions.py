@@ -18,7 +18,7 @@ import numpy as np
 import psutil
 import pytest
 from support.processes import environment, spawned_by
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 import replay
 from replay.running import batch
@@ -47,7 +47,7 @@ GROWTH = 1.1
 def make(path, number):
     """A cube that passes another one as no other number does; how often does not go with the number."""
     t, pace = np.arange(100 * SECONDS) / 100.0, 1.0 + number * 0.6180339887 % 1.0
-    write_session(cubes({"a": [0.0] * len(t), "b": [*(2.0 + 1.3 * np.sin(pace * t))]}), path)
+    write_session(unit_cubes_on_x({"a": [0.0] * len(t), "b": [*(2.0 + 1.3 * np.sin(pace * t))]}), path)
 
 
 run_session = batch.run_session

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
@@ -87,7 +87,7 @@ def test_shapes_are_the_types_with_a_field_of_a_fault():
 
 @pytest.mark.slow
 def test_a_miss_passes_through_few_functions_files_and_types(tmp_path):
-    session = cubes(TWO_BUMPS)
+    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
     write_session(session, tmp_path / "s.mcap")
     replay.run(session, detectors=DETECTOR)
     shapes = shapes_of(path.read_text("utf-8") for path in PACKAGE.rglob("*.py")) | FORMER_SHAPES

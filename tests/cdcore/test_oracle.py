@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from oracles.brute_force import meeting_faces, placed
 from support.random_worlds import SHAPES, World, bodies_of, plate, random_world, rotation
-from support.shapes import unturned
+from support.shapes import unrotated_motion
 
 from cdcore import Motion, Verdict, create_detector, join
 from cdcore.protocol import detect_live
@@ -144,7 +144,7 @@ def test_small_fast_bodies_meet_in_the_right_frame():
     bodies = bodies_of([plate(None) / 512, plate(None) / 512])
     position = np.zeros((129, 2, 3))
     position[:, 0, 2] = (np.arange(129) - 64) / 1024
-    motion = unturned(position)
+    motion = unrotated_motion(position)
     detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion)
     assert np.flatnonzero(detection.verdict[:, 0] == Verdict.CONTACT).tolist() == [64]
     assert detection.work["skipped"] > 64
@@ -152,7 +152,7 @@ def test_small_fast_bodies_meet_in_the_right_frame():
 
 def test_bodies_at_rest_are_tested_in_the_first_frame_only():
     bodies = bodies_of([plate(None), plate(None)])
-    motion = unturned(np.zeros((500, 2, 3)))
+    motion = unrotated_motion(np.zeros((500, 2, 3)))
     detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion, faces=True)
     assert detection.work["reused"] == 499 and detection.work["blocks"] == 1
     assert (detection.face_counts == detection.face_counts[0]).all() and detection.face_counts[0, 0] > 0
@@ -165,7 +165,7 @@ def test_full_face_lists_lose_no_faces():
     position = np.zeros((frames + 1, 3, 3))
     position[:, :, 1] = np.arange(frames + 1)[:, None]
     position[-1, 0, 2], position[:, 2, 2] = 10.0, 20.0
-    motion = unturned(position)
+    motion = unrotated_motion(position)
     bodies = bodies_of([*soups, plate(None)])
     detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion, faces=True)
     assert np.array_equal(detection.faces(0, 0), meeting_faces(*soups))
@@ -178,7 +178,7 @@ def test_boolean_query_of_coplanar_grids_lists_no_faces():
     bodies = bodies_of([plate(None, size=40), plate(None, size=40)])
     position = np.zeros((24, 2, 3))
     position[:, 0, 0] = np.arange(24) / 64
-    motion = unturned(position)
+    motion = unrotated_motion(position)
     detector = create_detector("exact", bodies, **WITHOUT_CONTAINMENT)
     detector.detect(motion.frames(0, 1))
     tracemalloc.start()

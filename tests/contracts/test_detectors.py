@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from support.optional import DATA, ROWS, needs_data
-from support.shapes import box_mesh, lab_bodies_and_motion, random_rotations, unturned
+from support.shapes import box_mesh, lab_bodies_and_motion, random_rotations, unrotated_motion
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
@@ -263,7 +263,7 @@ def test_detectors_accept_meshes_of_a_single_triangle(name):
     triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])
     bodies = [Body("a", triangle), Body("b", upright)]
-    motion = unturned([[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [9, 9, 9]]])
+    motion = unrotated_motion([[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [9, 9, 9]]])
     verdict = create_detector(name, bodies).detect(motion).verdict[:, 0]
     if create_detector(name, bodies).detect(motion).covers == "instants":
         assert counts_as_contact(verdict).tolist() in ([True, False], [False, False])
@@ -286,7 +286,7 @@ def undecided_scene():
     positions[:, 1] = [0.5, 0.0, 0.0]
     positions[:, 2, 2] = np.linspace(0.2, -0.2, 30)
     positions[15:, 2, 0] = np.linspace(0.0, 0.5, 15)
-    return bodies, unturned(positions)
+    return bodies, unrotated_motion(positions)
 
 
 def test_every_undecided_verdict_carries_a_reason(name):

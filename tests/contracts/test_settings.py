@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from support.optional import ROWS
-from support.shapes import ball_mesh, box_mesh, unturned
+from support.shapes import ball_mesh, box_mesh, unrotated_motion
 
 from cdcore import Body, FrameDetector, create_detector
 from cdcore.detectors.detector_table import load_detector
@@ -36,7 +36,7 @@ def passing_ball():
     """A ball that passes a box: two bodies and their motion of three frames."""
     positions = np.zeros((3, 2, 3))
     positions[:, 0, 0] = 0.6, 0.9, 1.2
-    return [Body("ball", ball_mesh(0.4, rings=4, sides=6)), Body("box", box_mesh())], unturned(positions)
+    return [Body("ball", ball_mesh(0.4, rings=4, sides=6)), Body("box", box_mesh())], unrotated_motion(positions)
 
 
 def answer_or_refusal(name, **settings):

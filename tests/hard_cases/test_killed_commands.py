@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from support.processes import environment
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from sessions import read_session, write_session
 
@@ -31,7 +31,7 @@ VERBS = {
 @pytest.fixture
 def work_folder(tmp_path):
     """A folder with a file of somebody else, and beside it what commands read."""
-    write_session(cubes({"a": [0] * 90, "b": [0, 3, 0.9] * 30}), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0] * 90, "b": [0, 3, 0.9] * 30}), tmp_path / "s.mcap")
     data = (tmp_path / "s.mcap").read_bytes()
     (tmp_path / "s.torn").write_bytes(data[: len(data) * 9 // 10])
     (tmp_path / "s.csv").write_text(CSV)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.random_worlds import KINDS, motion_of
-from support.shapes import lab_bodies_and_motion, unturned
+from support.shapes import lab_bodies_and_motion, unrotated_motion
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 
@@ -78,7 +78,7 @@ def test_permuting_faces_permutes_the_face_pairs(kind):
 def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
     """In poses that round nothing: quarter turns and shifts on a grid, where midpoints stay midpoints."""
     bodies, motion = scene(kind)
-    exact = unturned(motion.translations, motion.times)
+    exact = unrotated_motion(motion.translations, motion.times)
 
     def four(solid):
         t = solid.mesh.triangles

@@ -13,7 +13,7 @@ from support.shapes import (
     lab_bodies_and_motion,
     random_rotations,
     shift_mesh,
-    unturned,
+    unrotated_motion,
 )
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
@@ -53,7 +53,7 @@ def test_inner_body_is_contained_unlike_a_body_in_a_cavity(name, number):
 def test_ball_through_the_wall_is_clear_then_contact_then_contained(name):
     positions = np.zeros((41, 2, 3))
     positions[:, 0, 0] = 1.0125 - 0.025 * np.arange(41)
-    motion = unturned(positions)
+    motion = unrotated_motion(positions)
     bodies = [Body("ball", ball_mesh(0.1)), Body("box", box_mesh())]
     verdict = create_detector(name, bodies).detect(motion).verdict[:, 0].tolist()
     # The wall is at .5 and the ball's extent along x is .1: contact from .6 to .4.

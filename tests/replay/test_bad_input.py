@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 from support.study_samples import codebook
 
 from replay.auditing.tolerance import Tolerance
@@ -40,7 +40,7 @@ CALLS = {
     "tolerance": lambda tau: Tolerance(assembly=None, faces=None, tau=tau),
     "noise": lambda words: parse_noise([words]),
     "noisy copies": lambda count: parse_noise(["vive"], count),
-    "run": lambda asked: compute(cubes(SEPARATE), **{"detectors": "hybrid", **asked}),
+    "run": lambda asked: compute(unit_cubes_on_x(SEPARATE), **{"detectors": "hybrid", **asked}),
     "pair": lambda pair: chosen_pairs(Scene(), ("hand",), {}, [pair]),
     "parents": lambda tracked: Kinematics(CIRCLE, tuple(tracked), ("a",)),
     "policy": lambda word: parse_policy([word]),

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from msgspec.structs import asdict
-from support.small_worlds import TWO_BUMPS, cube, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, cube, unit_cubes_on_x
 
 from cdcore.errors import CollisionCoreError
 from replay.detection.detector_spec import TRUSTED_DETECTOR
@@ -25,7 +25,7 @@ TOUCHING = Scene(
 def line_up_of(detectors=None, oracle=None, session=None, **more):
     """The detectors and reference that a run takes for these settings."""
     settings = RunSettings(detectors=detectors, oracle=oracle, **more)
-    return line_up(settings, cubes(TWO_BUMPS) if session is None else session)
+    return line_up(settings, unit_cubes_on_x(MEET_IN_4_AND_8_TO_10) if session is None else session)
 
 
 def test_oracle_option_accepts_label_detector_or_none():
@@ -49,7 +49,9 @@ def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
     ]
     assert [spec.label for spec in line_up_of(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
     recorded = replace(
-        cubes(TWO_BUMPS), colliders={"a": (cube(0.5),)}, live_contacts=(LiveContact(0, "a", "b", "enter"),)
+        unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
+        colliders={"a": (cube(0.5),)},
+        live_contacts=(LiveContact(0, "a", "b", "enter"),),
     )
     assert [spec.label for spec in line_up_of(session=recorded).specs] == [
         "recorded",
@@ -62,17 +64,17 @@ def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
 
 def test_settings_in_the_summary_give_the_same_answers():
     requested = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
-    first = compute(cubes(TWO_BUMPS), requested)
+    first = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), requested)
     reported = first.document.settings
     assert set(reported.__struct_fields__) == {field.name for field in fields(RunSettings)}
-    again = compute(cubes(TWO_BUMPS), RunSettings(**asdict(reported)))
+    again = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), RunSettings(**asdict(reported)))
     assert again.document.settings == reported
     digests = [{label: made.digest for label, made in run.document.detectors.items()} for run in (first, again)]
     assert digests[0] == digests[1] and len(digests[0]) == 3
 
 
 def test_a_named_oracle_runs_though_effects_need_no_contacts():
-    session = cubes(TWO_BUMPS, scene=Scene(effects=()))
+    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=Scene(effects=()))
     assert compute(session).oracle == compute(session, oracle="none").oracle == ""
     assert "hybrid" in compute(session, oracle="hybrid").episodes
     assert compute(session, detectors="sphere").oracle == "exact"
@@ -87,14 +89,16 @@ def test_an_oracle_with_the_label_of_another_is_refused():
 
 @pytest.mark.parametrize("detectors", ["", "sphere,hybrid"])
 def test_without_an_oracle_nothing_is_compared(detectors):
-    result = compute(cubes(TWO_BUMPS), detectors=detectors or (), oracle="none" if detectors else None)
+    result = compute(
+        unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors=detectors or (), oracle="none" if detectors else None
+    )
     assert not result.comparisons and not result.misses and result.oracle == ""
     assert ",".join(result.episodes) == ",".join(result.document.detectors) == detectors
 
 
 def test_only_detectors_of_effects_alone_are_not_queried_live():
     requested = {
-        "session": cubes(TWO_BUMPS, scene=TOUCHING),
+        "session": unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=TOUCHING),
         "detectors": "hybrid,sphere,image-space,continuous",
         "oracle": "static",
     }
@@ -108,7 +112,7 @@ def test_only_detectors_of_effects_alone_are_not_queried_live():
 
 
 def test_a_detector_that_effects_name_runs_live_with_faces():
-    result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="exact", oracle="hybrid")
+    result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=TOUCHING), detectors="exact", oracle="hybrid")
     exact, reported = result.detections["exact"], result.document.detectors["exact"]
     assert reported.live and not reported.faces_queried, "the faces come from a pass that is not timed"
     assert exact.face_counts[4, 0] > 0 and exact.seconds["rest"].shape == (12,)
@@ -117,7 +121,7 @@ def test_a_detector_that_effects_name_runs_live_with_faces():
 
 def test_faces_listed_by_the_reference_are_not_queried_again(monkeypatch):
     monkeypatch.setattr("replay.engine.make_detector", None)
-    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]")
+    result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]")
     assert len(result.misses["slow"]) == 2
 
 
@@ -129,14 +133,14 @@ def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     requested = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
     freed = []
     monkeypatch.setattr("replay.engine.give_back_memory", lambda: freed.append(1))
-    kept = answers(compute(cubes(TWO_BUMPS), **requested))
+    kept = answers(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested))
     assert not freed
     monkeypatch.setattr("replay.engine.MOST_FRAMES_IN_MEMORY", 5)
     monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_IN_MEMORY", 5)
     monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_PER_CALL", 3)
-    assert answers(compute(cubes(TWO_BUMPS), **requested)) == kept and freed
+    assert answers(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested)) == kept and freed
     monkeypatch.setattr("replay.detection.run_detector.MOST_FACE_PAIRS", 3)
-    poor = compute(cubes(TWO_BUMPS), **requested)
+    poor = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested)
     assert poor.detections["hybrid"].face_sets is None
     assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in kept[1]["slow"]]
 
@@ -151,5 +155,9 @@ def test_every_stage_of_a_run_advances_to_its_end():
             yield done.append
             stages.append((name, total, sum(done)))
 
-    compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="slow=discrete[rate_hz=20],sphere", progress=Counting())
+    compute(
+        unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=TOUCHING),
+        detectors="slow=discrete[rate_hz=20],sphere",
+        progress=Counting(),
+    )
     assert len(stages) == 4 and all(total in (None, done) for _, total, done in stages), stages

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 from support.processes import environment
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from sessions import write_session
 
@@ -14,7 +14,7 @@ FOREIGN = 'open("ran", "w").write(__name__)\nraise SystemExit("this is not the t
 
 @pytest.mark.parametrize("options", [(), ("-P",)], ids=["plain", "-P"])
 def test_the_current_folder_does_not_come_before_the_environment(tmp_path, options):
-    write_session(cubes({"a": [0] * 12, "b": [3, 3, 0.9] * 4}), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0] * 12, "b": [3, 3, 0.9] * 4}), tmp_path / "s.mcap")
     for name in ("numpy.py", "mcap.py", "rich.py", "zstandard.py"):
         (tmp_path / name).write_text(FOREIGN)
     for name in ("sessions", "cdcore"):

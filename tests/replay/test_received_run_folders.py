@@ -10,7 +10,7 @@ import sys
 import pytest
 from support.mutants import mutant
 from support.processes import peak_bytes
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
@@ -47,7 +47,7 @@ class Window:
 def good_run_folder(tmp_path_factory):
     """A run folder that is read without a problem."""
     at = tmp_path_factory.mktemp("good")
-    write_session(cubes(POSITIONS, facts={"consent": "share", "pseudonym": "S01"}), at / "s.mcap")
+    write_session(unit_cubes_on_x(POSITIONS, facts={"consent": "share", "pseudonym": "S01"}), at / "s.mcap")
     return replay.run(at / "s.mcap", detectors=DETECTORS, out=at / "run").out
 
 

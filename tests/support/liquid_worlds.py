@@ -7,7 +7,7 @@ from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
-from support.small_worlds import STEP_NS, cube, cubes
+from support.small_worlds import STEP_NS, cube, unit_cubes_on_x
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX, HEAT_COLUMN, LATENT_HEAT_COLUMN, Warmth
@@ -164,7 +164,7 @@ TWO = (SceneBody("hand-left", tags=("hand", "left")), SceneBody("lamp", extra={"
 def small_session(*effects):
     """A hand that passes by a lamp, and what it pressed."""
     positions = [3.0 - 0.1 * k for k in range(22)] + [1.2] * 10
-    session = cubes(
+    session = unit_cubes_on_x(
         {"hand-left": positions, "lamp": [0.0] * len(positions)}, scene=Scene("passing", TWO, effects=effects)
     )
     object.__setattr__(session, "hands", {"ann/left": HandTrack(session.frames.stamp_ns)})

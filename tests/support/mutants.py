@@ -317,7 +317,7 @@ def round_trips(session, folder):
     assert (result.events, result.intervals) == (session.events, session.intervals)
 
 
-def books(session):
+def ledger_text(session):
     """Losses and mergers in the ledger of an import."""
     return "; ".join(ledger_of(session.facts).sentences())
 

@@ -62,7 +62,7 @@ class Planted:
         )
 
 
-def clean():
+def clean_draft():
     """Ten seconds: a flask carried about, a hand that swings and turns, a tray at rest."""
     stamps = START_NS + STEP_NS * np.arange(FRAMES)
     t = np.arange(FRAMES) / 90.0

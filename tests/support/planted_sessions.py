@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
-from support.small_worlds import cube, cubes, framed
+from support.small_worlds import cube, session_of_frames, unit_cubes_on_x
 
 from replay.engine import compute
 from sessions import MeshData, Session, Status
@@ -87,7 +87,7 @@ def planted_session(seed, *, engines=False):
     poses = [path(rng, stamps, moves=number > 0) for number in range(len(names))]
     positions, quaternions = (np.stack(piece, axis=1) for piece in zip(*poses, strict=True))
     status = np.where(np.isnan(positions).any(axis=2), Status.LOST, Status.VALID)
-    posed = framed(stamps, status, np.nan_to_num(positions), quaternions, names)
+    posed = session_of_frames(stamps, status, np.nan_to_num(positions), quaternions, names)
     session = replace(posed, meshes={name: SHAPES[name]() for name in names})
     session = with_reports(rng, session)
     kinds = [*QUICK, *(SLOW if engines else ())]
@@ -163,7 +163,7 @@ STATES = {
 def run(state):
     truth, answer, _ = STATES[state]
     positions = [0.99 if letter == "C" else 1.01 + 0.02 * (k % 2) for k, letter in enumerate(truth)]
-    session = cubes({"a": [0.0] * len(truth), "b": positions})
+    session = unit_cubes_on_x({"a": [0.0] * len(truth), "b": positions})
     return compute(session, detectors=f"it=support.planted_detectors:Scripted[says={answer}]")
 
 

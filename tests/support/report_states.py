@@ -8,9 +8,9 @@ from html import unescape
 
 import numpy as np
 from msgspec import convert, structs
-from support.planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean_draft
 from support.planted_sessions import run
-from support.small_worlds import cube, cubes, jumping
+from support.small_worlds import cube, jumping, unit_cubes_on_x
 
 from replay.advice.pareto import advice_of, front_of
 from replay.auditing.wilson import proportion
@@ -182,9 +182,11 @@ HAZARD = replace(SCENE, effects=(SceneEffect("hazard-proximity", {"of": "a", "ha
 TWO = "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]"
 MANY = {f"b{k:02}": [3.0 + 2 * k] * (4 * k) + [0.9] + [3.0 + 2 * k] * (4 * (9 - k) + 3) for k in range(9)}
 RUN_OF_STATE = {  # what a run may show its reader -> makes such a run
-    "several": lambda: compute(cubes(POSITIONS), detectors=TWO, oracle="exact"),
+    "several": lambda: compute(unit_cubes_on_x(POSITIONS), detectors=TWO, oracle="exact"),
     "nothing wrong": lambda: compute(
-        cubes({"a": [0] * 4, "b": [0.9, 0.9, 2, 3], "c": [-3, -3, -3, -0.9]}, facts={"vr_type": "desktop", "who": "x"}),
+        unit_cubes_on_x(
+            {"a": [0] * 4, "b": [0.9, 0.9, 2, 3], "c": [-3, -3, -3, -0.9]}, facts={"vr_type": "desktop", "who": "x"}
+        ),
         detectors="exact",
         oracle="hybrid",
     ),
@@ -193,21 +195,24 @@ RUN_OF_STATE = {  # what a run may show its reader -> makes such a run
     "undecided": lambda: run("undecided"),
     "not measured": lambda: run("not measured"),
     "only false": lambda: compute(
-        cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]}), detectors="c=collider[shape=box,skin_m=0.05]"
+        unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]}),
+        detectors="c=collider[shape=box,skin_m=0.05]",
     ),
     "between frames": lambda: compute(jumping(), detectors="exact", oracle="continuous"),
-    "no reference": lambda: compute(cubes(POSITIONS), detectors="exact,sphere", oracle="none"),
-    "effects": lambda: compute(cubes({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=HAZARD), detectors=()),
+    "no reference": lambda: compute(unit_cubes_on_x(POSITIONS), detectors="exact,sphere", oracle="none"),
+    "effects": lambda: compute(
+        unit_cubes_on_x({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=HAZARD), detectors=()
+    ),
     "effects beside an audit": lambda: compute(
-        cubes({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=SCENE), detectors="exact", oracle="hybrid"
+        unit_cubes_on_x({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=SCENE), detectors="exact", oracle="hybrid"
     ),
     "findings": lambda: doubtful(),
-    "nine pairs": lambda: compute(cubes({"a": [0.0] * 40, **MANY}), detectors="slow=discrete[rate_hz=12]"),
+    "nine pairs": lambda: compute(unit_cubes_on_x({"a": [0.0] * 40, **MANY}), detectors="slow=discrete[rate_hz=12]"),
     "in a hollow": lambda: gated(0.0),
     "in a hollow that is cut": lambda: cut_gate(),
     "beside a hollow": lambda: gated(0.49),
     "millimetres": lambda: compute(
-        cubes({"a": [0.0] * 12, "b": [3000, 3000, 0.9, 3000, 0.9, 0.8] * 2}), detectors="hybrid"
+        unit_cubes_on_x({"a": [0.0] * 12, "b": [3000, 3000, 0.9, 3000, 0.9, 0.8] * 2}), detectors="hybrid"
     ),
     "inside undecided": lambda: opened(),
     "not live": lambda: compute(jumping(), detectors="hybrid,a=continuous,b=continuous"),
@@ -228,7 +233,7 @@ def gated(position):
     """A ball between the walls of a gate, or beside it, and the hull of both walls."""
     walls = [cube().vertices * (0.1, 1, 1) + (x, 0, 0) for x in (-0.3, 0.3)]
     gate = MeshData(np.concatenate(walls), np.concatenate([cube().faces, cube().faces + 8]))
-    session = cubes({"gate": [0.0] * 4, "ball": [3.0, position, position, 3.0]})
+    session = unit_cubes_on_x({"gate": [0.0] * 4, "ball": [3.0, position, position, 3.0]})
     return compute(replace(session, meshes={"gate": gate, "ball": cube(0.2)}), detectors="hull=collider[skin_m=0.04]")
 
 
@@ -261,7 +266,7 @@ def opened():
     box = cube()
     top = (box.triangles[:, :, 2] == box.bounds[1, 2]).all(axis=1)
     cup = MeshData(9 * box.vertices, box.faces[~top])
-    session = cubes({"a": [0] * 4, "b": [0.2, 0.3, 4.5, 9.0]})
+    session = unit_cubes_on_x({"a": [0] * 4, "b": [0.2, 0.3, 4.5, 9.0]})
     return compute(replace(session, meshes={"a": cup, "b": box}), detectors="hull=collider")
 
 
@@ -273,7 +278,7 @@ def traded(*rows, cut=()):
 
 def doubtful():
     """A frozen hand that is filled in, and a pose that is no number and left out."""
-    draft = clean()
+    draft = clean_draft()
     FAULTS["frozen pose"](draft, 1, 300)
     FAULTS["nan position"](draft, 0, 500)
     return compute(
@@ -364,7 +369,7 @@ def with_steady_time(every_frame):
 
 
 def reported(state):
-    session = cubes({"a": [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
+    session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
     if state == "unasked":
         return session
     return replace(

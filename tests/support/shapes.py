@@ -39,7 +39,7 @@ def nearest_rotation(matrix: np.ndarray) -> np.ndarray:
     return u @ vt
 
 
-def unturned(positions, times=None, valid=None) -> Motion:
+def unrotated_motion(positions, times=None, valid=None) -> Motion:
     """Bodies that keep their rotation at ``positions`` (T, N, 3), a frame a second unless ``times`` are given."""
     positions = np.asarray(positions, dtype=float)
     rotations = np.tile(np.eye(3), (*positions.shape[:2], 1, 1))

@@ -21,8 +21,8 @@ STEP_NS = 10_000_000
 
 STILL = (0.0, 0.0, 0.0, 1.0)
 
-TWO_BUMPS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-"""Where two unit cubes are on X: in contact in frame 4 alone, and in frames 8 to 10."""
+MEET_IN_4_AND_8_TO_10 = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+"""Where two unit cubes are on X: below 1 m they are in contact, in frame 4 alone and in frames 8 to 10."""
 
 
 def cube(edge: float = 1.0) -> MeshData:
@@ -41,8 +41,8 @@ def along_x(points, quaternion=STILL):
     return positions, np.tile(quaternion, (len(points), 1))
 
 
-def cubes(positions, *, step_ns=STEP_NS, first_ns=0, scene=None, **more) -> Session:
-    """Unit cubes on the X axis: name -> where in each frame."""
+def unit_cubes_on_x(positions, *, step_ns=STEP_NS, first_ns=0, scene=None, **more) -> Session:
+    """A session of unit cubes: name -> its X in each frame; two of them are in contact from a distance of 1 m down."""
     count = len(next(iter(positions.values())))
     poses = {name: along_x(where) for name, where in positions.items()}
     stamps = first_ns + np.arange(count) * step_ns
@@ -74,7 +74,7 @@ def grazing(away, depth, turned=1.5) -> Session:
     return Session.from_arrays(np.arange(4) * STEP_NS, poses, {name: cube(0.02) for name in poses}, scene)
 
 
-def framed(stamps, status, position=None, quaternion=None, names=None) -> Session:
+def session_of_frames(stamps, status, position=None, quaternion=None, names=None) -> Session:
     """A session of frames exactly as given: status (T, N), positions (T, N, 3)."""
     stamps, status = np.asarray(stamps, dtype=np.int64), np.asarray(status, dtype=np.uint8)
     frames, bodies = status.shape

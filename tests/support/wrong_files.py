@@ -25,7 +25,7 @@ from support.mutants import (
     with_records,
     without_index,
 )
-from support.planted_faults import BODIES, POSE_CHANNEL, START_NS, STEP_NS, clean
+from support.planted_faults import BODIES, POSE_CHANNEL, START_NS, STEP_NS, clean_draft
 from support.session_files import protobuf_messages, write_foreign
 
 from cdcore.errors import CollisionCoreError
@@ -51,7 +51,7 @@ FIELDS = {
 
 def good_files(folder):
     """The files that wrong ones are made of; the doctor finds no error in those of our own profile."""
-    draft = clean()
+    draft = clean_draft()
     session = draft.session().between(START_NS, START_NS + 199 * STEP_NS)
     stamps = session.frames.stamp_ns
     first = int(stamps[0])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import random_rotations, unturned
+from support.shapes import random_rotations, unrotated_motion
 
 from cdcore import Motion, Verdict
 from cdcore.bounding.bounding_sphere import Sphere
@@ -19,7 +19,9 @@ def test_approaching_ball_is_a_candidate_from_touching_on(offset):
     gaps = np.array([1.0, 1e-6, 100 * EPS * (2.0 + offset), 0.0])
     positions = np.zeros((4, 2, 3))
     positions[:, 0, 0], positions[:, 1, 0] = 2.0 + gaps + offset, offset
-    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, FIRST_AND_SECOND).candidates(unturned(positions))
+    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, FIRST_AND_SECOND).candidates(
+        unrotated_motion(positions)
+    )
     assert verdict[:, 0].tolist() == [Verdict.CLEAR] * 3 + [Verdict.CANDIDATE] and tests == 4
 
 
@@ -29,7 +31,7 @@ def test_a_pair_without_a_pose_is_not_tested():
     positions[:10, 0, 0], positions[20:, 0, 0] = 9.0, 0.5
     valid[10:20, 0] = False
     verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, FIRST_AND_SECOND).candidates(
-        unturned(positions, valid=valid)
+        unrotated_motion(positions, valid=valid)
     )
     assert verdict[:, 0].tolist() == [Verdict.CLEAR] * 10 + [Verdict.NO_POSE] * 10 + [Verdict.CANDIDATE] * 10
     assert tests == 20

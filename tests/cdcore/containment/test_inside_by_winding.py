@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh, unturned
+from support.shapes import ball_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh, unrotated_motion
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import detect_live
@@ -93,7 +93,7 @@ def overlap_of_boxes(positions, middles):
 def verdicts_of(name, mesh, positions, live=False, **settings):
     """Verdicts (T,) of a detector on a small box at these positions, beside a mesh at rest."""
     bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE_EDGE] * 3))]
-    motion = unturned(np.stack([0 * positions, positions], axis=1))
+    motion = unrotated_motion(np.stack([0 * positions, positions], axis=1))
     detector = create_detector(name, bodies, **settings)
     return (detect_live(detector, motion) if live else detector.detect(motion)).verdict[:, 0]
 
@@ -152,7 +152,7 @@ def test_an_interval_through_a_hole_is_not_clear():
     mesh = without_a_side()
     positions = np.array([-0.2, 0.0, 0.0, -0.2, -0.2])[:, None] * [1.0, 0.0, 0.0]
     bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE_EDGE] * 3))]
-    motion = unturned(np.stack([0 * positions, positions], axis=1))
+    motion = unrotated_motion(np.stack([0 * positions, positions], axis=1))
     answer = create_detector("continuous", bodies).detect(motion)
     assert answer.verdict[0, 0] == answer.verdict[4, 0] == Verdict.CLEAR
     assert (answer.verdict[1:4, 0] != Verdict.CLEAR).all()
@@ -237,7 +237,10 @@ def test_a_body_may_be_open_where_the_other_is_closed():
     inner = TriangleMesh(cup.vertices * 0.1, cup.faces)  # 1 cm: it fits into the block of 0.5 m
     assert verdicts_of("exact", box_mesh([0.5] * 3), np.zeros((1, 3))) == [Verdict.CONTAINED]
     bodies = [Body("block", box_mesh([0.5] * 3)), Body("cup", inner)]
-    assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).verdict[0, 0] == Verdict.CONTAINED
+    assert (
+        create_detector("exact", bodies).detect(unrotated_motion(np.zeros((1, 2, 3)))).verdict[0, 0]
+        == Verdict.CONTAINED
+    )
 
 
 def free_triangles(mesh, jitter):
@@ -264,4 +267,4 @@ def test_a_flat_sheet_contains_nothing():
     positions = np.array([[0, 0, 0.4], [0.5, 0, 0.39], [0.5, 0, 0.35], [0.5, 0.5, 0.2]])
     assert (verdicts_of("exact", sheet, positions) == Verdict.CLEAR).all()
     bodies = [Body("sheet", sheet), Body("probe", box_mesh([PROBE_EDGE] * 3))]
-    assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).containment == ("decided",)
+    assert create_detector("exact", bodies).detect(unrotated_motion(np.zeros((1, 2, 3)))).containment == ("decided",)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, box_mesh, lab_bodies_and_motion, revolved_mesh, unturned
+from support.shapes import ball_mesh, box_mesh, lab_bodies_and_motion, revolved_mesh, unrotated_motion
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.protocol import counts_as_contact, detect_live
@@ -13,7 +13,7 @@ BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 def ball_at_x(xs, times):
     positions = np.zeros((len(xs), 2, 3))
     positions[:, 0, 0] = xs
-    return unturned(positions, times)
+    return unrotated_motion(positions, times)
 
 
 def samples_exactly(frames, times, rate, block=None):
@@ -148,7 +148,7 @@ def test_contact_starts_at_the_sum_of_both_skins(shape):
     gaps = np.array([-0.001, 0.0005, 0.0019, 0.0021, 0.004, 0.0019])
     positions = np.zeros((len(gaps), 2, 3))
     positions[:, 0, 0] = gaps + 0.06
-    motion = unturned(positions, np.arange(len(gaps)) / 90)
+    motion = unrotated_motion(positions, np.arange(len(gaps)) / 90)
     for names in (("cube", "wall"), ("wall", "cube")):
         bare, skinned = (
             create_detector("collider", [cube, wall], pairs=[names], shape=shape, skin_m=skin) for skin in (0.0, 0.001)

@@ -15,7 +15,7 @@ from support.shapes import (
     lab_bodies_and_motion,
     motion_at_rest,
     rod_mesh,
-    unturned,
+    unrotated_motion,
 )
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
@@ -48,7 +48,7 @@ REACH = {
 
 def cube_above_plate(gaps):
     positions = [[[0.01, 0.02, 0.06 + gap], [0, 0, 0]] for gap in gaps]
-    motion = unturned(positions)
+    motion = unrotated_motion(positions)
     return [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("plate", box_mesh((1, 1, 0.02)))], motion
 
 
@@ -161,7 +161,7 @@ def test_crowded_bodies_lose_no_contacts(name):
 def test_two_meshes_are_tested_against_each_other(name):
     pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh())]
-    motion = unturned([[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]])
+    motion = unrotated_motion([[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]])
     assert contact_by_frame(name, bodies, motion, shape="mesh").tolist() == [False, True]
 
 
@@ -170,7 +170,7 @@ def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
     """A cube 1 mm deep in a sheet of no thickness, and 1 m above it; edges of 1e100 m are refused."""
     sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
     bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
-    motion = unturned([[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]])
+    motion = unrotated_motion([[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]])
     assert contact_by_frame(name, bodies, motion).tolist() == [True, False]
     with pytest.raises(InvalidMeshError, match="slab"):
         create_detector(name, [Body("slab", TriangleMesh(box_mesh().vertices * 1e100, box_mesh().faces))])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, box_mesh, motion_at_rest, shift_mesh, unturned
+from support.shapes import ball_mesh, box_mesh, motion_at_rest, shift_mesh, unrotated_motion
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import detect_live
@@ -34,7 +34,7 @@ def test_boxes_spare_containment_tests_live_and_offline():
     """A ball inside a box leaves it; at most seven more frames than those inside ask for containment."""
     bodies, positions = [Body("in", ball_mesh(0.1)), Body("out", box_mesh())], np.zeros((300, 2, 3))
     positions[:, 0, 0] = np.linspace(0.0, 3.0, 300)
-    motion = unturned(positions)
+    motion = unrotated_motion(positions)
     detector = create_detector("exact", bodies)
     answer = detector.detect(motion)
     assert detect_live(detector, motion).digest == answer.digest
@@ -138,7 +138,7 @@ def test_exact_touch_and_gap_of_an_ulp_live_and_offline():
     """Unit boxes touch face to face and corner to corner, then are apart by 2^-50, then by 1e80."""
     positions = np.zeros((4, 2, 3))
     positions[:, 1] = [[0, 0, 1], [1, 1, 1], [0.5, 0, 1 + 2.0**-50], [1e80, 0, 0]]
-    motion = unturned(positions)
+    motion = unrotated_motion(positions)
     detector = create_detector("exact", [Body("a", box_mesh()), Body("b", box_mesh())])
     whole = detector.detect(motion).verdict
     assert whole[:, 0].tolist() == [Verdict.CONTACT, Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]

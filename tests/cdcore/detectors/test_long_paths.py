@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, unturned
+from support.shapes import box_mesh, unrotated_motion
 
 from cdcore import Body, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import detect_live
@@ -45,7 +45,7 @@ def scene(positions, step, handle):
     translations[: len(positions), 1:, 0] = direction[0] + rng.uniform(0.0, 1.0, NEEDLES)
     translations[len(positions) :, 1:, 0] = direction
     translations[:, 1:, 1] = 2.0 * (np.arange(NEEDLES) - NEEDLES / 2) + 0.3
-    motion = unturned(translations, np.arange(frames) / 90.0)
+    motion = unrotated_motion(translations, np.arange(frames) / 90.0)
     x, plate_x = translations[:, 1:, 0], translations[:, :1, 0]
     pairs = np.stack([np.zeros(NEEDLES, dtype=np.int64), 1 + np.arange(NEEDLES)], axis=1)
     return bodies, pairs, motion, (x - 0.5 <= plate_x) & (plate_x <= x + 0.5)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, unturned
+from support.shapes import ball_mesh, unrotated_motion
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.protocol import detect_live
@@ -17,7 +17,7 @@ def verdicts_of_touching_balls(name, live, tracked, rate_hz=1.0):
     positions[:, 1, 0] = 1.0
     valid = np.ones((len(tracked), 2), dtype=bool)
     valid[:, 1] = tracked
-    motion = unturned(positions, np.arange(len(tracked)) / 10.0, valid)
+    motion = unrotated_motion(positions, np.arange(len(tracked)) / 10.0, valid)
     detector = create_detector(name, BALLS, rate_hz=rate_hz)
     return (detect_live(detector, motion) if live else detector.detect(motion)).verdict[:, 0]
 
@@ -40,7 +40,7 @@ def test_held_answers_across_blocks_equal_the_whole_motion(name):
     tracked = np.arange(25) >= 3
     positions = np.zeros((25, 2, 3))
     valid = np.stack([np.ones(25, dtype=bool), tracked], axis=1)
-    motion = unturned(positions, np.arange(25) / 10.0, valid)
+    motion = unrotated_motion(positions, np.arange(25) / 10.0, valid)
     blocks = [motion.frames(start, start + 5) for start in range(0, 25, 5)]
     components = list(create_detector(name, BALLS, rate_hz=1.0).stream(blocks))
     whole = create_detector(name, BALLS, rate_hz=1.0).detect(motion)

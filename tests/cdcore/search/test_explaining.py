@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.search_scenes import ball_of
-from support.shapes import box_mesh, lab_bodies_and_motion, unturned
+from support.shapes import box_mesh, lab_bodies_and_motion, unrotated_motion
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import Explains
@@ -99,7 +99,7 @@ def approach_of_two_balls(frames=FRAMES):
     position = np.zeros((frames, 2, 3))
     position[:, 0, 0] = np.linspace(2.3, 1.7, frames)
     position[:, 0, 1] = 0.1
-    return unturned(position)
+    return unrotated_motion(position)
 
 
 def every_frame_requested(motion):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from support.shapes import revolved_mesh
-from support.small_worlds import STEP_NS, cubes
+from support.small_worlds import STEP_NS, unit_cubes_on_x
 
 from cdcore import TriangleMesh
 from replay.advice import collider_search
@@ -78,4 +78,4 @@ def missing_pieces(monkeypatch, two_beakers):
 @pytest.fixture(scope="package")
 def bumped():
     """Two cubes that touch in three of twelve frames, and whose balls overlap in five more."""
-    return cubes({"a": [0] * 12, "b": [3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3]})
+    return unit_cubes_on_x({"a": [0] * 12, "b": [3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3]})

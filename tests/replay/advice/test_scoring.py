@@ -1,7 +1,7 @@
 import re
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from cdcore.tolerances import TWO_MICROMETRES
 from replay.advice.scoring import Scoring
@@ -55,6 +55,6 @@ def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
 
 def test_loss_without_true_contact_is_the_false_contact():
     """Unit cubes at 1.3 are apart, but spheres around them overlap: all of the reported contact is false."""
-    assembly = assemble(cubes({"a": [0, 0], "b": [3, 1.3]}))
+    assembly = assemble(unit_cubes_on_x({"a": [0, 0], "b": [3, 1.3]}))
     balls = figures(assembly, "sphere")
     assert (balls["contacts"], balls["missed"], balls["false_contacts"], balls["loss"]) == (0, 0, 1, 1.0)

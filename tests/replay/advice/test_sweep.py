@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes, framed
+from support.small_worlds import session_of_frames, unit_cubes_on_x
 
 from cdcore.kernels import compiling
 from replay.advice import sweep as trading
@@ -48,7 +48,7 @@ def effects_world():
     positions = {"a": [0] * 8, "b": [3, 0.9, 3, 0.9, 3, 1.4, 0.9, 3], "c": [0.9, 3, 3, 3, 3, 3, 3, 0.9]}
     near = SceneEffect("contact", {"between": ["a", "b"]})
     scene = Scene("room", bodies=tuple(SceneBody(name) for name in positions), effects=(near,))
-    session = cubes(positions, scene=scene)
+    session = unit_cubes_on_x(positions, scene=scene)
     quaternion = session.frames.quaternion_xyzw.copy()
     quaternion[3, 1] = 0.0
     return replace(session, source=replace(session.frames, quaternion_xyzw=quaternion))
@@ -58,7 +58,7 @@ def effects_world():
 def test_counts_of_every_setting_match_an_audit():
     """One world has effects, lost poses and a declared pair, the other two cubes alone."""
     how = {"detectors": "exact,hybrid,collider[shape=sphere]", "policy": ["zero-quaternion=drop"]}
-    for world in (effects_world(), cubes({"a": [0] * 6, "b": [3, 0.9, 3, 1.4, 0.9, 3]})):
+    for world in (effects_world(), unit_cubes_on_x({"a": [0] * 6, "b": [3, 0.9, 3, 1.4, 0.9, 3]})):
         run, done = compute(world, oracle="continuous", **how), tradeoff(world, oracle="continuous", **how)
         assert done.about["pairs"] == len(run.assembly.pairs) and done.about["frames"] == len(run.assembly.motion)
         assert [row_counts(row) for row in done.rows] == [audit_counts(run, row["label"]) for row in done.rows]
@@ -126,7 +126,7 @@ def test_pose_dropped_by_the_policy_gives_no_contact():
     positions = [[[0, 0, 0], [x, 0, 0]] for x in (3, 0.9, 0.9, 3, 3, 0.9, 3, 3)]
     rotations = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
     rotations[5, 1] = 0.0
-    session = framed(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, positions, rotations)
+    session = session_of_frames(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, positions, rotations)
     done = tradeoff(session, detectors="hybrid", policy=["zero-quaternion=drop"], start=0.01)
     assert (done.rows[0]["contacts"], done.rows[0]["loss"]) == (1, 0)
     assert done.about["seconds"] == pytest.approx(0.06)
@@ -139,4 +139,4 @@ def test_invalid_tradeoff_arguments_are_refused_in_a_sentence(bumped):
 
 def test_session_without_contact_is_refused():
     with pytest.raises(TradeoffError, match="nothing can be missed"):
-        tradeoff(cubes({"a": [0, 0], "b": [3, 4]}), detectors=TRIED_SETTINGS)
+        tradeoff(unit_cubes_on_x({"a": [0, 0], "b": [3, 4]}), detectors=TRIED_SETTINGS)

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.shapes import unturned
+from support.shapes import unrotated_motion
 
 from replay.advice.timing import BATCH_FRAMES, LEAD_FRAMES, MEAN_LEVEL, Clock, LiveFrames, Timed, known
 from replay.detection.sample_times import P99
@@ -28,7 +28,7 @@ class Sleepy:
 
 def test_timed_pass_queries_frames_in_order_with_clock_outside():
     """``whole`` answers all 12 frames at once in 24 ms: 2 ms each."""
-    motion = unturned(np.zeros((12, 1, 3)))
+    motion = unrotated_motion(np.zeros((12, 1, 3)))
     item, two, whole = Sleepy(seconds=0.001), Sleepy(seconds=0.003), Sleepy(seconds=0.024, online=False)
     requested = [Timed("", detector, motion) for detector in (item, two, whole)]
     first, second, third = LiveFrames(motion, 10_000).live_pass(requested)
@@ -126,7 +126,7 @@ def test_pass_that_compiled_a_kernel_is_repeated():
 @pytest.mark.parametrize(("rate_hz", "sampled"), [(None, 60), (90.0, 60), (30.0, 20), (6.0, 4), (0.5, 1)])
 def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
     """60 frames at 90 Hz; frames that sample take 0.28 s, the others nothing."""
-    motion = unturned(np.zeros((60, 1, 3)), np.arange(60) / 90)
+    motion = unrotated_motion(np.zeros((60, 1, 3)), np.arange(60) / 90)
     frames = LiveFrames(motion, 10_000)
     samples = frames.samples(rate_hz)
     assert samples.sum() == sampled and samples[0]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import STILL, TWO_BUMPS, cube, cubes, make_analytic, verdict_column
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, STILL, cube, make_analytic, unit_cubes_on_x, verdict_column
 
 from cdcore import Verdict
 from cdcore.protocol import Explanation
@@ -110,7 +110,9 @@ FRAME_OF_90_HZ_NS = 11_111_111
 )
 def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, invented):
     """Of three contacts; a report 5 us late belongs to the next frame: one frame missed, one false, of each."""
-    session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=FRAME_OF_90_HZ_NS)
+    session = unit_cubes_on_x(
+        {"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=FRAME_OF_90_HZ_NS
+    )
     result = compute(session_with_reports(session, late_ns, digits), detectors="recorded", oracle="exact")
     figures = result.document.audit["recorded"]
     assert (figures.time_missed.count, figures.false_contact.count) == (missed, invented)
@@ -128,7 +130,7 @@ def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
 
 
 def test_a_contact_that_no_instant_shows_is_lost_between_frames():
-    session = cubes({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]})
+    session = unit_cubes_on_x({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]})
     result = compute(session, detectors="exact", oracle="truth=support.planted_detectors:Swept")
     (miss,) = result.misses["exact"]
     assert (miss.first, miss.last, miss.cause) == (2, 2, "between frames")
@@ -142,7 +144,7 @@ def test_disagreement_within_tolerance_is_no_miss():
 
 
 def test_tolerance_is_counted_in_a_run_without_misses():
-    session = cubes({"a": [0] * 3, "b": [1 - 1e-6, 1.0, 1.5]})
+    session = unit_cubes_on_x({"a": [0] * 3, "b": [1 - 1e-6, 1.0, 1.5]})
     result = compute(session, detectors="support.planted_detectors:Blind", oracle="exact")
     assert result.misses["Blind"] == () and result.causes["Blind"].pair_frames[Cause.TOLERANCE] == 2
 
@@ -176,7 +178,7 @@ def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
     """20 misses of two frames each by a detector that sees nothing; only ten frames may be examined."""
     monkeypatch.setattr("replay.auditing.examination.CAUSE_BUDGET", SampleBudget(per_miss=16, total=10))
     monkeypatch.setattr("replay.auditing.examination.FRAMES_AT_ONCE", 3)
-    session = cubes({"a": [0] * 60, "b": [3, 0.9, 0.9] * 20})
+    session = unit_cubes_on_x({"a": [0] * 60, "b": [3, 0.9, 0.9] * 20})
     result = compute(session, detectors="support.planted_detectors:Blind")
     causes = Counter(miss.cause for miss in result.misses["Blind"])
     assert causes == {Cause.NOT_EXAMINED: 10, Cause.UNEXPLAINED: 10}
@@ -185,7 +187,7 @@ def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
 
 def test_misses_under_a_reference_without_faces_get_exact_faces():
     result = compute(
-        cubes(TWO_BUMPS),
+        unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
         detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]",
         oracle="support.planted_detectors:Planted",
     )

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import STEP_NS, STILL, along_x, cube, cubes
+from support.small_worlds import STEP_NS, STILL, along_x, cube, unit_cubes_on_x
 from trimesh.creation import icosphere
 
 from replay import run
@@ -23,7 +23,7 @@ X_OF_OVERLAPPING_CUBES = {"a": [0] * 9, "b": [3, 0.9, 0.8, 0.7, 0.9, 3, 3, 0.95,
 @pytest.fixture(scope="module")
 def audited_run():
     """A run of two cubes: ``slow`` samples at 20 Hz, ``exact`` is the reference."""
-    return run(cubes(X_OF_OVERLAPPING_CUBES), detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
+    return run(unit_cubes_on_x(X_OF_OVERLAPPING_CUBES), detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
 
 
 def test_contacts_have_depth_and_volume_of_their_worst_frame(audited_run):
@@ -53,7 +53,7 @@ def test_gate_refuses_misses_that_are_deeper(audited_run):
 
 
 def test_open_bodies_make_the_gate_fail_with_the_reason():
-    session, whole = cubes(X_OF_OVERLAPPING_CUBES), cube()
+    session, whole = unit_cubes_on_x(X_OF_OVERLAPPING_CUBES), cube()
     session = replace(session, meshes=session.meshes | {"b": MeshData(whole.vertices, whole.faces[:-2])})
     result = run(session, detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
     misses = result.misses["slow"]
@@ -65,7 +65,7 @@ def test_open_bodies_make_the_gate_fail_with_the_reason():
 
 @pytest.mark.parametrize(("limit", "code"), [("1mm", 4), ("0.4 m", 0), ("3", 2), ("-1mm", 2)])
 def test_gate_on_the_command_line_takes_a_length(limit, code, tmp_path, capsys):
-    write_session(cubes(X_OF_OVERLAPPING_CUBES), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x(X_OF_OVERLAPPING_CUBES), tmp_path / "s.mcap")
     command = ["run", str(tmp_path / "s.mcap"), "-o", str(tmp_path / "out"), "--no-picture", "--fix-time", "0"]
     assert main([*command, "--detectors", "slow=discrete[rate_hz=20]", f"--max-missed-depth={limit}"]) == code
     capsys.readouterr()
@@ -75,7 +75,7 @@ def session_with_deep_frame(frames, at, shallow, deep):
     """Cubes in contact so deep in all frames but one, where they are deeper; apart before and after."""
     depths = np.full(frames, shallow)
     depths[at] = deep
-    return cubes({"a": [0.0] * (frames + 4), "b": [3, 3, *(1 - depths).tolist(), 3, 3]})
+    return unit_cubes_on_x({"a": [0.0] * (frames + 4), "b": [3, 3, *(1 - depths).tolist(), 3, 3]})
 
 
 @pytest.mark.parametrize("at", [18, *(pytest.param(frame, marks=pytest.mark.slow) for frame in (1, 59))])
@@ -162,5 +162,5 @@ def test_deepest_frame_is_found_where_rotation_and_path_add_up():
 
 def test_frames_that_cannot_be_deepest_are_not_searched():
     """A cube is 0.3 deep in frame 0, then rests at 0.1: of the frames at rest the last alone is searched."""
-    assembly = assemble(cubes({"a": [0.0] * 6, "b": [0.7, 0.9, 0.9, 0.9, 0.9, 0.9]}))
+    assembly = assemble(unit_cubes_on_x({"a": [0.0] * 6, "b": [0.7, 0.9, 0.9, 0.9, 0.9, 0.9]}))
     assert contact_depths(assembly, [Episode(0, 0, 5, 0.0, 0.06)], {}).series[0].keys() == {0, 5}

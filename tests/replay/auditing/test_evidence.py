@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes
+from support.small_worlds import along_x, cube, unit_cubes_on_x
 
 from cdcore import create_detector
 from replay.auditing.causes import Audited
@@ -127,7 +127,7 @@ def test_a_curve_is_as_long_as_its_segments():
 
 def misses_between_frames(positions, *segments):
     """Measured misses (pair, first, last) of cube b, at these places on X, which flies through cube a at the origin."""
-    session = cubes({"a": [0.0] * len(positions), "b": positions})
+    session = unit_cubes_on_x({"a": [0.0] * len(positions), "b": positions})
     assembly = assemble(session)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
     return measured_misses(assembly, exact, segments, between=True)[0]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.small_worlds import STEP_NS, along_x, cube, cubes, framed
+from support.small_worlds import STEP_NS, along_x, cube, session_of_frames, unit_cubes_on_x
 
 from cdcore.poses import rotation_from_quaternion
 from replay.auditing.first_touch import at_touch, first_touch, poses_between
@@ -15,7 +15,7 @@ STEP = STEP_NS * 1e-9
 
 def test_a_jump_through_a_cube_touches_on_its_line():
     """From x = 3 to -3 m in a step; unit cubes touch at x = 1 m, after 2 of 6 m."""
-    assembly = assemble(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, -3.0, -3.0]}))
+    assembly = assemble(unit_cubes_on_x({"a": [0.0] * 4, "b": [3.0, 3.0, -3.0, -3.0]}))
     touch = first_touch(assembly, pair=0, frame=1)
     expected = STEP + STEP * 2 / 6
     assert touch.frame == 1 and touch.free <= expected + 1e-12 and touch.moment == pytest.approx(expected, abs=1e-6)
@@ -25,14 +25,14 @@ def test_a_jump_through_a_cube_touches_on_its_line():
 
 
 def test_a_path_that_meets_nothing_has_no_touch():
-    separate = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}))
+    separate = assemble(unit_cubes_on_x({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}))
     assert [first_touch(separate, 0, frame) for frame in (-1, 0, 1, 2)] == [None] * 4
-    lost = assemble(framed([0, 10 * STEP_NS, 20 * STEP_NS], [[1, 1], [1, 0], [1, 1]]))
+    lost = assemble(session_of_frames([0, 10 * STEP_NS, 20 * STEP_NS], [[1, 1], [1, 0], [1, 1]]))
     assert not lost.motion.valid.all() and [first_touch(lost, 0, frame) for frame in (0, 1)] == [None, None]
 
 
 def test_only_the_pair_moves_to_its_touch():
-    assembly = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 3.0, -3.0], "c": [7.0, 8.0, 9.0]}))
+    assembly = assemble(unit_cubes_on_x({"a": [0.0] * 3, "b": [3.0, 3.0, -3.0], "c": [7.0, 8.0, 9.0]}))
     pair = [tuple(ends) for ends in assembly.pairs.tolist()].index((0, 1))
     touch = first_touch(assembly, pair, 1)
     touching = at_touch(assembly, pair, touch).motion

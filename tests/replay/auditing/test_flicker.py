@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 from rich.console import Console
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
@@ -28,7 +28,7 @@ BOUNCES = [CLEAR] * 20 + [DEEP, DEEP, 0.0003, DEEP, 0.00046, 0.0001, DEEP, 0.000
 
 def cubes_at_gaps(metres, **more):
     """Unit cubes so many metres apart in each frame."""
-    return cubes({"a": [0.0] * len(metres), "b": [1.0 + gap for gap in metres]}, **more)
+    return unit_cubes_on_x({"a": [0.0] * len(metres), "b": [1.0 + gap for gap in metres]}, **more)
 
 
 def flicker(session, label="exact", **settings):
@@ -145,7 +145,7 @@ def test_band_prolongs_as_a_plain_loop_does(seed):
 
 def test_contact_of_another_pair_is_no_flicker_interruption():
     """a and b touch in frame 0, c and d in frame 2."""
-    session = cubes({"a": [0.0] * 5, "b": [0.9, 3, 3, 3, 3], "c": [20.0] * 5, "d": [23, 23, 20.95, 23, 23]})
+    session = unit_cubes_on_x({"a": [0.0] * 5, "b": [0.9, 3, 3, 3, 3], "c": [20.0] * 5, "d": [23, 23, 20.95, 23, 23]})
     contacts = compute(session, detectors="exact", oracle="none").episodes["exact"]
     assert [contact.pair for contact in contacts] == [0, 4]
     assert interruptions_of(contacts) == []

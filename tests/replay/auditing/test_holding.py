@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes, verdict_column
+from support.small_worlds import unit_cubes_on_x, verdict_column
 
 from replay.auditing.compare import compare
 from replay.auditing.contact_counts import count_contacts, count_reports
@@ -23,7 +23,7 @@ FRAMES = 300
 def assembly_with_trigger(positions, trigger, *, scene=None):
     """A recording of cubes by a right hand with this trigger."""
     hands = {"p/right": HandTrack(np.arange(FRAMES) * STEP, trigger)}
-    session = replace(cubes(positions, scene=scene), hands=hands)
+    session = replace(unit_cubes_on_x(positions, scene=scene), hands=hands)
     return assemble(session), session
 
 

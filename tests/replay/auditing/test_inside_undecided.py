@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from msgspec.structs import astuple
-from support.small_worlds import cube, cubes
+from support.small_worlds import cube, unit_cubes_on_x
 
 from cdcore import Verdict
 from replay.auditing.fault import Cause
@@ -57,7 +57,7 @@ BLOCKS = {
 
 
 def audited(mesh):
-    session = cubes({"block": [0.0] * len(PATH), "probe": PATH})
+    session = unit_cubes_on_x({"block": [0.0] * len(PATH), "probe": PATH})
     return compute(replace(session, meshes={"block": mesh, "probe": cube()}), detectors=REQUESTED, oracle="exact")
 
 
@@ -97,7 +97,7 @@ def test_frames_that_are_not_counted_break_no_gate():
 def test_a_hollow_needs_a_reference_that_knows_the_side():
     """A hull around two walls, and a cube between them: measured by exact, not by a search."""
     walls = merged_mesh(cube_mesh(scale=3.0, shift=[-4.0, 0, 0]), cube_mesh(scale=3.0, shift=[4.0, 0, 0]))
-    session = cubes({"walls": [0.0] * 4, "probe": [9.0, 0.0, 0.5, 9.0]})
+    session = unit_cubes_on_x({"walls": [0.0] * 4, "probe": [9.0, 0.0, 0.5, 9.0]})
     session = replace(session, meshes={"walls": walls, "probe": cube()})
     causes = {}
     for oracle in ("exact", "exact[containment=false]"):

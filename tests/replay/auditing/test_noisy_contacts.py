@@ -4,7 +4,7 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes
+from support.small_worlds import along_x, cube, unit_cubes_on_x
 
 from replay import run
 from replay.auditing import noisy_contacts as module
@@ -26,7 +26,7 @@ WAVERING = [*FAR, *[0.3, -0.2, 0.1, -0.5] * 10, *FAR, -0.4, *FAR, 0.5, *FAR]
 def cubes_at_gaps_mm(millimetres, names="ab"):
     """Two cubes, the gap between their faces in every frame in millimetres, below 0 how far they overlap."""
     positions = {"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]}
-    return cubes({name: positions[name] for name in names})
+    return unit_cubes_on_x({name: positions[name] for name in names})
 
 
 def noisy_run(session, **more):
@@ -57,7 +57,7 @@ def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
     settings = result.document.noise
     assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
     positions = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
-    (contact,) = noisy_run(cubes(positions), noise=[f"c={SIZE}"]).noise.contacts
+    (contact,) = noisy_run(unit_cubes_on_x(positions), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.fraction, contact.word) == (1.0, module.HOLDS)
 
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes, verdict_column
+from support.small_worlds import unit_cubes_on_x, verdict_column
 
 from replay.auditing.compare import compare
 from replay.auditing.outcome import Outcome
@@ -18,7 +18,7 @@ def bumps(seed, frames=120):
     positions = np.full(frames, 3.0)
     for first in np.cumsum(rng.integers(7, 20, 8)):
         positions[first : first + rng.integers(1, 7)] = 0.9
-    return cubes({"a": [0.0] * frames, "b": positions.tolist()})
+    return unit_cubes_on_x({"a": [0.0] * frames, "b": positions.tolist()})
 
 
 @pytest.mark.sampled(2)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.shapes import ball_mesh, box_mesh, random_rotations
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from cdcore import Body, Motion, Verdict, create_detector
 from replay.auditing.compare import compare
@@ -106,7 +106,7 @@ def test_frames_within_tolerance_count_in_no_false_contact():
 
 def test_overlap_below_tau_counts_as_within_tolerance():
     # unit cubes: overlapping by half, by a micrometre, touching, apart
-    session = cubes({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
+    session = unit_cubes_on_x({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
     for more, tau, counts in (({}, 2e-6, (1, 2)), ({"tau": 0.0}, 0.0, (3, 0))):
         summary = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact", **more).document
         counted = summary.audit["blind"].pair_frames

@@ -3,7 +3,7 @@ import time
 
 import pytest
 from support.processes import Watched
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay import run
 from replay.cli.console import People, TerminalProgress, progress_counter, progress_text
@@ -63,7 +63,7 @@ def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
 def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
     watched = Watched()
     run(
-        cubes({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}),
+        unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}),
         detectors=detectors,
         out=tmp_path / "run",
         progress=watched,

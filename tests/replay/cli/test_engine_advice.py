@@ -1,7 +1,7 @@
 import json
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.cli.main import main
 from replay.cutting import piece_store
@@ -15,7 +15,7 @@ POSITIONS = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 def session_file(tmp_path, monkeypatch):
     """A session of two cubes, on a machine without any engine."""
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
-    write_session(cubes(POSITIONS), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x(POSITIONS), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 
 

@@ -7,7 +7,7 @@ import warnings
 
 import click
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.cli import main as module
 from replay.cli.commands import COMMANDS, GROUPS
@@ -92,7 +92,7 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
 @pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
 @pytest.mark.parametrize(("where", "unbuffered"), [(">&-", "1"), (">/dev/full", ""), (">&- 2>&-", "")])
 def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):
-    write_session(cubes({"a": [0, 1]}), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0, 1]}), tmp_path / "s.mcap")
     command = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
     more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, env=more)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from support.report_states import RUN_OF_STATE, run_with_steady_times
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from cdcore.detectors.detector_table import settings_of
 from replay.cli.run_markdown import run_markdown
@@ -19,9 +19,9 @@ from replay.show.sections import SectionName, section_of
 
 
 def test_measured_fix_equals_a_run_of_the_fixed_detector():
-    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]")
+    result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
-    fixed = compute(cubes(TWO_BUMPS), detectors="often=discrete")
+    fixed = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="often=discrete")
     audit = fixed.document.audit["often"]
     every = result.phases["slow"].every_frame
     assert answer.fix.measured and "missed up to 2 -> 0," in answer.fix.change
@@ -31,7 +31,7 @@ def test_measured_fix_equals_a_run_of_the_fixed_detector():
 
 
 def test_unmeasured_fix_names_a_valid_detector_setting():
-    gap = cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
+    gap = unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
     answer, _ = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
     assert "are worst" in answer.sentence
     assert not answer.fix.measured and "not measured" in answer.fix.text
@@ -40,7 +40,9 @@ def test_unmeasured_fix_names_a_valid_detector_setting():
 
 
 def test_a_single_search_is_worst_and_not_are():
-    answer, _ = compute(cubes(TWO_BUMPS), detectors="search=qaco[budget=1,seed=3],often=discrete").answers
+    answer, _ = compute(
+        unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="search=qaco[budget=1,seed=3],often=discrete"
+    ).answers
     assert answer.sentence.startswith("Ant colony (search) is worst: ")
 
 

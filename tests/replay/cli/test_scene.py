@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.mutants import MUTANTS, tried
 from support.optional import DATA
-from support.small_worlds import cube, cubes
+from support.small_worlds import cube, unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
@@ -58,7 +58,7 @@ between = ["a", "b"]
 @pytest.fixture
 def session_and_scene(tmp_path):
     """A folder with s.mcap, which has a scene of its own, and other.toml."""
-    session = cubes(POSITIONS, scene=parse_scene(OWN))
+    session = unit_cubes_on_x(POSITIONS, scene=parse_scene(OWN))
     write_session(session, tmp_path / "s.mcap")
     (tmp_path / "other.toml").write_text(OTHER)
     return tmp_path

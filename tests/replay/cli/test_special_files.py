@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.cli.main import main
 from sessions import write_session
@@ -84,7 +84,7 @@ def test_verb_refuses_irregular_files_and_writes_nothing(special, tmp_path, caps
     path, out = special(kind, "given"), tmp_path / "out.mcap"
     table = tmp_path / "log.csv"
     table.write_text("time,cup_x\n0,1\n")
-    write_session(cubes({"cup": [0.0] * 3}), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x({"cup": [0.0] * 3}), tmp_path / "s.mcap")
     folders = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
     assert main([word.format(**folders) for word in arguments]) in (1, 2)
     output = capsys.readouterr().err

@@ -10,7 +10,7 @@ import pytest
 from msgspec import structs
 from rich.console import Console
 from support.report_states import EMPTY, document_with
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.cli import console as console_module
 from replay.cli.main import main
@@ -53,7 +53,7 @@ def screens(tmp_path_factory):
     """Verb -> what it prints, to be drawn at any width; each runs once."""
     folder, drawn = tmp_path_factory.mktemp("shown"), {}
     names = {"small-beaker": [0] * 12, "hand-left-glove": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-    write_session(cubes(names), folder / "s.mcap")
+    write_session(unit_cubes_on_x(names), folder / "s.mcap")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(advisor, "find_spec", lambda name: None)
         patch.chdir(folder)

@@ -3,7 +3,7 @@ from decimal import Decimal
 import pyarrow.parquet as pq
 import pytest
 from support.report_states import ABOUT, price_row
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay.advice import sweep as trading
 from replay.advice.pareto import advice_of
@@ -26,7 +26,7 @@ def session_file(tmp_path, monkeypatch):
     rate = Setting("meshes at 20 Hz", "collider", {"shape": "mesh", "rate_hz": 20.0})
     settings = (Setting("FCL", "hybrid"), Setting("balls", "sphere"), rate)
     monkeypatch.setattr(trading, "settings_list", lambda **_: settings)
-    write_session(cubes(TWO_BUMPS), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 
 

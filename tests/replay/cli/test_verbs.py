@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.mutants import chunks, flipped
-from support.planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean_draft
 from support.report_states import with_steady_times
 from support.session_files import protobuf_messages, write_foreign
-from support.small_worlds import TWO_BUMPS, cube, cubes, framed
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, cube, session_of_frames, unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
@@ -151,30 +151,32 @@ def folder(tmp_path_factory):
     scene = Scene(name="two-cubes", bodies=(SceneBody("a", proxy=True),))
     events, spans = [Event(5, "press"), Event(9, "press")], [Interval(20_000_000, 90_000_000, "task", "stir")]
     folders = {"a": range(200), "b": [9] * 200}
-    reported = cubes(folders, first_ns=10**7, scene=scene, events=events, intervals=spans)
+    reported = unit_cubes_on_x(folders, first_ns=10**7, scene=scene, events=events, intervals=spans)
     still = np.zeros((200, 3))
     sampled = GazeTrack(10_000_000 * np.arange(200), still, still - (0, 0, 1), np.arange(200) > 49)
     heart = ScalarTrack([0, 10**9, 5 * 10**9, 6 * 10**9], [70, np.nan, 72.5, 68], "1/min")
     scalars = {"heart rate": heart, "one": ScalarTrack([5], [1]), "none": ScalarTrack([5, 6], [np.nan] * 2, "K")}
     facts = {"vr_type": "immersive", "synthetic": "cubes"}
     open_cube = MeshData(cube().vertices, [face for face in cube().faces if cube().vertices[face, 0].min() < 0.5])
-    kept = cubes(TWO_BUMPS, scene=parse_scene(EFFECTS))
+    kept = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=parse_scene(EFFECTS))
     kept.meshes["a"] = open_cube
     status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 0], [3, 1], [1, 1], [1, 1]]
     for name, session in {
         "told": replace(reported, gaze={"anna": sampled}, scalars=scalars, facts=facts),
         "s": kept,
-        "lost": framed([10 * k for k in range(12)], status),
-        "bare": replace(cubes(TWO_BUMPS), meshes={}),
-        "p": cubes(TWO_BUMPS),
-        "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
-        "twice": framed([0, 10, 10, 20], [[1, 1]] * 4),
-        "wand": replace(cubes(TWO_BUMPS | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())),
-        "three": cubes(TWO_BUMPS | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
+        "lost": session_of_frames([10 * k for k in range(12)], status),
+        "bare": replace(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), meshes={}),
+        "p": unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
+        "apart": unit_cubes_on_x({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
+        "twice": session_of_frames([0, 10, 10, 20], [[1, 1]] * 4),
+        "wand": replace(
+            unit_cubes_on_x(MEET_IN_4_AND_8_TO_10 | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())
+        ),
+        "three": unit_cubes_on_x(MEET_IN_4_AND_8_TO_10 | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
         "none": Session.from_tracks({"a": Track([], np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()}),
     }.items():
         write_session(session, day / f"{name}.mcap")
-    rounded, frozen = clean(), clean()
+    rounded, frozen = clean_draft(), clean_draft()
     rounded.arrays["quaternion_xyzw"][:, 0] *= 1 + 1e-5
     FAULTS["frozen pose"](frozen, 1, 300)
     rounded.write(day / "clean.mcap")
@@ -188,7 +190,7 @@ def folder(tmp_path_factory):
     (day / "odd").mkdir()
     for name in UNNAMEABLE:
         (day / "odd" / name).write_bytes(recorded)
-    write_foreign(day / "foreign.mcap", protobuf_messages(cubes({"cup": [0, 1, 2]}).frames))
+    write_foreign(day / "foreign.mcap", protobuf_messages(unit_cubes_on_x({"cup": [0, 1, 2]}).frames))
     for number, text in enumerate(PROJECTS):
         (beside := day / "several" / str(number)).mkdir(parents=True)
         (beside / "replay.toml").write_text(text, "utf-8")
@@ -215,7 +217,7 @@ def folder(tmp_path_factory):
         ("slow", few, {"detectors": "it=discrete[rate_hz=25]"}),
         ("fast", few, {"detectors": "it=discrete[rate_hz=100]"}),
     ):
-        with_steady_times(replay.run(cubes(folders), **requested)).write(day / name, picture=False)
+        with_steady_times(replay.run(unit_cubes_on_x(folders), **requested)).write(day / name, picture=False)
     return day
 
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import STEP_NS, TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, STEP_NS, unit_cubes_on_x
 
 from cdcore import join
 from replay.detection.recorded import physics_steps, recorded_detector, reported_spans
@@ -15,7 +15,7 @@ from sessions.model.event import LiveContact
 
 def session_of_reports(*reports, facts=None):
     """A session in which the engine session_of_reports (frame, phase) of the cubes; frames may be fractions."""
-    session = cubes(TWO_BUMPS, facts=facts or {})
+    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, facts=facts or {})
     contacts = tuple(LiveContact(round(frame * STEP_NS), "b", "a", phase) for frame, phase in reports)
     return replace(session, live_contacts=contacts)
 
@@ -120,7 +120,7 @@ def engine_of(answer, step=2):
         begin, end = answer(first + first % step, first + 4 + (first + 4) % step)
         for frame, phase in ((begin, "enter"), (end, "exit")):
             reports.append(LiveContact(round(frame * STEP_NS), "b", "a", phase))
-    return replace(cubes(TAPS), live_contacts=tuple(reports))
+    return replace(unit_cubes_on_x(TAPS), live_contacts=tuple(reports))
 
 
 def test_reports_are_compared_first_without_request():
@@ -128,7 +128,7 @@ def test_reports_are_compared_first_without_request():
     usual = ["hull50", "mesh50", "paper"]
     assert [*compute(session).comparisons] == ["recorded", *usual]
     assert [*compute(session, detectors="hybrid").comparisons] == ["hybrid"]
-    assert [*compute(cubes(TWO_BUMPS)).comparisons] == usual
+    assert [*compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)).comparisons] == usual
     assert compute(session, oracle="recorded").oracle == "recorded"
     elsewhere = tuple(replace(item, body_a="Floor") for item in session.live_contacts)
     assert [*compute(replace(session, live_contacts=elsewhere)).comparisons] == usual
@@ -206,7 +206,7 @@ def test_physics_steps_between_frames_count(start, end, expected):
 def test_reports_count_from_the_first_frame_on():
     """Both clocks begin at 1 s, and the report lasts from 40 to 60 ms after it: frames 4 and 5."""
     first_ns = 100 * STEP_NS
-    made = assemble(cubes(TWO_BUMPS, first_ns=first_ns))
+    made = assemble(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, first_ns=first_ns))
     contacts = [
         LiveContact(first_ns + 4 * STEP_NS, "a", "b", "enter"),
         LiveContact(first_ns + 6 * STEP_NS, "a", "b", "exit"),

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.detection import run_detector as detecting
 from replay.detection.detector_spec import parse_detector
@@ -12,7 +12,7 @@ from replay.prepare.assemble import assemble
 
 def assembly_of_cubes(frames=50):
     """Two cubes, the second of which passes through the first in the middle of the motion."""
-    return assemble(cubes({"a": [0] * frames, "b": np.abs(np.linspace(-3, 3, frames))}))
+    return assemble(unit_cubes_on_x({"a": [0] * frames, "b": np.abs(np.linspace(-3, 3, frames))}))
 
 
 def test_detection_reports_its_settings_and_times():

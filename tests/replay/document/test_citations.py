@@ -4,7 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, load_detector
 from replay.cli.main import main
@@ -34,7 +34,7 @@ def test_every_detector_of_a_run_can_be_cited(name):
 
 def test_a_verbose_run_cites_the_reports_of_an_engine(tmp_path, capsys):
     reports = (LiveContact(40_000_000, "a", "b", "enter"), LiveContact(50_000_000, "a", "b", "exit"))
-    write_session(replace(cubes(TWO_BUMPS), live_contacts=reports), tmp_path / "s.mcap")
+    write_session(replace(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), live_contacts=reports), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "recorded", "-v"]) == 0
     assert f"detector {RECORDED_DETECTOR}" in capsys.readouterr().out
 

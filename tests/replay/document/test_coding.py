@@ -5,7 +5,7 @@ import json
 
 import pytest
 from jsonschema import Draft202012Validator
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay.document.coding import document_of, json_of, json_schema
 from replay.engine import compute
@@ -66,7 +66,7 @@ def removed(plain, path):
     ],
 )
 def test_run_document_survives_writing_and_reading_as_json(settings):
-    text = text_of(compute(cubes(TWO_BUMPS), **settings))
+    text = text_of(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **settings))
     document, problems = document_of(json.loads(text))
     assert problems == ()
     assert json_of(document) == text

@@ -6,7 +6,7 @@ from typing import get_args
 
 import msgspec
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay import run
 from replay.document.columns import file_columns
@@ -23,7 +23,7 @@ TABLES = {"episodes": ContactRecord, "events": EventRecord}
 @pytest.fixture(scope="module")
 def run_and_folder(tmp_path_factory):
     """A run of two cubes with a note, whose ``slow`` samples at 5 Hz, and its folder."""
-    session = cubes(TWO_BUMPS)
+    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
     poured = Event(int(session.stamps()[3]), "note", "poured", "a")
     session = replace(session, events=(poured,))
     folder = tmp_path_factory.mktemp("runs") / "run"

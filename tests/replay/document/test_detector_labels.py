@@ -9,7 +9,7 @@ import pytest
 from msgspec import convert
 from support.report_states import detector_of, document_with
 from support.shapes import beaker_mesh
-from support.small_worlds import STEP_NS, cubes, framed
+from support.small_worlds import STEP_NS, session_of_frames, unit_cubes_on_x
 
 import replay
 from replay.document import headline
@@ -30,7 +30,7 @@ def test_every_sentence_holds_in_every_state(state):
     lost = [[Status.VALID, Status.LOST if letter == "-" else Status.VALID] for letter in told["oracle"]]
     oracle, subject = (told[name].translate(SPOKEN) for name in ("oracle", "subject"))
     scripted = "support.planted_detectors:Scripted[says={}]".format
-    session = framed(np.arange(len(lost)) * STEP_NS, lost)
+    session = session_of_frames(np.arange(len(lost)) * STEP_NS, lost)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted(subject + "n"), oracle="exact=" + scripted(oracle))
     said = headline.undecided_lines(run) + LIMITS.broken_limits(run.document.audit, [])
@@ -39,7 +39,7 @@ def test_every_sentence_holds_in_every_state(state):
 
 def test_the_moment_of_a_false_contact_holds_its_gap():
     scripted = "support.planted_detectors:Scripted[says={}]".format
-    session = framed(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
+    session = session_of_frames(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
     run = compute(session, detectors="it=" + scripted("nccnn"), oracle="exact=" + scripted("nnnn"))
     (false,), (answer, *_) = run.false["it"], run.answers
     assert answer.moment.metres == false.metres > 0.0
@@ -83,7 +83,7 @@ def test_doubts_are_errors_units_axes_and_handedness():
 def test_pair_frames_an_engine_cannot_test_have_a_reason():
     pytest.importorskip("pybullet")
     hollow = beaker_mesh()
-    session = cubes({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
+    session = unit_cubes_on_x({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
     meshes = {name: MeshData(hollow.vertices, hollow.faces) for name in "ab"}
     found = replay.run(replace(session, meshes=meshes), detectors="bullet[shape=mesh]")
     assert found.document.audit["bullet-mesh"].undecided_reasons == {
@@ -95,7 +95,7 @@ def test_pair_frames_an_engine_cannot_test_have_a_reason():
 @pytest.mark.parametrize(("skin", "gap"), [(0.5, 0.6), (0.0, None)])
 def test_contact_offset_explains_false_contact_of_distant_shapes(skin, gap):
     """Unit boxes 0.6 m apart report contact with an offset of 0.5 m each, and none without."""
-    session = cubes({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (gap or 0), 1 + (gap or 0), 3, 3]})
+    session = unit_cubes_on_x({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (gap or 0), 1 + (gap or 0), 3, 3]})
     found = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
     told = [answer.why for answer in found.answers if answer.label == "skin"]
     assert bool(found.false["skin"]) == (gap is not None)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.planted_sessions import channel
-from support.small_worlds import cube, cubes
+from support.small_worlds import cube, unit_cubes_on_x
 
 from replay.detection.detector_spec import parse_detectors
 from replay.engine import compute
@@ -17,7 +17,7 @@ SEPARATE = {"a": [0.0] * 12, "b": [3, 3, 1.015, 1.015, 1.015, 3, 3, 0.9, 0.9, 3,
 
 def inside():
     """A small cube that goes through a large one: across the wall, inside, and out again."""
-    session = cubes({"a": [0.0] * 12, "b": [3, 0.5, 0.3, 0.1, 0, -0.1, -0.3, -0.5, -3, -3, -3, -3]})
+    session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.5, 0.3, 0.1, 0, -0.1, -0.3, -0.5, -3, -3, -3, -3]})
     return replace(session, meshes={"a": cube(1.0), "b": cube(0.1)})
 
 
@@ -41,9 +41,9 @@ def requested_again(session, answer):
 @pytest.mark.parametrize(
     ("session", "detector", "setting"),
     [
-        (lambda: cubes(SEPARATE), "collider[shape=hull,skin_m=0.01]", "skin_m=0.0"),
-        (lambda: cubes(SEPARATE), "collider[shape=box,skin_m=0.02]", "skin_m=0.0"),
-        (lambda: cubes(SEPARATE), "collider[shape=mesh,skin_m=0.01]", "skin_m=0.0"),
+        (lambda: unit_cubes_on_x(SEPARATE), "collider[shape=hull,skin_m=0.01]", "skin_m=0.0"),
+        (lambda: unit_cubes_on_x(SEPARATE), "collider[shape=box,skin_m=0.02]", "skin_m=0.0"),
+        (lambda: unit_cubes_on_x(SEPARATE), "collider[shape=mesh,skin_m=0.01]", "skin_m=0.0"),
         (inside, "discrete[containment=false]", "containment=true"),
         (inside, "hybrid[containment=false]", "containment=true"),
     ],
@@ -67,7 +67,9 @@ def test_fix_measured_as_no_better_is_not_advised():
 
 def test_pieces_end_where_no_more_help_and_triangles_come_next():
     # Of a cube every number of pieces is one piece, whose contact offset is what is wrong.
-    run = compute(cubes(SEPARATE), detectors="it=collider[shape=compound,pieces=64,method=box,skin_m=0.01],exact")
+    run = compute(
+        unit_cubes_on_x(SEPARATE), detectors="it=collider[shape=compound,pieces=64,method=box,skin_m=0.01],exact"
+    )
     (answer,) = run.answers
     assert "pieces" not in answer.fix.text and "skin_m=0" in answer.fix.text
 

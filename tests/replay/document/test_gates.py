@@ -1,6 +1,6 @@
 import pytest
 from support.report_states import audit_of, times_of, zeros
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay.auditing.wilson import proportion
 from replay.document.audit import CountRange, PairFrames
@@ -36,7 +36,7 @@ def test_gate_breaks_above_its_limit_and_not_at_the_limit():
 def test_a_gate_judges_the_mean_over_sampling_offsets():
     # A frame each 10 ms, a sample each 40 ms: the contact of one frame is seen from a quarter of the offsets, that of
     # three frames from three quarters. The run shows the moments of an offset that misses one, as the mean does.
-    audit = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=25]").document.audit
+    audit = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=25]").document.audit
     assert audit["slow"].contacts_missed == 1
     assert audit["slow"].counts_over_offsets.contacts_missed == CountRange(smallest=0, largest=2, mean=1.0)
     assert Gates(max_missed=0.6).broken_limits(audit, []) == []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 import replay
 from replay.auditing.outcome import Outcome, joined_outcome
@@ -42,7 +42,7 @@ CUP = (
 @pytest.fixture(scope="module")
 def paper_run():
     """A run of the paper's pipeline over cubes in groups."""
-    session = cubes(POSITIONS, scene=parse_scene(SCENE))
+    session = unit_cubes_on_x(POSITIONS, scene=parse_scene(SCENE))
     return replay.run(session, detectors="paper,exact", oracle="exact")
 
 
@@ -67,7 +67,7 @@ def test_tables_name_the_group_and_open_to_members(paper_run):
 
 
 def test_faults_of_a_hand_name_the_link_that_caused_them():
-    session = cubes(POSITIONS, scene=parse_scene(SCENE))
+    session = unit_cubes_on_x(POSITIONS, scene=parse_scene(SCENE))
     slow = replay.run(session, detectors="late=discrete[rate_hz=25,sampling_offset_s=0.03],exact", oracle="exact")
     faults = [*slow.misses["late"], *slow.false["late"]]
     assert len(faults) >= 2
@@ -83,7 +83,9 @@ def test_faults_of_a_hand_name_the_link_that_caused_them():
 def test_contact_of_a_member_hides_no_false_contact_of_another():
     """The finger touches throughout, the thumb comes within the contact offset: that is false, with its cause."""
     still = [0.0] * 6
-    session = cubes({"finger": still, "thumb": [1.4, 1.3, 1.2, 1.2, 1.3, 1.4], "cup": still}, scene=parse_scene(CUP))
+    session = unit_cubes_on_x(
+        {"finger": still, "thumb": [1.4, 1.3, 1.2, 1.2, 1.3, 1.4], "cup": still}, scene=parse_scene(CUP)
+    )
     wide = replay.run(session, detectors="wide=collider[shape=box,skin_m=0.2],exact", oracle="exact")
     audit = wide.document.audit["wide"]
     assert audit.contacts == 1 and audit.false_contacts and audit.false_contact.value > 0.0

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from msgspec import structs
 from support.report_states import audit_of, detector_of, document_with, times_of, zeros
-from support.small_worlds import TWO_BUMPS, cubes, jumping
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, jumping, unit_cubes_on_x
 
 from replay.document.audit import GraspedCounts
 from replay.document.cost import NO_SLOWEST_SENTENCE, TIMES_SENTENCE
@@ -84,7 +84,7 @@ def test_number_of_pieces_of_a_compound_is_printed(counts, lines):
 
 
 def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
-    run = compute(cubes(TWO_BUMPS), detectors="slow=collider[shape=mesh,rate_hz=20]")
+    run = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=collider[shape=mesh,rate_hz=20]")
     (answer,) = answers_of_run(replace(run, phases={}), run.document, run.ranking)
     assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
     assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)

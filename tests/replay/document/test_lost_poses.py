@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import STEP_NS, framed
+from support.small_worlds import STEP_NS, session_of_frames
 
 from replay.document.gates import Gates
 from replay.engine import compute
@@ -23,7 +23,7 @@ def cubes_with_lost_poses(lost):
     status, position = np.ones((len(X_OF_SECOND_CUBE), 2)), np.zeros((len(X_OF_SECOND_CUBE), 2, 3))
     position[:, 1, 0] = X_OF_SECOND_CUBE
     status[list(lost), 1] = Status.LOST
-    return framed(np.arange(len(X_OF_SECOND_CUBE)) * STEP_NS, status, position)
+    return session_of_frames(np.arange(len(X_OF_SECOND_CUBE)) * STEP_NS, status, position)
 
 
 def test_touch_with_two_lost_segments_is_a_single_contact():

@@ -1,7 +1,7 @@
 import pytest
 from msgspec import structs
 from support.report_states import MATCHING, audit_of, zeros
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay.auditing.matching import EpisodeMatch, EpisodeMatches
 from replay.auditing.wilson import proportion, wilson_interval
@@ -13,7 +13,7 @@ from sessions.model.scene import Scene, SceneBody
 
 def test_contacts_of_a_body_with_its_parent_are_not_counted():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="a")))
-    result = compute(cubes(TWO_BUMPS, scene=scene), detectors="discrete", pairs=[("a", "b")])
+    result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=scene), detectors="discrete", pairs=[("a", "b")])
     figures = result.document.audit["discrete"]
     assert figures.matching == MATCHING
     (pair,) = result.document.pairs

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes, framed, verdicts
+from support.small_worlds import session_of_frames, unit_cubes_on_x, verdicts
 
 from cdcore import Detection
 from replay.document.coding import document_of, json_of
@@ -18,7 +18,7 @@ from sessions import Status
 @pytest.fixture(scope="module")
 def document_of_short_run():
     """The document of a run of six frames with one contact, in frame 2."""
-    session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]})
+    session = unit_cubes_on_x({"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]})
     return compute(session, detectors="slow=discrete[rate_hz=30]", oracle="hybrid", seed=5, start=0.0).document
 
 
@@ -41,7 +41,7 @@ def test_summary_holds_settings_digest_and_times_of_every_detector(document_of_s
 
 def test_dropped_frames_are_counted_by_reason():
     """Stamps 0, 10, 10, 5, 30 ms: the second 10 repeats and 5 goes backwards, so three frames stay."""
-    session = framed([0, 10, 10, 5, 30], np.full((5, 2), int(Status.VALID)))
+    session = session_of_frames([0, 10, 10, 5, 30], np.full((5, 2), int(Status.VALID)))
     reported = compute(session, detectors="sphere", oracle="none").document.session
     assert reported.dropped_frames == DroppedFrames(repeated=1, backwards=1) and reported.frames == 3
     assert len(reported.notes) == 2
@@ -58,7 +58,9 @@ def test_seconds_of_a_frame_are_the_sum_of_stages():
 def test_facts_about_a_person_stay_in_the_session_file():
     known = {"clock": "steady", "pseudonym": "S07"}
     private = {"devices": "LHR-8F0A0C11 -> left", "student_name": "Anna Muster", "email": "anna@example.org"}
-    session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={**known, **private, "room": "not stated"})
+    session = unit_cubes_on_x(
+        {"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={**known, **private, "room": "not stated"}
+    )
     result = compute(replace(session, origin="anna.muster/s.mcap"), detectors="hybrid", oracle="none")
     reported = result.document.session
     assert reported.facts == known and reported.facts_withheld == 3 and "anna" not in str(reported)

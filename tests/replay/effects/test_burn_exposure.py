@@ -2,7 +2,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.effects.burn_exposure import surface_temperature
 from replay.effects.output import EffectOutput
@@ -22,7 +22,7 @@ def run(frames, *more, **limits):
     scene = Scene(bodies=(SceneBody("hand"), SceneBody("lamp"), SceneBody("pot", extra=heated)), effects=(burn, *more))
     points = [3.0] * 20 + [0.9] * frames + [3.0] * 20
     still = [0.0] * len(points)
-    return compute(cubes({"hand": points, "pot": still, "lamp": still}, scene=scene), detectors=()).effects
+    return compute(unit_cubes_on_x({"hand": points, "pot": still, "lamp": still}, scene=scene), detectors=()).effects
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,5 @@
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.effects.contact import SPEC
 from replay.engine import compute
@@ -13,7 +13,9 @@ NEAR, FAR = 0.9, 3.0
 
 def run(points, **more):
     count = len(points)
-    return compute(cubes({"a": [0] * count, "b": points, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more)
+    return compute(
+        unit_cubes_on_x({"a": [0] * count, "b": points, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more
+    )
 
 
 def test_contact_ends_only_at_two_successive_clear_frames():

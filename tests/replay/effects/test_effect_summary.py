@@ -3,7 +3,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.effects import EFFECTS
 from replay.effects.effect_summary import effect_summary, event_lines, leading_event, titration_curves
@@ -21,7 +21,7 @@ SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(FALLS,))
 
 def test_each_effect_has_its_fraction_of_the_time():
     points = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
-    result = compute(cubes({"a": [0] * len(points), "b": points}, scene=SCENE), detectors=())
+    result = compute(unit_cubes_on_x({"a": [0] * len(points), "b": points}, scene=SCENE), detectors=())
     records = result.document.effects
     assert list(records) == ["contact", "breakage"] and records["contact"].events == {"contact": 5}
     assert records["breakage"].frames_run < records["breakage"].frames == len(points) and records["breakage"].trigger

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes
+from support.small_worlds import along_x, cube, unit_cubes_on_x
 
 from replay.effects.effect_plan import Plan, Step
 from replay.effects.effects_runner import recorded_scalars, run_effects
@@ -113,7 +113,7 @@ def test_any_visible_difference_changes_the_digest(changed):
 
 
 def test_scalars_recorded_outside_the_session_are_left_out():
-    bare = cubes({"a": [0.0] * 100, "b": [3.0] * 100}, first_ns=10**9)
+    bare = unit_cubes_on_x({"a": [0.0] * 100, "b": [3.0] * 100}, first_ns=10**9)
     stamps = bare.stamps()
     pulse = ScalarTrack(stamps[::10] + 3, 70 + np.arange(10.0), "1/min")
     session = replace(bare, scalars={"pulse": pulse, "late": ScalarTrack(stamps + 10**10, np.zeros(100))})

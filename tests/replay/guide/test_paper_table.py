@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner
 from support.second_opinions import apply_row, row_rotation, row_scale, row_translation
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 import replay
 from cdcore.detectors.detector_table import DETECTORS
@@ -47,7 +47,7 @@ def test_every_row_names_code_or_a_command():
 
 @pytest.fixture(scope="module")
 def run_folder(tmp_path_factory):
-    session = cubes({"a": [0.0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]})
+    session = unit_cubes_on_x({"a": [0.0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]})
     out = tmp_path_factory.mktemp("runs") / "run"
     return replay.run(session, detectors="discrete[rate_hz=20]", oracle="exact", out=out, picture=False).out
 

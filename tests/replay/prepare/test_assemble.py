@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.small_worlds import along_x, cube, cubes, framed
+from support.small_worlds import along_x, cube, session_of_frames, unit_cubes_on_x
 
 from cdcore import TriangleMesh
 from replay.errors import AssemblyError
@@ -54,7 +54,7 @@ def test_path_is_known_without_gap_teleport_or_missing_pose():
     position = np.zeros((9, 2, 3))
     position[2:, 0, 0] = 0.15  # 15 m/s, from rest: no hand does that
     position[:, 1, 2] = np.arange(9) * 0.01
-    actual = assemble(framed(stamps, status, position))
+    actual = assemble(session_of_frames(stamps, status, position))
     assert actual.motion.linked[:, 0].tolist() == [False, True, False, True, True, False, True, False, False]
     assert actual.motion.linked[:, 1].tolist() == [False, True, True, True, True, False, True, True, True]
 
@@ -64,7 +64,9 @@ def session_with_jump(status, stamps=None, **more):
     position = np.zeros((12, 2, 3))
     position[5:, 0, 0], position[:, 1, 2] = 0.5, 3.0 + 0.01 * np.arange(12)
     stamps = np.arange(12) * 10 if stamps is None else stamps
-    return dataclasses.replace(framed(np.asarray(stamps) * MILLISECOND_NS, status, position, names=("a", "b")), **more)
+    return dataclasses.replace(
+        session_of_frames(np.asarray(stamps) * MILLISECOND_NS, status, position, names=("a", "b")), **more
+    )
 
 
 ABSENT_BEFORE = np.ones((12, 2))
@@ -93,7 +95,7 @@ def test_cut_leaves_interpolation_at_its_border_unchanged():
     """Frames 10 ms apart; the pose of frame 2, where the cut starts, is interpolated from frame 1."""
     status = np.ones((6, 2))
     status[2, 0] = int(Status.ABSENT)
-    session = framed(np.arange(6) * 10 * MILLISECOND_NS, status)
+    session = session_of_frames(np.arange(6) * 10 * MILLISECOND_NS, status)
     whole, cut = assemble(session), assemble(session, start=0.02, end=0.05)
     assert cut.first_ns == whole.first_ns == session.frames.stamp_ns[0]
     assert cut.motion.times.tolist() == [0.02, 0.03, 0.04, 0.05]
@@ -109,7 +111,7 @@ def partly_meshed(meshed, bare, positions):
 @pytest.mark.parametrize(
     ("session", "text"),
     [
-        (framed(np.zeros(0), np.zeros((0, 1))), "no frames"),
+        (session_of_frames(np.zeros(0), np.zeros((0, 1))), "no frames"),
         (
             partly_meshed([], bare=1, positions=[0, 1]),
             "no body has a mesh; there are tracks of: b0; import it again with --mesh",
@@ -124,7 +126,10 @@ def partly_meshed(meshed, bare, positions):
             partly_meshed("ac", bare=25, positions=[0, 0]),
             "a, c do not move against each other; 25 bodies have no mesh; name pairs in",
         ),
-        (cubes({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))), "leaves no pair of bodies with a mesh"),
+        (
+            unit_cubes_on_x({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))),
+            "leaves no pair of bodies with a mesh",
+        ),
     ],
 )
 def test_session_without_pairs_is_refused_with_the_reason(session, text):
@@ -136,7 +141,7 @@ def test_body_that_is_always_lost_leaves_no_pair():
     status = np.ones((12, 2))
     status[:, 1] = int(Status.LOST)
     with pytest.raises(AssemblyError, match="no pair to replay: b has no pose that is not lost; `replay doctor` says"):
-        assemble(framed(np.arange(12) * 10 * MILLISECOND_NS, status, np.zeros((12, 2, 3)), names=("a", "b")))
+        assemble(session_of_frames(np.arange(12) * 10 * MILLISECOND_NS, status, np.zeros((12, 2, 3)), names=("a", "b")))
 
 
 def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
@@ -179,7 +184,7 @@ def messy_session(seed, frames=60, bodies=3):
     status[0] = 1
     position = np.cumsum(rng.normal(size=(frames, bodies, 3)) * 0.1, axis=0)
     quaternion = Rotation.random(frames * bodies, rng=rng).as_quat().reshape(frames, bodies, 4)
-    session = framed(stamps - stamps.min(), status, position, quaternion)
+    session = session_of_frames(stamps - stamps.min(), status, position, quaternion)
     scene = Scene(bodies=(SceneBody("b", parent="a", offset=Pose((0.1, 0.2, 0.3))), SceneBody("w", fixed=Pose())))
     return dataclasses.replace(session, scene=scene, meshes={**session.meshes, "w": cube()})
 
@@ -197,7 +202,7 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
 
 def test_runs_of_a_session_use_the_same_meshes(monkeypatch):
     monkeypatch.setattr(assembling, "TriangleMesh", TriangleMesh)  # tests share meshes between sessions and keep them
-    session = cubes({"a": [0.0, 0.1], "b": [3.0, 3.1]})
+    session = unit_cubes_on_x({"a": [0.0, 0.1], "b": [3.0, 3.1]})
     first, again = (assemble(session).bodies for _ in range(2))
     assert all(item.mesh is other.mesh for item, other in zip(first, again, strict=True))
     kept = ref(first[0].mesh)

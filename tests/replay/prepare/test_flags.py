@@ -1,5 +1,5 @@
 import numpy as np
-from support.small_worlds import STEP_NS, cubes
+from support.small_worlds import STEP_NS, unit_cubes_on_x
 
 from replay.prepare.assemble import assemble
 from replay.prepare.flags import FLAG_KINDS, Flags, FlagSpan, flag_word
@@ -10,7 +10,9 @@ from sessions.model.scene import SceneBody
 def test_flag_of_a_body_covers_children_pairs_and_gaps():
     """Flags as bits; the cut begins with frame 2, so that frames 4 and 5 are rows 2 and 3. Body b is carried by c."""
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="c"), SceneBody("c")))
-    assembly = assemble(cubes({"a": range(10), "b": [9] * 10, "c": [4] * 10}, scene=scene), start=2 * STEP_NS / 1e9)
+    assembly = assemble(
+        unit_cubes_on_x({"a": range(10), "b": [9] * 10, "c": [4] * 10}, scene=scene), start=2 * STEP_NS / 1e9
+    )
     reported = [("frozen", "c", 4, 5), ("frozen", "b", 5, 6), ("gap", "", 5, 5), ("teleport", "a", 1, 1)]
     spans = [
         FlagSpan(kind, body, first * STEP_NS, last * STEP_NS, start=0.0, end=0.0, samples=1, action="keep")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes, swinging_cubes
+from support.small_worlds import swinging_cubes, unit_cubes_on_x
 
 from replay.engine import compute
 from replay.errors import AssemblyError
@@ -29,7 +29,7 @@ class Counted:
 
 def test_file_is_decoded_once_while_its_frames_fit(monkeypatch):
     """50 frames of two bodies are 100 poses: with room for 99 each pass reads the file again."""
-    session = cubes(POSITIONS)
+    session = unit_cubes_on_x(POSITIONS)
     assert decoded_once(session) is session
     source = Counted(session.source)
     kept = decoded_once(replace(session, source=source))

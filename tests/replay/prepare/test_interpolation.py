@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
-from support.small_worlds import framed
+from support.small_worlds import session_of_frames
 
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import fill_frames, interpolate_poses
@@ -47,7 +47,7 @@ MILLISECOND_NS, NO_POSITION = 1_000_000, np.nan
     ],
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):
-    session = framed(np.round(np.array(stamps) * MILLISECOND_NS), np.array(status)[:, None])
+    session = session_of_frames(np.round(np.array(stamps) * MILLISECOND_NS), np.array(status)[:, None])
     pieces = list(fill_frames(session.blocks(100)))
     actual, position, rotation = (
         np.concatenate([getattr(piece, name)[:, 0] for piece in pieces])

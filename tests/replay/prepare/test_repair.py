@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean_draft
 from support.session_files import assert_same_frames
 from support.small_worlds import cube
 
@@ -15,7 +15,7 @@ from sessions import Frames, MeshData, ScalarTrack, Status
 
 
 def test_losses_flagged_by_the_tracker_need_no_repair():
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["status"][100:110, 1] = 2
     session = draft.session()
     repair = repair_session(session, parse_policy())
@@ -33,7 +33,7 @@ def test_repair_reports_held_and_dropped_samples_per_interval():
 
 
 def test_the_frame_after_a_gap_is_flagged():
-    draft = clean()
+    draft = clean_draft()
     FAULTS["1 s gap"](draft, 1, 400)
     (span,) = (item for item in repair_session(draft.session(), parse_policy()).spans if item.kind == "gap")
     assert (span.start_ns, span.end_ns) == (draft.arrays["stamp_ns"][400],) * 2
@@ -41,7 +41,7 @@ def test_the_frame_after_a_gap_is_flagged():
 
 @pytest.mark.parametrize("name", ["frozen pose", "1 s gap", "time backwards", "mirrored mesh", "millimetres"])
 def test_refusal_of_the_policy_stops_the_run_with_a_sentence(name):
-    draft = clean()
+    draft = clean_draft()
     planted = FAULTS[name](draft, 1, 400)
     assert repair_session(draft.session(), parse_policy()).findings
     with pytest.raises(RefusedError, match=rf"^the session: {planted.code}.*--policy {planted.code}="):
@@ -60,7 +60,7 @@ def test_path_is_known_where_used_poses_do_not_teleport():
 
 def test_teleport_through_a_wall_is_no_contact_between_frames():
     """A jump of 0.15 m in one frame through a wall of 4 mm."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["position"][:, 1] = draft.arrays["position"][:, 2] + [0.0, 0.0, 0.2]
     draft.arrays["position"][450:, 1, 2] -= 0.15
     draft.meshes["tray"] = MeshData(cube().vertices * [1.0, 1.0, 0.004] + [0.0, 0.0, 0.125], cube().faces)
@@ -72,7 +72,7 @@ def test_teleport_through_a_wall_is_no_contact_between_frames():
 
 def lost_hand():
     """A hand that jumps to the origin for 20 frames of 11 ms."""
-    draft = clean()
+    draft = clean_draft()
     FAULTS["identity while lost"](draft, 1, 400)
     return draft
 
@@ -112,7 +112,7 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
         draft.arrays["position"][410, 1] = np.nan
     before, truth, after = (
         draft.session().frames,
-        clean().arrays["position"][:, 1],
+        clean_draft().arrays["position"][:, 1],
         repaired_session(draft, *arguments).frames,
     )
     assert after.status[400:420, 1].tolist() == status
@@ -130,13 +130,13 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
 
 @pytest.mark.parametrize("action", ["hold:9", "interpolate:9"])
 def test_losses_before_the_first_good_sample_stay_lost(action):
-    draft = clean()
+    draft = clean_draft()
     FAULTS["identity while lost"](draft, 0, 0)
     assert (repaired_session(draft, f"identity-while-lost={action}").frames.status[:20, 0] == LOST).all()
 
 
 def test_no_bridge_leads_beyond_the_last_good_sample():
-    draft = clean()
+    draft = clean_draft()
     FAULTS["identity while lost"](draft, 0, 880)
     assert (repaired_session(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()
 

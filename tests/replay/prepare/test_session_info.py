@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes, framed
+from support.small_worlds import session_of_frames, unit_cubes_on_x
 
 from replay.prepare.session_info import ClockInfo, session_info
 from sessions import ScalarTrack, examine
@@ -18,7 +18,9 @@ def test_a_clock_counts_the_gaps_that_the_doctor_finds():
     clock = ClockInfo.of(stamps)
     assert (clock.count, clock.gaps, clock.longest_gap, clock.not_forward) == (8, 1, 0.031, 0)
     assert clock.rate_hz == pytest.approx(100.0) and clock.duration == 0.117
-    (gap,) = (item for item in examine(framed(stamps, np.ones((8, 1)))) if item.code == "gap" and not item.body)
+    (gap,) = (
+        item for item in examine(session_of_frames(stamps, np.ones((8, 1)))) if item.code == "gap" and not item.body
+    )
     assert gap.count == clock.gaps
 
 
@@ -49,7 +51,7 @@ def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
 def test_contents_of_a_session_are_counted_from_its_first_frame():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("bench", fixed=Pose((0, 0, 0), (0, 0, 0, 1)))))
     start = 5 * SECOND_NS
-    made = cubes({"a": [0, 1, 2], "b": [3, 3, 3]}, first_ns=start, scene=scene)
+    made = unit_cubes_on_x({"a": [0, 1, 2], "b": [3, 3, 3]}, first_ns=start, scene=scene)
     heart = ScalarTrack([start, start + 1], [60.0, np.nan], "bpm")
     session = replace(
         made,

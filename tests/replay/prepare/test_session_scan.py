@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.small_worlds import framed
+from support.small_worlds import session_of_frames
 
 from cdcore.errors import InvalidPoseError
 from replay.prepare import corrupt_poses, session_scan
@@ -18,7 +18,9 @@ def test_body_moves_when_two_usable_samples_differ():
     position = np.zeros((3, 3, 3))
     position[2, 0, 0] = 1e-12
     position[1, 1, 0] = 5.0
-    session = framed([0, 10, 20], [[VALID, VALID, ABSENT], [VALID, LOST, VALID], [VALID, VALID, VALID]], position)
+    session = session_of_frames(
+        [0, 10, 20], [[VALID, VALID, ABSENT], [VALID, LOST, VALID], [VALID, VALID, VALID]], position
+    )
     assert scan_session(session).moves.tolist() == [True, False, False]
 
 
@@ -42,16 +44,16 @@ def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, 
     for module in (session_scan, corrupt_poses):
         monkeypatch.setattr(module, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
-        scan_session(framed(stamps, status, where, rotation))
+        scan_session(session_of_frames(stamps, status, where, rotation))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
     assert text in str(refused.value)
     status[3, 1] = LOST
-    assert len(scan_session(framed(stamps, status, where, rotation)).stamp_ns) == 3
+    assert len(scan_session(session_of_frames(stamps, status, where, rotation)).stamp_ns) == 3
 
 
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
 def test_frames_with_repeated_or_earlier_stamps_are_dropped_and_counted(stamps, block):
-    session = framed(stamps, np.ones((len(stamps), 1)))
+    session = session_of_frames(stamps, np.ones((len(stamps), 1)))
     expected, repeated, backwards, latest = [], 0, 0, -1
     for stamp in stamps:
         repeated += stamp == latest

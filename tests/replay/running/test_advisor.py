@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from support.small_worlds import cube, cubes
+from support.small_worlds import cube, unit_cubes_on_x
 
 import replay
 from cdcore.protocol import Verdict
@@ -26,7 +26,7 @@ def without_engines(monkeypatch):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("engine", ["unity", "unreal"])
 def test_each_advised_setting_has_the_counts_of_its_audit(engine, without_engines):
-    session = cubes(POSITIONS)
+    session = unit_cubes_on_x(POSITIONS)
     advice = replay.advise(session, engine=engine)
     assert advice.rows[0]["number"] == 1 and len(advice.rows) >= 2
     for row in (advice.rows[0], advice.rows[-1]):
@@ -46,8 +46,8 @@ def test_recorded_colliders_get_a_row_distinct_from_hulls(without_engines):
     # A solid of half the size: contact at 0.74, none at 0.8 to 0.9, where the hull, which is the cube, has it.
     half = tuple(MeshData(0.5 * cube().vertices, cube().faces) for _ in "x")
     positions = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 20 + [0.7] * 10 + [3] * 30}
-    session = replace(cubes(positions, step_ns=11_111_111), colliders={"a": half})
-    bare = replay.advise(cubes(positions, step_ns=11_111_111), engine="unreal")
+    session = replace(unit_cubes_on_x(positions, step_ns=11_111_111), colliders={"a": half})
+    bare = replay.advise(unit_cubes_on_x(positions, step_ns=11_111_111), engine="unreal")
     assert not any("shipped" in row["setting"] for row in bare.rows)
     advice = replay.advise(session, engine="unreal")
     (row,) = [row for row in advice.rows if "shipped" in row["setting"]]
@@ -59,16 +59,16 @@ def test_recorded_colliders_get_a_row_distinct_from_hulls(without_engines):
 
 
 def test_engine_that_is_not_installed_is_one_clear_error(without_engines):
-    advice = replay.advise(cubes(POSITIONS), engine="unreal")
+    advice = replay.advise(unit_cubes_on_x(POSITIONS), engine="unreal")
     assert sum("pieces=16" in row["setting"] for row in advice.rows) == 2
     with pytest.raises(TradeoffError, match=r"^mujoco itself is needed and is not installed; pip install "):
-        replay.advise(cubes(POSITIONS), engine="mujoco")
+        replay.advise(unit_cubes_on_x(POSITIONS), engine="mujoco")
 
 
 def test_advice_for_a_faultless_session_calls_row_1_right(without_engines):
     """The cubes touch in 30 of 90 frames at 90 Hz, long enough for every step rate."""
     positions = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
-    session = cubes(positions, step_ns=11_111_111)
+    session = unit_cubes_on_x(positions, step_ns=11_111_111)
     assert replay.advise(session, engine="unreal").sentences[0] == "Row 1 gets each of 1 contact right."
     assert [row["number"] for row in replay.advise(session, engine="unreal", oracle="row-2").rows] == [1, 3, 4]
     with pytest.raises(AuditError, match="needs a reference"):

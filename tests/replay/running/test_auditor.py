@@ -1,5 +1,5 @@
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from replay.errors import AuditError, OutputError
@@ -13,14 +13,19 @@ SLOW = "slow=discrete[rate_hz=20]"
 def two_session_files(tmp_path):
     """Two files of one session."""
     for name in ("p", "q"):
-        write_session(cubes(TWO_BUMPS), tmp_path / f"{name}.mcap")
+        write_session(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), tmp_path / f"{name}.mcap")
     return [tmp_path / "p.mcap", tmp_path / "q.mcap"]
 
 
 def test_audit_of_two_sessions_sums_their_counts():
-    result = replay.audit([cubes(TWO_BUMPS), cubes(TWO_BUMPS)], detectors=[SLOW, "hybrid"])
+    result = replay.audit(
+        [unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)], detectors=[SLOW, "hybrid"]
+    )
     assert isinstance(result, AuditResult) and len(result.results) == 2 and set(result.audit) == {"slow", "hybrid"}
-    assert result.audit["slow"].misses == 2 * replay.audit(cubes(TWO_BUMPS), detectors=SLOW).audit["slow"].misses
+    assert (
+        result.audit["slow"].misses
+        == 2 * replay.audit(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors=SLOW).audit["slow"].misses
+    )
     assert result.audit["slow"].matching.reference_contacts == 4 and result.audit["slow"].time_missed.of == 8
 
 
@@ -41,7 +46,10 @@ def test_existing_or_shared_folder_is_refused_before_any_work(two_session_files,
 
 
 def test_limits_hold_for_all_sessions_together():
-    sessions = [cubes(TWO_BUMPS), cubes({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]})]
+    sessions = [
+        unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
+        unit_cubes_on_x({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]}),
+    ]
     assert replay.audit(sessions, detectors=SLOW, max_missed=0.9, max_false=1.0).broken == ()
     broken = replay.audit(sessions, detectors=SLOW, max_missed=0.4).broken
     assert any("slow missed contacts" in sentence for sentence in broken)

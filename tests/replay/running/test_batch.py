@@ -2,7 +2,7 @@ from shutil import rmtree
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay import read
 from replay.errors import OutputError
@@ -18,7 +18,9 @@ def three_session_files(tmp_path):
     folder = tmp_path / "sessions"
     folder.mkdir()
     for k in range(3):
-        write_session(cubes({"a": [0.0] * 20, "b": list(np.linspace(3, 0.8 + 0.1 * k, 20))}), folder / f"s{k}.mcap")
+        write_session(
+            unit_cubes_on_x({"a": [0.0] * 20, "b": list(np.linspace(3, 0.8 + 0.1 * k, 20))}), folder / f"s{k}.mcap"
+        )
     return sorted(folder.glob("*.mcap"))
 
 
@@ -56,7 +58,7 @@ def test_pictures_can_be_added_later_without_rerunning(three_session_files, tmp_
 
 def test_changed_session_reruns_after_a_killed_batch(three_session_files, tmp_path, monkeypatch):
     first = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
-    write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), three_session_files[1])
+    write_session(unit_cubes_on_x({"a": [0.0] * 20, "b": [0.5] * 20}), three_session_files[1])
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
         killed.setattr("replay.running.batch.do_all", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cube, cubes
+from support.small_worlds import cube, unit_cubes_on_x
 
 from replay.detection.recorded import DRIFT_FACT, OFFSET_FACT
 from replay.engine import compute
@@ -26,7 +26,7 @@ def log_100_s_ahead(tmp_path):
 
 
 def test_offset_of_another_clock_is_fitted(log_100_s_ahead):
-    session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS))
+    session, fit = import_contacts(log_100_s_ahead, unit_cubes_on_x(POSITIONS))
     assert fit.seconds == pytest.approx(-100.0) and fit.residual == pytest.approx(0.0, abs=1e-9)
     assert (fit.matched, fit.reports) == (4, 5)
     assert float(session.facts[OFFSET_FACT]) == pytest.approx(-100.0)
@@ -34,7 +34,7 @@ def test_offset_of_another_clock_is_fitted(log_100_s_ahead):
 
 
 def test_imported_reports_are_a_detector_that_misses_nothing(log_100_s_ahead, tmp_path):
-    session, _ = import_contacts(log_100_s_ahead, cubes(POSITIONS))
+    session, _ = import_contacts(log_100_s_ahead, unit_cubes_on_x(POSITIONS))
     write_session(session, tmp_path / "s.mcap")
     result = compute(read_session(tmp_path / "s.mcap"), detectors="recorded", oracle="exact")
     missed = result.document.audit["recorded"].time_missed
@@ -44,7 +44,7 @@ def test_imported_reports_are_a_detector_that_misses_nothing(log_100_s_ahead, tm
 
 def test_stated_clock_offset_is_used_without_fitting(log_100_s_ahead):
     """The log's clock is 100 s ahead; -99.99 s leaves every report 10 ms late."""
-    session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS), offset=-99.99)
+    session, fit = import_contacts(log_100_s_ahead, unit_cubes_on_x(POSITIONS), offset=-99.99)
     assert fit.seconds == -99.99 and fit.residual == pytest.approx(0.01)
     assert float(session.facts[RESIDUAL_FACT]) == pytest.approx(0.01)
     assert session.live_contacts[0].time_ns == 50_000_000
@@ -53,7 +53,7 @@ def test_stated_clock_offset_is_used_without_fitting(log_100_s_ahead):
 def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
     """Contact in the first and last frame has no begin or end there: two of four reports fit."""
     (tmp_path / "x.csv").write_text("0,a,b,begin\n0.2,a,b,end\n0.3,a,b,begin\n0.5,a,b,end\n")
-    world = cubes({"a": [0] * 5, "b": [0.9, 0.9, 1.4, 0.9, 0.9]}, step_ns=100_000_000, first_ns=5_000_000_000)
+    world = unit_cubes_on_x({"a": [0] * 5, "b": [0.9, 0.9, 1.4, 0.9, 0.9]}, step_ns=100_000_000, first_ns=5_000_000_000)
     session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
     assert (fit.matched, fit.residual) == (2, pytest.approx(0.0, abs=1e-9))
     assert session.live_contacts[1].time_ns == 5_200_000_000
@@ -61,7 +61,7 @@ def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
 
 def test_without_a_partner_the_residual_is_unknown(tmp_path):
     (tmp_path / "x.csv").write_text("0.3,a,b,begin\n0.31,a,b,end\n")
-    world = cubes({"a": [0] * 5, "b": [3, 0.9, 3, 3, 3]}, step_ns=100_000_000)
+    world = unit_cubes_on_x({"a": [0] * 5, "b": [3, 0.9, 3, 3, 3]}, step_ns=100_000_000)
     session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
     assert (fit.residual, session.facts[RESIDUAL_FACT]) == (None, "unknown")
 
@@ -82,13 +82,13 @@ def test_without_a_partner_the_residual_is_unknown(tmp_path):
 def test_reports_that_cannot_be_the_sessions_are_refused(tmp_path, rows, offset, message):
     (tmp_path / "x.csv").write_text(rows)
     with pytest.raises(AuditError, match=message):
-        import_contacts(tmp_path / "x.csv", cubes(POSITIONS), offset=offset)
+        import_contacts(tmp_path / "x.csv", unit_cubes_on_x(POSITIONS), offset=offset)
 
 
 def test_a_file_about_other_bodies_is_refused(tmp_path):
     (tmp_path / "x.csv").write_text("0,x,y,begin\n")
     with pytest.raises(AuditError, match="names no body of the session, which has: a, b"):
-        import_contacts(tmp_path / "x.csv", cubes(POSITIONS))
+        import_contacts(tmp_path / "x.csv", unit_cubes_on_x(POSITIONS))
 
 
 TAPS = 15

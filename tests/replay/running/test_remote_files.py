@@ -2,7 +2,7 @@ import sys
 
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.cli.main import main
 from replay.errors import OutputError, PlaceError
@@ -21,7 +21,9 @@ def store(request, tmp_path):
     root = request.getfixturevalue(request.param) if request.param == "s3" else request.param.format(tmp_path)
     path_of_place(root).fs.makedirs(path_of_place(root).path + "/sessions", exist_ok=True)
     for k in range(2):
-        write_session(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 0.8 + 0.1 * k, 9))}), tmp_path / f"s{k}.mcap")
+        write_session(
+            unit_cubes_on_x({"a": [0.0] * 9, "b": list(np.linspace(3, 0.8 + 0.1 * k, 9))}), tmp_path / f"s{k}.mcap"
+        )
         path_of_place(root).fs.put_file(str(tmp_path / f"s{k}.mcap"), path_of_place(f"{root}/sessions/s{k}.mcap").path)
     return root
 

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from cdcore import Body, TriangleMesh, create_detector
@@ -24,7 +24,7 @@ TEN_RATES = {f"rate{rate}": ("discrete", {"rate_hz": rate}) for rate in range(10
 @pytest.fixture(scope="module")
 def result_of_bump():
     """The result of a run in which two cubes touch once."""
-    return replay.run(cubes(TWO_BUMPS), detectors=SLOW)
+    return replay.run(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors=SLOW)
 
 
 class Tags(HTMLParser):
@@ -48,9 +48,9 @@ class Tags(HTMLParser):
 
 def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
     """Six bodies with names of 200 letters, and eleven detectors, of which six are listed."""
-    session = cubes(TWO_BUMPS)
+    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
     crowd = replay.run(
-        cubes({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(6)}), detectors=TEN_RATES
+        unit_cubes_on_x({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(6)}), detectors=TEN_RATES
     )
     write_session(session, tmp_path / "s.mcap")
     read = replay.read_session(tmp_path / "s.mcap")
@@ -84,7 +84,7 @@ def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump, tmp_pa
 
 
 def test_markup_in_body_names_is_escaped_in_notebook_html():
-    session = cubes({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
+    session = unit_cubes_on_x({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
     matches = replay.run(session, detectors=SLOW)
     for thing in (matches, matches.detections["slow"]):
         page = Tags(thing._repr_html_())
@@ -105,7 +105,7 @@ def test_plot_draws_every_detector_over_cost_and_time(result_of_bump):
 
 @pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"])
 def test_plot_takes_any_name_as_text(name):
-    made = replay.run(cubes({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
+    made = replay.run(unit_cubes_on_x({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
     assert ElementTree.fromstring(made.plot()._repr_svg_()).tag.endswith("svg")
 
 

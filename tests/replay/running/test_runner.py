@@ -1,5 +1,5 @@
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
@@ -11,7 +11,7 @@ POSITIONS = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]}
 
 
 def test_a_session_and_its_file_give_the_same_digests(tmp_path):
-    session = cubes(POSITIONS)
+    session = unit_cubes_on_x(POSITIONS)
     write_session(session, tmp_path / "s.mcap")
     results = [
         replay.run(given, detectors="hybrid") for given in (session, tmp_path / "s.mcap", str(tmp_path / "s.mcap"))
@@ -21,10 +21,10 @@ def test_a_session_and_its_file_give_the_same_digests(tmp_path):
 
 
 def test_out_makes_a_run_folder_with_its_picture(tmp_path):
-    result = replay.run(cubes(POSITIONS), detectors="sphere", oracle="hybrid", out=tmp_path / "run")
+    result = replay.run(unit_cubes_on_x(POSITIONS), detectors="sphere", oracle="hybrid", out=tmp_path / "run")
     assert result.out == tmp_path / "run"
     assert (result.out / "run.rrd").stat().st_size > 1000 and (result.out / "summary.json").is_file()
-    bare = replay.run(cubes(POSITIONS), detectors="hybrid", out=str(tmp_path / "bare"), picture=False)
+    bare = replay.run(unit_cubes_on_x(POSITIONS), detectors="hybrid", out=str(tmp_path / "bare"), picture=False)
     assert not (bare.out / "run.rrd").exists()
 
 
@@ -37,7 +37,7 @@ def test_existing_folder_is_refused_before_any_work(tmp_path):
 
 @pytest.mark.slow
 def test_recording_of_a_run_is_matched_by_content(tmp_path):
-    write_session(cubes(TWO_BUMPS), tmp_path / "s1.mcap")
+    write_session(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), tmp_path / "s1.mcap")
     replay.run(tmp_path / "s1.mcap", detectors="slow=discrete[rate_hz=20]", out=tmp_path / "run", picture=False)
     (tmp_path / "s1.mcap").rename(tmp_path / "another_name.mcap")
     (tmp_path / "s1.mcap").write_bytes(b"of another lesson")

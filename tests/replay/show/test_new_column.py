@@ -12,7 +12,7 @@ import pytest
 from msgspec import structs
 from rich.console import Console
 from support.report_states import ABOUT, POSITIONS, SCENE, TWO, price_row, run_with_steady_times, with_steady_times
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
@@ -120,7 +120,7 @@ def faulty():
     """A run with misses, false contacts and an effect."""
     places = POSITIONS | {"b": [3, 0.9, 3, 1.01, 3, 3, 3, 3]}
     box = "box=collider[shape=box,skin_m=0.05]"
-    return with_steady_times(compute(cubes(places, scene=SCENE), detectors=f"{TWO},{box}", oracle="exact"))
+    return with_steady_times(compute(unit_cubes_on_x(places, scene=SCENE), detectors=f"{TWO},{box}", oracle="exact"))
 
 
 def test_new_column_of_any_table_reaches_five_outputs(faulty, monkeypatch):

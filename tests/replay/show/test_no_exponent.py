@@ -6,7 +6,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 from support.report_states import ABOUT, price_row
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.advice.pareto import advice_of
 from replay.cli.run_tables import run_screen, run_tables
@@ -29,7 +29,7 @@ def printed(made):
 @pytest.fixture(scope="module")
 def distant():
     """Two cubes whose balls overlap, 1.3 m from middle to middle: 300 mm from face to face."""
-    return compute(cubes({"a": [0] * 6, "b": [3, 1.3, 1.3, 3, 0.9, 3]}), detectors="sphere")
+    return compute(unit_cubes_on_x({"a": [0] * 6, "b": [3, 1.3, 1.3, 3, 0.9, 3]}), detectors="sphere")
 
 
 def test_a_wide_gap_is_read_in_millimetres(distant):

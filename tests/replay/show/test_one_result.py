@@ -14,7 +14,7 @@ import pytest
 import rerun as rr
 from rich.console import Console
 from support.planted_sessions import STATES, missed, outcomes, run, runs_of
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 from support.viewers import recording_text
 
 import replay
@@ -156,7 +156,7 @@ OF_AUDITED = ("audit_of_detector", "false_contacts", "match_episodes", "count_co
 
 def test_facts_are_computed_once_and_outputs_compute_nothing(tmp_path):
     # A contact in one frame; two more than 0.5 m deep, of which one is cut by the end.
-    session = cubes({"a": [0.0] * 12, "b": [3, 0.9, 3, 3, 3, 0.4, 0.4, 3, 3, 3, 0.4, 0.4]})
+    session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.9, 3, 3, 3, 0.4, 0.4, 3, 3, 3, 0.4, 0.4]})
     made = []
     matches = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact")))
     counts = sum(matches.values(), Counter())

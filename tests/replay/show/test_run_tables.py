@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from msgspec import structs
-from support.small_worlds import TWO_BUMPS, cubes, grazing
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, grazing, unit_cubes_on_x
 
 from replay.document.summary import sample_times
 from replay.document.tables import Column, Marked
@@ -28,7 +28,7 @@ def test_unmeasured_values_of_table_columns_are_none():
 @pytest.fixture(scope="module")
 def result_of_two_contacts():
     """A run in which cubes touch twice; ``slow`` samples at 20 Hz."""
-    return compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]")
+    return compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=20]")
 
 
 def column(made, name):

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.planted_faults import BODIES, FAULTS, clean, unknown_frame
+from support.planted_faults import BODIES, FAULTS, clean_draft, unknown_frame
 from support.session_files import write_foreign
 from support.small_worlds import cube
 
@@ -49,7 +49,7 @@ def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
 
 def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
     """Each fault is planted in one of two bodies, 50 frames after the one before."""
-    draft = clean()
+    draft = clean_draft()
     for number, (name, plant) in enumerate(FAULTS.items()):
         if name != "millimetres":  # of such a body no jump is told
             plant(draft, number % 2, 40 + 50 * number)
@@ -65,7 +65,7 @@ def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
 
 
 def test_memory_and_file_give_the_same_findings(tmp_path):
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["position"][300, 1] = float("nan")
     assert examine(draft.session()) == examine(draft.write(tmp_path / "a.mcap"))
 
@@ -133,7 +133,7 @@ def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
 
 
 def test_unlisted_bodies_and_foreign_frames_are_examined(tmp_path):
-    draft = clean()
+    draft = clean_draft()
     unknown_frame(draft, 1, 300)
     path = draft.write(tmp_path / "a.mcap")
     names = bodies_record(BODIES)["names"].encode()

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.planted_faults import FAULTS, clean
+from support.planted_faults import FAULTS, clean_draft
 
 from sessions import Frames, Session, Severity, Status, examine
 from sessions.doctor import pose_pass
@@ -14,7 +14,7 @@ from sessions.geometry.rotations import quaternion_product
 
 
 def session_with_every_pose_fault():
-    draft = clean()
+    draft = clean_draft()
     for at, name in enumerate(("nan position", "zero quaternion", "non-unit quaternion", "identity while lost")):
         FAULTS[name](draft, 0, 100 + 100 * at)
     draft.arrays["status"][700:720, 1] = Status.LOST
@@ -34,7 +34,7 @@ def test_the_marks_do_not_depend_on_blocks(size):
 
 def test_a_body_that_appears_later_gets_a_column():
     """The first 50 of 900 frames have one body, the others three."""
-    frames = clean().session().frames
+    frames = clean_draft().session().frames
     few = Frames(
         frames.names[:1], frames.stamp_ns[:50], frames.log_ns[:50], frames.sample_ns[:50, :1],
         frames.position[:50, :1], frames.quaternion_xyzw[:50, :1], frames.status[:50, :1],
@@ -48,7 +48,7 @@ def test_long_recording_keeps_fewer_poses_over_its_whole_length(monkeypatch):
     """900 frames with room for 600 poses, joined 100 at a time: at most every fourth is kept."""
     monkeypatch.setattr(pose_pass, "MOST_SAMPLES", 600)
     monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
-    frames = clean().session().frames
+    frames = clean_draft().session().frames
     long = run_pose_pass(frames.blocks(100))
     at = [int(np.flatnonzero((frames.position[:, 0] == index).all(axis=1))[0]) for index in long.position[:, 0]]
     assert 300 <= len(at) <= 600 and at == sorted(at) and at[0] == 0 and at[-1] >= 896 and max(np.diff(at)) <= 4
@@ -59,7 +59,7 @@ def test_small_blocks_are_joined_and_large_blocks_are_not(size, samples, monkeyp
     """Ten samples of each joined block of 900 frames: of seven blocks of 120 and one of 60, or of three of 300."""
     monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
     monkeypatch.setattr(pose_pass, "SAMPLES_PER_BLOCK", 10)
-    assert len(run_pose_pass(clean().session().frames.blocks(size)).position) == samples
+    assert len(run_pose_pass(clean_draft().session().frames.blocks(size)).position) == samples
 
 
 def findings_with_code(draft, code):
@@ -69,7 +69,7 @@ def findings_with_code(draft, code):
 @pytest.mark.parametrize(("degrees", "frames", "expected_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
 def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, frames, expected_at):
     """From frame 400 on, so many frames are rotated by so many degrees."""
-    draft = clean()
+    draft = clean_draft()
     half = np.radians(degrees) / 2.0
     rotations = draft.arrays["quaternion_xyzw"][400 : 400 + frames, 1]
     rotations[:] = quaternion_product(rotations, (np.sin(half), 0.0, 0.0, np.cos(half)))
@@ -86,7 +86,7 @@ def spans_of_draft(draft):
 
 def test_bodies_at_origin_or_rotating_are_neither_lost_nor_frozen():
     """Body 2 moves in the plane y = 0; 0 stays and rotates; 1 walks 0.1 mm a frame from frame 100 on."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["position"][:, 2] = 0.0
     draft.arrays["position"][:, 0] = [0.2, 1.0, 0.1]
     slow = 1e-4 * np.maximum(0, np.arange(900) - 100)
@@ -100,7 +100,7 @@ def test_bodies_at_origin_or_rotating_are_neither_lost_nor_frozen():
 )
 def test_sudden_start_or_reversal_of_motion_is_no_teleport(position):
     """A body starts at 10 m/s, or reverses at 4 m/s, without a jump in position."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["position"][:, 1] = position[:, None] * [1.0, 0.0, 0.0]
     assert "teleport" not in {code for code, *_ in spans_of_draft(draft)}
 
@@ -116,7 +116,7 @@ def test_close_stamps_cause_no_jump():
 
 def test_position_still_after_jump_is_frozen_despite_rotation():
     """Spans: (code, body, first, last frame); body 1 stops in 500 to 559, body 0 in 300 to 329 and 600 to 629."""
-    draft = clean()
+    draft = clean_draft()
     rng = np.random.default_rng(3)
     draft.arrays["position"][:, 1] = rng.normal([0.2, 1.0, 0.1], 1e-4, (900, 3))
     draft.arrays["position"][500:560, 1] = draft.arrays["position"][499, 1]
@@ -145,7 +145,7 @@ def test_the_runs_of_a_mask_make_the_mask_again(mask):
 
 def test_worst_quaternion_norm_deviates_most_from_unit_length():
     """Norms of 0.1 and 1.5 deviate from 1 by 0.9 and 0.5."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["quaternion_xyzw"][200, 0] *= 0.1
     draft.arrays["quaternion_xyzw"][201, 0] *= 1.5
     assert run_pose_pass([draft.session().frames]).worst_norm[0] == pytest.approx(0.1)
@@ -210,7 +210,7 @@ def test_identity_pose_beside_a_jump_is_a_lost_pose(case):
 
 def test_jump_lasts_from_the_last_pose_before_it():
     """Body 1 jumps 1 m in frame 400, lost in 399; body 2 jumps as far, but is in millimetres."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["position"][400:, 1] += 1.0
     draft.arrays["status"][399, 1] = Status.LOST
     draft.arrays["position"][:, 2] *= 1000.0
@@ -222,7 +222,7 @@ def test_jump_lasts_from_the_last_pose_before_it():
 
 def test_body_in_millimetres_is_not_out_of_space():
     """Positions of 1,000 are a metre; the only finding is the planted NaN: (code, body, first, last)."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["position"][:, 2] = [1000.0, 900.0, 1200.0]
     draft.arrays["position"][100, 2] = np.nan
     assert spans_of_draft(draft) == [("not-finite", 2, 100, 100)]

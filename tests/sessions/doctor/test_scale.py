@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.planted_faults import clean
+from support.planted_faults import clean_draft
 from support.small_worlds import cube
 
 from sessions import MeshData, Scene, Session
@@ -17,7 +17,7 @@ def test_only_heads_and_hands_are_recognised_by_name():
 
 
 def test_facts_that_admit_a_left_handed_source_are_believed():
-    outcome = run_pose_pass([clean().session().frames])
+    outcome = run_pose_pass([clean_draft().session().frames])
     assert [item.code for item in scale_findings(outcome, Scene(), {"handedness": "left"})] == ["handedness"]
     reported = {"handedness": "left", "conversions": "handedness mirrored along Z"}
     assert [*scale_findings(outcome, Scene(), reported)] == []

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.planted_faults import FRAMES, STEP_NS, clean
+from support.planted_faults import FRAMES, STEP_NS, clean_draft
 
 from sessions import Severity, Status
 from sessions.doctor.pose_pass import run_pose_pass
@@ -14,7 +14,7 @@ def time_findings_of(draft):
 @pytest.mark.parametrize(("steps", "expected"), [(2.9, False), (3.1, True)])
 def test_a_gap_is_longer_than_three_median_steps(steps, expected):
     """``steps``: length of the step to frame 400."""
-    draft = clean()
+    draft = clean_draft()
     draft.shift(slice(400, None), round((steps - 1) * STEP_NS))
     gaps = [item for item in time_findings_of(draft) if item.code == "gap"]
     stamps = draft.arrays["stamp_ns"]
@@ -24,7 +24,7 @@ def test_a_gap_is_longer_than_three_median_steps(steps, expected):
 
 def test_body_absent_for_100_frames_is_reported_as_gap():
     """Absent in frames 300 to 399: from its sample in 299 to that in 400."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["status"][300:400, 1] = Status.ABSENT
     (item,) = time_findings_of(draft)
     stamps = draft.arrays["stamp_ns"]
@@ -32,14 +32,14 @@ def test_body_absent_for_100_frames_is_reported_as_gap():
 
 
 def test_body_at_a_third_of_rate_has_no_gap():
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["status"][np.arange(FRAMES) % 3 > 0, 1] = Status.ABSENT
     assert time_findings_of(draft) == []
 
 
 def test_shifted_log_clock_is_accepted_and_its_jump_reported():
     """The log clock is 10^18 ns behind throughout, then jumps by 5 s in frame 600."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["log_ns"] = draft.arrays["log_ns"] - 10**18
     assert time_findings_of(draft) == []
     draft.arrays["log_ns"][600:] += 5 * 10**9
@@ -51,7 +51,7 @@ def test_shifted_log_clock_is_accepted_and_its_jump_reported():
     ("step_ns", "expected"), [(400_000, True), (600_000, False), (400_000_000, False), (16_666_666_667, True)]
 )
 def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
     reported = [item for item in time_findings_of(draft) if item.code == "clock-unit"]
     assert [(item.severity, item.count) for item in reported] == [(Severity.WARNING, FRAMES)] * expected
@@ -73,7 +73,7 @@ IN_FIRST_HALF = np.arange(FRAMES) < FRAMES // 2
     ],
 )
 def test_body_without_a_pose_in_most_frames_is_named(rows, expected):
-    draft = clean()
+    draft = clean_draft()
     draft.arrays["status"][~rows, 1] = Status.ABSENT
     reported = [item for item in time_findings_of(draft) if item.code == "often-missing"]
     assert [item.body for item in reported] == ["hand-left"] * expected

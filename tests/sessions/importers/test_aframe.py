@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import assert_import_refused, books, round_trips
+from support.mutants import assert_import_refused, ledger_text, round_trips
 
 from sessions.importers import import_session
 from sessions.model.assumption import Subject, assumptions_of
@@ -106,8 +106,8 @@ def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
     session = import_session("aframe", take_file(tmp_path, data))
     assert list(session.hands) == ["student/left", "student/left (2)"]
     assert session.hands["student/left (2)"].trigger.tolist() == [0.0]
-    assert "1 of 3 names dropped: without a list of poses" in books(session)
-    assert "trigger student/left (2): 1 of 2 samples dropped: with the stamp of another sample" in books(session)
+    assert "1 of 3 names dropped: without a list of poses" in ledger_text(session)
+    assert "trigger student/left (2): 1 of 2 samples dropped: with the stamp of another sample" in ledger_text(session)
 
 
 def test_rotation_of_four_numbers_is_refused(tmp_path):

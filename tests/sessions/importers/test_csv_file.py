@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import MUTANTS, assert_import_refused, books, round_trips, tried
+from support.mutants import MUTANTS, assert_import_refused, ledger_text, round_trips, tried
 
 from replay import guide
 from sessions import MeshData
@@ -177,7 +177,7 @@ def test_empty_short_and_bad_cells_are_accounted_for(write_csv):
     lines = [head, "pose,0,cup,1,2,3,0,0,0,1,1", "", "pose,1,cup", "pose,2,cup,1,nan, 3 ,0,0,0,1,1"]
     session = import_session("csv", write_csv(*lines))
     assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == -3
-    assert "1 of 3 rows dropped: with too few or too many cells" in books(session)
+    assert "1 of 3 rows dropped: with too few or too many cells" in ledger_text(session)
     assert_import_refused(
         "csv", write_csv(*lines, "pose,3,cup,1,2,x,0,0,0,1,1"), "line 6, column 'pz': 'x' is no number"
     )
@@ -228,7 +228,7 @@ def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
     assert np.allclose(session.hands["student/left"].trigger, np.arange(count) / count)
     contacts = [(item.body_a, item.body_b, item.phase) for item in session.live_contacts]
     assert contacts == [("LeftWheel", "Beaker", "enter"), ("LeftWheel", "Beaker", "exit")]
-    assert books(session).endswith("; LeftWheel: 1 of 40 poses dropped: flagged as lost")
+    assert ledger_text(session).endswith("; LeftWheel: 1 of 40 poses dropped: flagged as lost")
     assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]
     round_trips(session, tmp_path)
 
@@ -252,7 +252,7 @@ def test_non_pose_rows_become_triggers_events_or_unknown_kinds(write_csv):
         Event(2_000_000_000, "act", "pouring"),
     ]
     why = "1 with too few or too many cells; 8 of 7 unknown kinds such as 'a', 'b', 'c', 'd', 'e'"
-    assert books(session).endswith(f"9 of 17 rows dropped: {why}")
+    assert ledger_text(session).endswith(f"9 of 17 rows dropped: {why}")
 
 
 def test_contact_rows_become_reports_sorted_to_the_nanosecond(write_csv):

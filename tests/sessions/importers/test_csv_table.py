@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import assert_import_refused, books
+from support.mutants import assert_import_refused, ledger_text
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -97,7 +97,7 @@ def test_every_table_form_gives_written_poses(import_csv, form):
     track = session.tracks["cup"]
     np.testing.assert_array_equal(track.positions, POSITIONS)
     assert track.times_ns.tolist() == [round(1e9 * float(time)) for time in TIMES]
-    assert books(session) == lost
+    assert ledger_text(session) == lost
 
 
 MOVES = ["2233", "0", "039", "1", "0", "0", "0", "0", "1"]
@@ -127,7 +127,7 @@ def test_single_row_with_decimal_commas_refuses_the_file(import_csv, row, line, 
 @pytest.mark.parametrize("row", ["0.5,1,2,3,0,0,0,1,,", "a,b,c,d,e,f,g,h,i", "0,1,2"])
 def test_rows_of_wrong_length_are_counted(import_csv, row):
     session = import_csv(csv_text(rows=[*ROWS, [row]]), MAPPING % "")
-    assert books(session) == "1 of 31 rows dropped: with too few or too many cells"
+    assert ledger_text(session) == "1 of 31 rows dropped: with too few or too many cells"
 
 
 ROTATIONS = Rotation.random(COUNT, random_state=7)
@@ -212,7 +212,7 @@ def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
     error = draft_of(tmp_path / "log.csv", csv_text(head=head, rows=rows))
     (tmp_path / "map.toml").write_text(error.draft.replace("# convention", "convention"))
     session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml")
-    assert {name[-1] for name in session.names} == {"1", "2", "3"} and books(session) == ""
+    assert {name[-1] for name in session.names} == {"1", "2", "3"} and ledger_text(session) == ""
     for name in session.names:
         track = session.tracks[name]
         assert len(track) == COUNT and {*track.positions[:, 0]} == {"213".index(name[-1]) + 0.5}
@@ -236,7 +236,7 @@ def test_mapping_selects_its_table_of_a_file_with_two(import_csv, position):
     session = import_csv("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
     cup = session.tracks["cup"]
     np.testing.assert_array_equal(cup.positions, POSITIONS)
-    assert cup.valid.all() and (cup.quaternions_xyzw == [0, 0, 0, 1]).all() and books(session) == ""
+    assert cup.valid.all() and (cup.quaternions_xyzw == [0, 0, 0, 1]).all() and ledger_text(session) == ""
 
 
 def test_missing_table_is_refused_with_all_names(import_csv):
@@ -247,7 +247,7 @@ def test_missing_table_is_refused_with_all_names(import_csv):
 
 def test_unnamed_second_table_is_a_loss_with_its_cure(import_csv):
     session = import_csv(csv_text(below=TRAJECTORIES), MAPPING % "")
-    assert books(session) == ANOTHER
+    assert ledger_text(session) == ANOTHER
     assert 'the mapping may name one: table = "TITLE"' in session.facts["conversions"]
 
 

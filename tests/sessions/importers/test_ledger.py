@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.mutants import books
+from support.mutants import ledger_text
 
 from sessions import examine, read_session, write_session
 from sessions.importers import import_session
@@ -59,7 +59,7 @@ def row(time, body="cup"):
 def test_only_losses_above_1_percent_are_findings(tmp_path, short, warns):
     rows = [row(0.1 * k) for k in range(200)]
     session = import_session("csv", log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
-    assert books(session) == f"{short} of 200 rows dropped: with too few or too many cells"
+    assert ledger_text(session) == f"{short} of 200 rows dropped: with too few or too many cells"
     write_session(session, tmp_path / "s.mcap")
     assert ledger_of(read_session(tmp_path / "s.mcap").facts).sentences() == ledger_of(session.facts).sentences()
     result = [finding for finding in examine(tmp_path / "s.mcap") if finding.code == "import-loss"]
@@ -71,7 +71,7 @@ def test_repeated_sample_is_merged_and_conflicting_sample_dropped(tmp_path):
     other = row(time=0.3).replace("0.300,0,0", "0.700,0,0")
     session = import_session("csv", log(tmp_path, [*rows[:4], rows[3], other, *rows[4:]]))
     assert np.allclose(session.tracks["cup"].positions[:, 0], 0.1 * np.arange(50))
-    assert books(session).split("; ") == [
+    assert ledger_text(session).split("; ") == [
         "cup: 1 of 52 samples dropped: with the stamp of another sample",
         "cup: 1 of 52 samples merged: that repeat a sample",
     ]

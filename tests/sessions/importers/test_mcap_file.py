@@ -19,7 +19,7 @@ from mcap.records import Chunk, Message
 from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 from scipy.spatial.transform import Rotation, Slerp
-from support.mutants import assert_import_refused, books
+from support.mutants import assert_import_refused, ledger_text
 from support.second_opinions import ROS, has_poses
 
 from sessions import examine, read_session
@@ -135,7 +135,7 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
 def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
     rows = [("/tf", FRAME, stamp, transform(parent, child, stamp)) for parent, child, stamp in moves]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", rows))
-    assert [*session.names] == names and text in books(session)
+    assert [*session.names] == names and text in ledger_text(session)
 
 
 def test_requested_roots_form_a_single_world(tmp_path):
@@ -277,13 +277,13 @@ def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
 )
 def test_transforms_dropped_for_bad_stamps_are_counted(tmp_path, stamp, kept, text):
     session = import_session("mcap", as_json(tmp_path / "a.mcap", transforms("/tf", stamp=stamp)))
-    assert len(session.tracks["cup"]) == kept and books(session) == text
+    assert len(session.tracks["cup"]) == kept and ledger_text(session) == text
 
 
 def test_unordered_messages_lose_no_pose(tmp_path):
     messages = transforms("/tf")
     session = import_session("mcap", as_json(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
-    assert len(session.tracks["cup"]) == 20 and books(session) == ""
+    assert len(session.tracks["cup"]) == 20 and ledger_text(session) == ""
 
 
 def torn(path, *, chunked, cut=0, broken=0, crc=True):

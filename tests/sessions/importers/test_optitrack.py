@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import books
+from support.mutants import ledger_text
 from support.second_opinions import has_poses
 
 from sessions.importers import import_session
@@ -56,7 +56,7 @@ def test_rows_that_are_too_short_are_dropped_and_counted(tmp_path):
     too_short = "8,0.2"  # a frame and its time, without a pose
     (tmp_path / "take.csv").write_text(f"{take}\r\n{too_short}", newline="")
     session = import_session("optitrack", tmp_path / "take.csv")
-    assert "1 of 9 rows dropped: with too few or too many cells" in books(session)
+    assert "1 of 9 rows dropped: with too few or too many cells" in ledger_text(session)
 
 
 def take(path, bodies):
@@ -90,4 +90,4 @@ def test_bodies_of_equal_name_are_numbered_and_kept(tmp_path, bodies, names):
     session = import_session("optitrack", take(tmp_path / "take.csv", bodies))
     assert list(session.names) == names
     assert [track.positions[0, 0] for track in session.tracks.values()] == [*map(float, range(len(bodies)))]
-    assert "another body of the name cup" in session.facts["conversions"] and books(session) == ""
+    assert "another body of the name cup" in session.facts["conversions"] and ledger_text(session) == ""

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import assert_import_refused, books
+from support.mutants import assert_import_refused, ledger_text
 from support.second_opinions import UNITY, has_poses
 
 from sessions.importers import import_session
@@ -45,7 +45,7 @@ def test_trials_that_ended_are_intervals_with_their_results(uxf_folder):
     assert (first.start_ns, first.end_ns, first.kind, first.name) == (4_100_000_000, 5_250_000_000, "task", "trial 1")
     assert first.data["score"] == "7" and first.data["ppid"] == "p01"
     assert "score" not in second.data and second.name == "trial 2"
-    assert "trials dropped: that did not end" in books(import_session("uxf", uxf_folder))
+    assert "trials dropped: that did not end" in ledger_text(import_session("uxf", uxf_folder))
 
 
 def test_trials_without_numbers_are_counted_in_their_order(uxf_folder):
@@ -68,7 +68,7 @@ def test_other_columns_of_trackers_are_scalars_over_all_trials(uxf_folder):
     assert pupil.values.tolist() == [float(f"{trial}.{k:02d}") for trial in (1, 2) for k in range(COUNT)]
     assert pupil.times_ns.tolist() == session.tracks["head"].times_ns.tolist()
     np.testing.assert_array_equal(session.scalars["heart_belt/bpm"].values, [70, np.nan])
-    assert "scalar heart_belt/bpm: 1 of 3 samples dropped: with a stamp out of order" in books(session)
+    assert "scalar heart_belt/bpm: 1 of 3 samples dropped: with a stamp out of order" in ledger_text(session)
 
 
 HEAD = "trackers/head_movement_T001.csv"
@@ -108,7 +108,7 @@ def test_uxf_tracker_file_without_known_columns_is_reported(uxf_folder, data):
     (uxf_folder / HEAD).write_bytes(data)
     session = import_session("uxf", uxf_folder)
     text = "head_movement_T001.csv: 1 of 1 files dropped: whose first line does not name time"
-    assert text in books(session) and len(session.tracks["head"]) == COUNT
+    assert text in ledger_text(session) and len(session.tracks["head"]) == COUNT
 
 
 def test_torn_last_line_costs_a_single_row(uxf_folder):
@@ -122,7 +122,7 @@ def test_torn_last_line_costs_a_single_row(uxf_folder):
         in session.facts["conversions"]
     )
     path.write_text(text[: text.rindex(",")])
-    assert "head_movement_T002.csv: 1 of 8 rows dropped: with too few" in books(import_session("uxf", uxf_folder))
+    assert "head_movement_T002.csv: 1 of 8 rows dropped: with too few" in ledger_text(import_session("uxf", uxf_folder))
 
 
 def test_tracker_with_four_rotations_writes_quaternions(uxf_folder):

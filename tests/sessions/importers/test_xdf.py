@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.mutants import assert_import_refused, books
+from support.mutants import assert_import_refused, ledger_text
 from support.second_opinions import UNITY, has_poses
 from support.session_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 
@@ -188,8 +188,8 @@ def test_truncated_file_loses_and_reports_its_last_sample(tmp_path, cut, kept, s
     assert session.tracks["Cup"].valid.tolist() == [True] * (kept - 1) + [False]
     text = session.facts["conversions"]
     assert "the file is cut short or damaged: the last pose of each body is flagged as lost" in text
-    assert "the end of the file: 1 of 1 samples dropped: cut off, and perhaps more" in books(session)
-    assert ("damaged places: 1 of 1 samples dropped" in books(session)) == skipped
+    assert "the end of the file: 1 of 1 samples dropped: cut off, and perhaps more" in ledger_text(session)
+    assert ("damaged places: 1 of 1 samples dropped" in ledger_text(session)) == skipped
 
 
 def chunks_of_cup(number, first, last, *, name="Mocap", kind="MoCap", body="Cup", shift=0.0):
@@ -223,7 +223,7 @@ def test_segments_of_an_interrupted_stream_are_a_single_body(tmp_path, kind, map
     assert session.names == ("Cup",)
     assert has_poses(session.tracks["Cup"], POSITIONS["Cup"], ROTATIONS["Cup"], stamps=np.rint(1e9 * STAMPS))
     count = len(PARTS_OF_A_STREAM[kind])
-    assert books(session) == f"{count - 1} of {count} streams merged: that go on with a stream of the same name"
+    assert ledger_text(session) == f"{count - 1} of {count} streams merged: that go on with a stream of the same name"
 
 
 # Parts as above and what is different of each -> names of the bodies.
@@ -240,7 +240,7 @@ def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
     streams, names = SEPARATE[kind]
     pieces = [piece for number, first, last, more in streams for piece in chunks_of_cup(number, first, last, **more)]
     session = import_session("xdf", xdf_file(tmp_path, *pieces))
-    assert {*session.names} == names and books(session) == ""
+    assert {*session.names} == names and ledger_text(session) == ""
     assert sum(map(len, session.tracks.values())) == sum(last - first for _, first, last, _ in streams)
     assert "another body of the name Cup" in session.facts["conversions"]
 

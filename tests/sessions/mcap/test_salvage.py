@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mcap.opcode import Opcode
 from support.mutants import chunks, flipped, records
-from support.planted_faults import BODIES, FAULTS, clean
+from support.planted_faults import BODIES, FAULTS, clean_draft
 from support.session_files import assert_same_frames, protobuf_messages, random_frames, write_foreign
 
 from sessions import Event, read_session, write_session
@@ -28,7 +28,7 @@ COUNT = 420
 @pytest.fixture(scope="module")
 def whole_file(tmp_path_factory):
     """Five seconds at 90 Hz of three bodies in many small chunks, a frozen pose, meshes, facts and an event."""
-    draft = clean()
+    draft = clean_draft()
     draft.arrays = {name: values[:COUNT] for name, values in draft.arrays.items()}
     FAULTS["frozen pose"](draft, 0, 30)
     event = Event(int(draft.arrays["stamp_ns"][7]), "grasp", "takes a beaker", "flask")

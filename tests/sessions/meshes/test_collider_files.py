@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay import guide
 from sessions import read_session, recover, write_session
@@ -91,7 +91,7 @@ def test_drawn_mesh_beside_ucx_colliders_is_not_a_collider(tmp_path):
 def test_session_file_keeps_colliders_also_after_recover(tmp_path):
     """Twelve convex boxes are the colliders of body ``a``."""
     write(tmp_path / "c.glb", *((f"UBX_a_{k:02d}", BOX, translation(k, 0, 0)) for k in range(12)))
-    session = with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "c.glb")
+    session = with_colliders(unit_cubes_on_x({"a": range(5), "b": [9] * 5}), tmp_path, "c.glb")
     assert session.facts["conversions"] == "colliders of c.glb: a 12"
     write_session(session, tmp_path / "s.mcap")
     recover(tmp_path / "s.mcap", tmp_path / "again.mcap")
@@ -106,7 +106,9 @@ def test_colliders_named_by_a_scene_replace_recorded_colliders(tmp_path):
     """The recording has colliders of a, the file named by x.toml those of b."""
     write(tmp_path / "c.glb", ("UCX_b_00", BALL, translation(0, 0, 0)))
     write(tmp_path / "old.glb", ("UCX_a_00", BOX, translation(0, 0, 0)))
-    write_session(with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "old.glb"), tmp_path / "s.mcap")
+    write_session(
+        with_colliders(unit_cubes_on_x({"a": range(5), "b": [9] * 5}), tmp_path, "old.glb"), tmp_path / "s.mcap"
+    )
     (tmp_path / "x.toml").write_text('[scene]\ncolliders = "c.glb"\n[[body]]\nid = "a"\n')
     (tmp_path / "y.toml").write_text('[[body]]\nid = "a"\n')
     assert [*read_session(tmp_path / "s.mcap", scene=tmp_path / "x.toml").colliders] == ["b"]

@@ -4,7 +4,7 @@ import fcl
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.small_worlds import cubes, framed
+from support.small_worlds import session_of_frames, unit_cubes_on_x
 
 from cdcore import Motion
 from replay.document.metrics.near import CLOSE_GAP_M, close_intervals, without_contact
@@ -21,7 +21,7 @@ def approach(least, centre=2.0, width=0.1):
 
 
 def near(gap):
-    assembly = assemble(cubes({"a": np.zeros(FRAMES), "b": gap}))
+    assembly = assemble(unit_cubes_on_x({"a": np.zeros(FRAMES), "b": gap}))
     return close_intervals(assembly, np.arange(len(assembly.pairs)))
 
 
@@ -50,7 +50,7 @@ def test_near_misses_of_two_fingers_count_once_for_the_hand():
         "thumb": -approach(least=0.004, centre=2.4),
         "cup": np.zeros(FRAMES),
     }
-    assembly = assemble(cubes(gaps, scene=scene))
+    assembly = assemble(unit_cubes_on_x(gaps, scene=scene))
     result = close_intervals(assembly, np.arange(len(assembly.pairs)))
     assert [close.pair for close in result] == [assembly.contact_columns[0]]
     assert without_contact(result, np.array([[assembly.contact_columns[0], 2.6, 2.7]])) == ()
@@ -72,7 +72,7 @@ def fcl_gap(mesh, turns, positions):
 @pytest.mark.parametrize("rotations", [0.2, 0.002, 0.0])
 def test_close_is_the_distance_by_fcl_at_every_sample(rotations):
     rng, count = np.random.default_rng(1), 40
-    assembly = assemble(cubes({"a": np.zeros(count), "b": np.linspace(1.0, 1.02 + 2 * rotations, count)}))
+    assembly = assemble(unit_cubes_on_x({"a": np.zeros(count), "b": np.linspace(1.0, 1.02 + 2 * rotations, count)}))
     whole = assembly.motion
     poses = whole.rotations.copy()
     poses[:, 1] = Rotation.from_rotvec(rng.uniform(-rotations, rotations, (count, 3))).as_matrix()
@@ -90,5 +90,5 @@ def test_a_lost_pose_is_not_close_to_anything(lost):
     positions, status = np.zeros((FRAMES, 2, 3)), np.ones((FRAMES, 2))
     positions[:, 1, 0] = np.append(9.0, approach(least=0.004)[1:])
     status[150:250, 1] = not lost
-    assembly = assemble(framed(np.arange(FRAMES) * 10_000_000, status, positions))
+    assembly = assemble(session_of_frames(np.arange(FRAMES) * 10_000_000, status, positions))
     assert (close_intervals(assembly, np.array([0])) == ()) == lost

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from support.liquid_worlds import glass, poses_at_rest, poses_of_tilted_glass, session_with_effects
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay import run
 from replay.auditing.holding import Grasp
@@ -74,7 +74,7 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_
 )
 def test_recall_is_absent_without_contact_oracle_or_detector(positions, detectors, oracle, reported):
     """Cubes 3 m apart never touch. Rows: detector, recall, frames of contact, contacts a minute."""
-    rows = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(positions)}), detectors=detectors, oracle=oracle))
+    rows = metric_rows(run(unit_cubes_on_x({"a": [0.0] * 9, "b": list(positions)}), detectors=detectors, oracle=oracle))
     keys = ("detector", "recall", "contact_frames", "contacts_per_min")
     assert [tuple(row[key] for key in keys) for row in rows] == reported and all(
         row["valid_minutes"] > 0 for row in rows
@@ -83,7 +83,7 @@ def test_recall_is_absent_without_contact_oracle_or_detector(positions, detector
 
 def test_a_contact_of_metrics_is_a_contact_of_the_run():
     touching = [0.9 if frame % 4 else 3.0 for frame in range(40)]  # apart for a frame, ten times
-    result = run(cubes({"a": [0.0] * 40, "b": touching}), detectors="hybrid", oracle="exact")
+    result = run(unit_cubes_on_x({"a": [0.0] * 40, "b": touching}), detectors="hybrid", oracle="exact")
     minutes = metric_rows(result)[0]["valid_minutes"]
     counts = {row["detector"]: row["contacts_per_min"] * minutes for row in metric_rows(result)}
     assert counts == pytest.approx({label: len(actual) for label, actual in result.episodes.items()})
@@ -99,7 +99,7 @@ def test_contacts_per_minute_leave_out_contacts_of_a_grasped_body(oracle):
     ball = np.where((time > 0.2) & (time < 0.3), 0.9, 9.0)
     trigger = ((time >= 1.0) & (time < 2.0)).astype(float)
     hands = {"p/right": HandTrack(np.arange(300) * 10_000_000, trigger)}
-    session = replace(cubes({"hand-right": hand, "cube": cube, "ball": ball}), hands=hands)
+    session = replace(unit_cubes_on_x({"hand-right": hand, "cube": cube, "ball": ball}), hands=hands)
     result = run(session, detectors="hull50", oracle=oracle)
     counts = {row["detector"]: row["contacts_per_min"] * row["valid_minutes"] for row in metric_rows(result)}
     assert {label: len(contacts) for label, contacts in result.episodes.items()} == dict.fromkeys(counts, 2)
@@ -130,7 +130,7 @@ def test_contacts_that_belong_to_the_work(pair, start, fixed, taken, expected):
 
 def test_metrics_of_effects_are_sums_or_null():
     """Frames of 10 ms: a hazard from 0.01 to 0.04 s, and one from 0.06 s to the end at 0.08 s."""
-    result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
+    result = run(unit_cubes_on_x({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
     assert effect_metrics(result) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
     effects = {
         "pour": [EffectEvent(0.01, "spill", values={"volume_ml": volume}) for volume in (2.0, 0.5)],

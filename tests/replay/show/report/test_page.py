@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.report_states import EMPTY, RUN_OF_STATE, read_page, run_with_steady_times
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay import run
 from replay.document.contact import EventRecord
@@ -28,7 +28,9 @@ def test_the_page_reads_as_it_did(state, snapshot):
 
 def test_report_counts_contact_of_bounding_spheres_as_unconfirmed():
     """Unit cubes at 1.2 are apart, but spheres around them overlap."""
-    page = report_html(compute(cubes({"a": [0.0] * 6, "b": [3.0, 3.0, 1.2, 1.2, 3.0, 3.0]}), detectors="sphere"))
+    page = report_html(
+        compute(unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 3.0, 1.2, 1.2, 3.0, 3.0]}), detectors="sphere")
+    )
     assert "1 unconfirmed contact" in page
 
 
@@ -81,7 +83,7 @@ def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
 
 
 def test_hostile_names_stay_text():
-    session = cubes({"<script>alert(1)</script>": [0] * 30, 'b"&\u202e': [3, 2, 0.9, 2, 3] * 6})
+    session = unit_cubes_on_x({"<script>alert(1)</script>": [0] * 30, 'b"&\u202e': [3, 2, 0.9, 2, 3] * 6})
     text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
     assert text.count("<script") == 1 and "&lt;script&gt;" in text and "\u202e" not in text
 
@@ -94,7 +96,7 @@ def test_no_text_becomes_an_element(text):
 
 def test_report_names_no_path_and_no_session_file(tmp_path):
     out = tmp_path / "anna-smith"
-    run(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
+    run(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
     page = (out / "report.html").read_text("utf-8")
     assert "replay view . --" in page
     assert "anna-smith" not in page and str(tmp_path) not in page

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from support.report_states import MANY, run_with_steady_times
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 from support.viewers import opened, serious_faults
 
 from replay.engine import compute
@@ -29,7 +29,9 @@ def page(pages_folder):
     """Nine pairs, each missed or late, of two detectors."""
     detectors = "slow=discrete[rate_hz=12],late=discrete[rate_hz=7]"
     file = pages_folder / "report.html"
-    file.write_text(report_html(compute(cubes({"a": [0.0] * 40, **MANY}), detectors=detectors)), encoding="utf-8")
+    file.write_text(
+        report_html(compute(unit_cubes_on_x({"a": [0.0] * 40, **MANY}), detectors=detectors)), encoding="utf-8"
+    )
     with opened(file.as_uri(), pages_folder) as page:
         page.ask(CAPTURE)
         yield page
@@ -242,7 +244,7 @@ def test_charts_are_saved_as_pictures_and_faults_as_csv(page):
 
 
 def test_hostile_names_stay_text_everywhere(pages_folder):
-    session = cubes({HOSTILE: [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
+    session = unit_cubes_on_x({HOSTILE: [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
     file = pages_folder / "hostile.html"
     file.write_text(report_html(compute(session, detectors="slow=discrete[rate_hz=12]")), encoding="utf-8")
     with opened(file.as_uri(), pages_folder / "hostile") as page:

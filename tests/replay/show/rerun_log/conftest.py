@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 from support.shapes import box_mesh, revolved_mesh
-from support.small_worlds import framed, jumping
+from support.small_worlds import jumping, session_of_frames
 
 from cdcore import TriangleMesh
 from replay.engine import compute
@@ -66,7 +66,7 @@ def tapping(frames):
 def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
     stamps, positions, valid = tapping(frames)
-    bare = framed(stamps, valid, positions, names=list(MESHES))
+    bare = session_of_frames(stamps, valid, positions, names=list(MESHES))
     drawn_frames = {"rod": "right", "hand": "right"}
     bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=drawn_frames.get(body, "")) for body in MESHES]
     meshes = {body: make() for body, make in MESHES.items()}

@@ -1,7 +1,7 @@
 """Depth of contacts over time, as the picture shows it."""
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.engine import compute
 from replay.show.rerun_log.depth import MOST_CURVES, deepest_pairs, depth_title, depths_over_time
@@ -10,7 +10,9 @@ from replay.show.rerun_log.depth import MOST_CURVES, deepest_pairs, depth_title,
 def test_depth_curve_is_zero_beside_a_contact_and_never_within():
     """Unit cubes at distance 0.9 overlap by 0.1 m in frames 2 to 41, at 0.7 by 0.3 m in frame 32, at 3.0 not at all."""
     still = [3.0, 3.0, *[0.9] * 30, 0.7, *[0.9] * 9, 3.0, 3.0]
-    result = compute(cubes({"a": [0.0] * len(still), "b": still}), detectors="exact,mesh=discrete", oracle="exact")
+    result = compute(
+        unit_cubes_on_x({"a": [0.0] * len(still), "b": still}), detectors="exact,mesh=discrete", oracle="exact"
+    )
     depths = depths_over_time(result, 0)
     assert (depths[1], depths[42], depths[32]) == (0.0, 0.0, pytest.approx(0.3))
     assert [*depths] == sorted(depths)
@@ -21,7 +23,9 @@ def run_of_overlapping_pairs(pair_count):
     """A run of three frames: unit cubes b0, b1, ... overlap cube ``a`` in frame 1, each 1 cm deeper than the last."""
     positions = {f"b{k}": [9.0, 0.9 - 0.01 * k, 9.0] for k in range(pair_count)}
     pairs = [("a", name) for name in positions]
-    return compute(cubes({"a": [0.0] * 3, **positions}), detectors="exact,mesh=discrete", oracle="exact", pairs=pairs)
+    return compute(
+        unit_cubes_on_x({"a": [0.0] * 3, **positions}), detectors="exact,mesh=discrete", oracle="exact", pairs=pairs
+    )
 
 
 def test_depth_plot_title_counts_drawn_pairs_when_some_are_not():

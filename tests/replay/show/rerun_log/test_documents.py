@@ -1,5 +1,5 @@
 from support.report_states import price_row, traded
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay.engine import compute
 from replay.show.rerun_log.documents import dots_of, replayed_sentence
@@ -14,5 +14,5 @@ def test_setting_is_plotted_at_its_mean_time_and_loss():
 
 def test_replayed_sentence_states_the_length_of_the_window():
     """Twelve frames at 10 Hz end at 1.1 s; frames 5 to 11 are replayed."""
-    run = compute(cubes(TWO_BUMPS, step_ns=10**8), detectors=(), start=0.5)
+    run = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, step_ns=10**8), detectors=(), start=0.5)
     assert replayed_sentence(run).startswith("600 ms, 7 frames")

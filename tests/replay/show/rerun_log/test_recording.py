@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 from rerun.chunk import RrdReader
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 from support.viewers import recording_text
 
 from replay.engine import compute
@@ -55,7 +55,7 @@ def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
     effect = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
     scene = Scene(bodies=(SceneBody("a", extra={"mass": 0.1}), SceneBody("b")), effects=(effect,))
     positions = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}
-    read = drawn(compute(cubes(positions, scene=scene), detectors="hybrid"))
+    read = drawn(compute(unit_cubes_on_x(positions, scene=scene), detectors="hybrid"))
     assert {"/world/a/mesh", "/world/b/mesh", "/world/c/mesh"} <= set(read.entities)
 
 

@@ -9,7 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 from support.processes import environment
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.show.rerun_log import recording_file as module
 from replay.show.rerun_log.recording_file import recording_file, require_complete
@@ -68,7 +68,7 @@ def test_an_encoder_that_does_not_end_is_an_error(tmp_path, monkeypatch):
 def test_picture_too_large_for_the_disk_exits_1(kilobytes, tmp_path):
     """The picture of 1,000 contacts takes megabytes: its head fits into 8 kB, and some of its data into 100."""
     contact_in_every_second_frame = {"a": [0] * 2000, "b": np.tile([3, 0.9], 1000)}
-    write_session(cubes(contact_in_every_second_frame), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x(contact_in_every_second_frame), tmp_path / "s.mcap")
     words = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
     command = [sys.executable, "-c", RUN_WITH_FILE_SIZE_LIMIT, str(kilobytes * 1024), *map(str, words)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment(), timeout=300)

@@ -3,7 +3,7 @@
 import multiprocessing
 
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from replay.errors import RunFolderError
@@ -15,7 +15,10 @@ from replay.show.rerun_log.moments import read_bookmarks
 def recording(tmp_path_factory):
     """The Rerun file of a run with two contacts."""
     out = tmp_path_factory.mktemp("reader") / "run"
-    return replay.run(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=5]", out=out).out / "run.rrd"
+    return (
+        replay.run(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=5]", out=out).out
+        / "run.rrd"
+    )
 
 
 def reader_process():

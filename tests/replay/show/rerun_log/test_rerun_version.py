@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.cli.main import main
 from replay.show.rerun_log import RERUN_VERSION
@@ -27,7 +27,7 @@ def test_other_rerun_version_is_named_first_and_only_for_pictures(present, tmp_p
     for name in [name for name in sys.modules if name.startswith("replay.show.rerun_log")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(importlib.metadata, "version", version)
-    write_session(cubes({"a": [0] * 4, "b": [3, 3, 0.9, 3]}), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0] * 4, "b": [3, 3, 0.9, 3]}), tmp_path / "s.mcap")
     text = ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
     assert main(text) == 1
     output = capsys.readouterr().err

@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from support.small_worlds import STEP_NS, cubes
+from support.small_worlds import STEP_NS, unit_cubes_on_x
 
 from replay import read
 from replay.document.metrics.row import metric_rows
@@ -45,7 +45,7 @@ def session_named(name):
     spans = [Interval(first * STEP_NS, last * STEP_NS, kind, word) for kind, word, first, last in SPANS]
     positions = {"a": [0] * 12, "b": POSITIONS[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
     facts = {"pseudonym": STUDENTS[name]} if STUDENTS[name] else {}
-    return cubes(positions, events=events, intervals=[] if name == "four" else spans, facts=facts)
+    return unit_cubes_on_x(positions, events=events, intervals=[] if name == "four" else spans, facts=facts)
 
 
 def run_of(name):
@@ -142,7 +142,7 @@ def test_sql_questions_of_the_guide_agree_with_a_recount(number, result_by_name,
 
 def test_note_joins_its_contact_across_detectors(tmp_path):
     # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
-    recorded = cubes({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
+    recorded = unit_cubes_on_x({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
     for rate in (20, 34, 100):
         result = compute(recorded, detectors=f"slow=discrete[rate_hz={rate},sampling_offset_s=0]", oracle="exact")
         write_run_folder(result, tmp_path / f"{rate:03d}")

@@ -3,7 +3,7 @@
 import pyarrow.parquet as pq
 import pytest
 from support.report_states import run_with_steady_times, with_steady_times
-from support.small_worlds import STEP_NS, TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, STEP_NS, unit_cubes_on_x
 
 from replay.engine import compute
 from replay.show.results import parquet_tables as tables
@@ -23,15 +23,19 @@ SPANS = [Interval(BEGIN + 2 * STEP_NS, BEGIN + 9 * STEP_NS, "task", "stir", {"by
 EVENTS = [Event(BEGIN + 3 * STEP_NS, "buttondown", "trigger", "b")]
 
 
-def recorded(positions=TWO_BUMPS, **more):
-    return cubes(positions, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
+def recorded(positions=MEET_IN_4_AND_8_TO_10, **more):
+    return unit_cubes_on_x(positions, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
 
 
 RUNS = {
-    "audited": lambda: compute(recorded(TWO_BUMPS | {"c": [9] * 12}), detectors="slow=discrete[rate_hz=20],sphere"),
+    "audited": lambda: compute(
+        recorded(MEET_IN_4_AND_8_TO_10 | {"c": [9] * 12}), detectors="slow=discrete[rate_hz=20],sphere"
+    ),
     "effects of a part": lambda: compute(recorded(scene=SCENE), detectors=(), start=0.01),
-    "nothing happened": lambda: compute(cubes({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid"),
-    "a pose in doubt": lambda: compute(cubes({"a": [0] * 9, "b": [5] * 4 + [5.5] * 5}), detectors="hybrid"),
+    "nothing happened": lambda: compute(
+        unit_cubes_on_x({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid"
+    ),
+    "a pose in doubt": lambda: compute(unit_cubes_on_x({"a": [0] * 9, "b": [5] * 4 + [5.5] * 5}), detectors="hybrid"),
     "between frames": lambda: run_with_steady_times("between frames"),
     "undecided": lambda: run_with_steady_times("undecided"),
 }

@@ -3,7 +3,7 @@ from functools import partial
 
 import pyarrow.parquet as pq
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 import replay
 from replay.document.coding import json_of
@@ -18,7 +18,7 @@ from replay.studies.diff.runs import diff_runs
 def result_of_two_contacts():
     """A run in which cubes touch in frames 2 and 6; ``slow`` samples at 20 Hz."""
     positions = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
-    return compute(cubes(positions), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+    return compute(unit_cubes_on_x(positions), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
 
 
 def file_names(folder):

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from support.report_states import RUN_OF_STATE
-from support.small_worlds import TWO_BUMPS, cubes
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
@@ -39,7 +39,7 @@ HOSTILE = [
 @pytest.fixture(scope="module")
 def run_with_formula_name(tmp_path_factory):
     """A written run of two cubes, one of whose names is a formula to a spreadsheet."""
-    session = cubes({"=cmd|' /C calc'!A0": TWO_BUMPS["a"], "b": TWO_BUMPS["b"]})
+    session = unit_cubes_on_x({"=cmd|' /C calc'!A0": MEET_IN_4_AND_8_TO_10["a"], "b": MEET_IN_4_AND_8_TO_10["b"]})
     out = tmp_path_factory.mktemp("run") / "run"
     return replay.run(session, detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
 
@@ -151,7 +151,7 @@ def test_every_state_has_spreadsheets(tmp_path):
 @pytest.mark.parametrize("form", ["csv", pytest.param("xlsx", marks=pytest.mark.slow)])
 def test_tables_of_a_batch_hold_rows_of_all_runs(tmp_path, form):
     for name in ("first", "=second"):
-        session = cubes({"=cmd|' /C calc'!A0": TWO_BUMPS["a"], "b": TWO_BUMPS["b"]})
+        session = unit_cubes_on_x({"=cmd|' /C calc'!A0": MEET_IN_4_AND_8_TO_10["a"], "b": MEET_IN_4_AND_8_TO_10["b"]})
         write_session(session, tmp_path / f"{name}.mcap")
     out = tmp_path / "out"
     files = [str(file) for file in sorted(tmp_path.glob("*.mcap"))]

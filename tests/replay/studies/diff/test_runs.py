@@ -2,7 +2,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay import run
 from replay.cli.main import main
@@ -20,9 +20,9 @@ def run_folders(tmp_path_factory):
     """Run folders a, b and c: b and c replay another motion, b with other detectors."""
     at = tmp_path_factory.mktemp("runs")
     more = {"picture": False, "oracle": "none"}
-    run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100],hybrid", out=at / "a", **more)
-    run(cubes(AFTER), detectors="slow=discrete[rate_hz=50],sphere,aabb", out=at / "b", seed=3, **more)
-    run(cubes(AFTER), detectors="slow=discrete[rate_hz=100]", out=at / "c", **more)
+    run(unit_cubes_on_x(BEFORE), detectors="slow=discrete[rate_hz=100],hybrid", out=at / "a", **more)
+    run(unit_cubes_on_x(AFTER), detectors="slow=discrete[rate_hz=50],sphere,aabb", out=at / "b", seed=3, **more)
+    run(unit_cubes_on_x(AFTER), detectors="slow=discrete[rate_hz=100]", out=at / "c", **more)
     return at
 
 
@@ -66,7 +66,7 @@ def test_runs_of_different_recordings_are_refused_unless_that_is_meant(run_folde
     assert "?" not in capsys.readouterr().out, "without a reference there is no fraction of false contact to print"
     assert not diff_runs(run_folders / "b", run_folders / "c").detectors["slow"].same, "of one recording they compare"
     again = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
-    run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)
+    run(unit_cubes_on_x(BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)
     assert diff_runs(run_folders / "a", tmp_path / "moved").settings["session.frames"][1] == 12
 
 
@@ -74,7 +74,7 @@ def test_runs_of_different_recordings_are_refused_unless_that_is_meant(run_folde
 def before_and_after(tmp_path_factory):
     """A body that stays beside a hollow one's opening: its hull is in false contact there, its pieces are not."""
     at = tmp_path_factory.mktemp("colliders")
-    session = cubes({"a": [0] * 14, "b": [3, 0.9, 3, 1.2, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]})
+    session = unit_cubes_on_x({"a": [0] * 14, "b": [3, 0.9, 3, 1.2, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]})
     for name, detectors in (
         ("coarse", "wide50=collider[shape=box,skin_m=0.3],exact"),
         ("fine", "collider-shipped-50=collider[shape=box],exact"),

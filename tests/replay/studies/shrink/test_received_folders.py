@@ -6,7 +6,7 @@ import sys
 
 import pytest
 from support.report_states import tamper
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay import run
 from replay.cli.main import main
@@ -33,7 +33,7 @@ class Blind(FrameDetector):
 def audited(tmp_path_factory):
     """The folder of a session and of a run that audited a detector of the table."""
     folder = tmp_path_factory.mktemp("audited")
-    write_session(cubes({"a": [0] * 10, "b": POSITIONS}), folder / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0] * 10, "b": POSITIONS}), folder / "s.mcap")
     run(folder / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=folder / "run", picture=False)
     return folder
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.report_states import tamper
 from support.shapes import box_mesh
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.poses import rotation_from_quaternion
@@ -54,7 +54,7 @@ def test_nothing_left_can_be_removed_alone_despite_chance(count, seed):
 def run_folder(tmp_path_factory):
     """A run of ten frames, whose ``slow`` samples at 25 Hz."""
     at = tmp_path_factory.mktemp("shrink")
-    write_session(cubes({"a": [0] * 10, "b": X_OF_SECOND_CUBE}), at / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0] * 10, "b": X_OF_SECOND_CUBE}), at / "s.mcap")
     detectors = "slow=discrete[rate_hz=25],exact2=hybrid"
     run(at / "s.mcap", detectors=detectors, out=at / "run", picture=False)
     return at / "run"
@@ -90,7 +90,7 @@ def test_miss_between_samples_ends_at_two_frames_and_two_faces(run_folder):
 
 def test_false_contact_is_shrunk_by_number_after_a_correct_start(tmp_path):
     """Contact at the frames 2 to 6; looks at 0, 4 and 8: what is said of 4 is held and false at 7."""
-    write_session(cubes({"a": [0] * 10, "b": [3, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3, 3]}), tmp_path / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0] * 10, "b": [3, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3, 3]}), tmp_path / "s.mcap")
     run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
     opened = read_run_folder(tmp_path / "run")
     assert [(row["number"], row["first"], row["last"]) for row in opened.rows("false")] == [(1, 7, 7)]
@@ -104,7 +104,9 @@ def test_false_contact_is_shrunk_by_number_after_a_correct_start(tmp_path):
 
 def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
     """The planted detector misses a and b only while others move; the case keeps all three pairs."""
-    write_session(cubes({"a": [0, 0, 0, 0.01], "b": [3, 0.9, 3, 3], "c": [9, 9, 9, 8.99]}), tmp_path / "s.mcap")
+    write_session(
+        unit_cubes_on_x({"a": [0, 0, 0, 0.01], "b": [3, 0.9, 3, 3], "c": [9, 9, 9, 8.99]}), tmp_path / "s.mcap"
+    )
     name = "support.planted_detectors:Distracted"
     run(tmp_path / "s.mcap", detectors=name, out=tmp_path / "run", picture=False)
     fault = fault_of_run(read_run_folder(tmp_path / "run"), miss=1, label=name)
