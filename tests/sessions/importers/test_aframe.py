@@ -26,6 +26,7 @@ def take_file(tmp_path, data):
 
 
 def test_stamps_rotations_and_events_come_through(tmp_path):
+    """Stamps are milliseconds; angles are degrees about x, y and z, applied as YXZ."""
     angles = (20.0, -75.0, 140.0)
     data = {
         "cup": {

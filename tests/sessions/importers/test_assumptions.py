@@ -14,10 +14,10 @@ from sessions.model.session import Track
 from sessions.scene_files.answers import recording_assumptions
 
 TAKES = Path(__file__).with_name("optitrack")
-LSL = ("PositionX", "PositionY", "PositionZ", "OrientationB", "OrientationC", "OrientationD", "OrientationA")
+MOCAP_CHANNELS = ("PositionX", "PositionY", "PositionZ", "OrientationB", "OrientationC", "OrientationD", "OrientationA")
 
 
-def by_subject(session):
+def assumptions_by_subject(session):
     return {row.subject: row for row in recording_assumptions(session)}
 
 
@@ -39,7 +39,7 @@ def test_omitted_handedness_is_a_guess():
 
 @pytest.mark.parametrize("kind", ["metres", "angles-xyz-centimetres"])
 def test_motive_states_unit_and_order_with_sure_axes(kind):
-    rows = by_subject(import_session("optitrack", TAKES / f"{kind}.csv"))
+    rows = assumptions_by_subject(import_session("optitrack", TAKES / f"{kind}.csv"))
     assert rows[Subject.LENGTH_UNIT].origin is Origin.FILE
     axes = rows[Subject.POSE_AXES]
     assert (axes.value, axes.origin, axes.confidence) == ("gltf", Origin.GUESS, Confidence.SURE)
@@ -50,7 +50,7 @@ def test_motive_states_unit_and_order_with_sure_axes(kind):
         assert (rows[Subject.ANGLE_UNIT].value, rows[Subject.ANGLE_UNIT].origin) == ("deg", Origin.GUESS)
 
 
-@pytest.mark.parametrize(("pieces", "name"), [(LSL, "ROS"), (tuple(reversed(LSL)), "ROS")])
+@pytest.mark.parametrize(("pieces", "name"), [(MOCAP_CHANNELS, "ROS"), (tuple(reversed(MOCAP_CHANNELS)), "ROS")])
 def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, pieces, name):
     """The order of channels does not matter: their types say which is which."""
     values = {"PositionX": 0.1, "PositionY": 0.2, "PositionZ": 0.3, "OrientationA": 1.0}
@@ -60,13 +60,13 @@ def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, pieces, nam
     session = import_session("xdf", path)
     assert session.tracks["cup"].positions[0].tolist() == [0.1, 0.2, 0.3]
     assert session.tracks["cup"].quaternions_xyzw[0].tolist() == [0, 0, 0, 1]
-    axes = by_subject(session)[Subject.POSE_AXES]
+    axes = assumptions_by_subject(session)[Subject.POSE_AXES]
     assert (axes.value, axes.origin, axes.confidence) == ("openxr", Origin.GUESS, Confidence.OPEN)
 
 
 def test_axes_of_foxglove_transforms_are_an_open_guess(tmp_path):
     write_transforms(tmp_path / "take.mcap", [("cup", 10**9, (0, 0, 1), (0, 0, 0, 1))])
-    axes = by_subject(import_session("mcap", tmp_path / "take.mcap"))[Subject.POSE_AXES]
+    axes = assumptions_by_subject(import_session("mcap", tmp_path / "take.mcap"))[Subject.POSE_AXES]
     assert (axes.value, axes.confidence) == ("ros", Confidence.OPEN) and "unity" in axes.alternatives
 
 
@@ -85,7 +85,7 @@ def test_small_mesh_beside_others_in_centimetres_may_be_in_centimetres(tmp_path)
     of_stopper = next(row for row in units if row.bodies == ("stopper",))
     assert (of_stopper.value, of_stopper.is_open, of_stopper.alternatives) == ("m", True, ("m", "cm"))
     alone = import_session("mcap", tmp_path / "take.mcap", meshes={"stopper": meshes["stopper"]})
-    assert by_subject(alone)[Subject.MESH_UNIT].alternatives == ("m", "cm")
+    assert assumptions_by_subject(alone)[Subject.MESH_UNIT].alternatives == ("m", "cm")
 
 
 @pytest.mark.parametrize("far", [1e3, 1e9, 1e160, 1.7e308])
@@ -100,6 +100,7 @@ def test_two_outliers_in_300_positions_do_not_enlarge_the_room(far):
 
 
 def test_room_radius_includes_many_far_positions():
+    """A tenth of the positions is 1,500 m away: too many to be outliers."""
     positions = np.full((300, 3), 0.0)
     positions[::10, 0] = 1500.0
     track = Track(np.arange(300), positions, np.tile([0.0, 0.0, 0.0, 1.0], (300, 1)), np.ones(300, dtype=bool))

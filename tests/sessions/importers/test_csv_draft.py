@@ -91,6 +91,7 @@ def test_command_offers_no_convention_where_more_is_unknown(tmp_path, capsys):
 
 @pytest.mark.parametrize(("convention", "is_complete"), [("unity", True), ("unreal", True), ("openvr", False)])
 def test_convention_that_fixes_the_order_of_angles_completes_a_draft(tmp_path, convention, is_complete):
+    """Unity and Unreal apply angles in an order of their own, OpenVR in none."""
     path = tmp_path / "log.csv"
     angles = np.column_stack([TIME, POSITIONS[0], 40 * TIME, -7 * TIME, 170 * TIME])
     np.savetxt(path, angles, delimiter=",", header="time,x,y,z,euler_x,euler_y,euler_z", comments="")

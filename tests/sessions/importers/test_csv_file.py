@@ -48,7 +48,7 @@ def event_line(kind, time, body, other="", value=""):
     return f"{kind},{time},{body}{',' * 9}{other},{value}"
 
 
-WIDE = """
+WIDE_MAPPING = """
 convention = "z-up"
 units = "mm"
 delimiter = ";"
@@ -70,8 +70,11 @@ unit = "1/min"
 
 @pytest.mark.parametrize("order", ["zyx", "XYZ", "ZXY", "yzx"])
 def test_wide_table_with_decimal_commas_and_named_angles_is_read(import_by_mapping, order):
+    """Millimetres with Z up become metres with Y up: (1000, 2000, 3000) is (1, 3, -2). ``order``: of the angles."""
     head = ["a lab", "", "t;f;f;f;f;f;f;h", "ms;x;y;z;ry;rz;rx;r"]
-    session = import_by_mapping(WIDE % order, *head, "0,5;1000;2000;3000;20;30;10;71,5", "11,5;1000;2000;;20;30;10;")
+    session = import_by_mapping(
+        WIDE_MAPPING % order, *head, "0,5;1000;2000;3000;20;30;10;71,5", "11,5;1000;2000;;20;30;10;"
+    )
     track, heart = session.tracks["flask"], session.scalars["heart"]
     assert track.times_ns.tolist() == heart.times_ns.tolist() == [500_000, 11_500_000]
     assert track.positions[0].tolist() == [1.0, 3.0, -2.0] and track.valid.tolist() == [True, False]
@@ -83,7 +86,7 @@ def test_wide_table_with_decimal_commas_and_named_angles_is_read(import_by_mappi
     assert heart.unit == "1/min" and "lengths in mm" in session.facts["conversions"]
 
 
-LONG = """
+LONG_MAPPING = """
 convention = "openvr"
 [time]
 column = "t"
@@ -107,10 +110,11 @@ position = ["x", "x", "x"]
     ],
 )
 def test_a_clock_keeps_its_last_digit(import_by_mapping, unit, cell, expected):
+    """``cell``: what stands in the column of time, in ``unit``; ``expected``: nanoseconds."""
     rotation = 'quaternion_xyzw = ["x", "x", "x", "w"]\n'
-    session = import_by_mapping(LONG % unit + rotation, "t,b,x,w", f"{cell},left,0,1")
+    session = import_by_mapping(LONG_MAPPING % unit + rotation, "t,b,x,w", f"{cell},left,0,1")
     assert session.frames.stamp_ns.tolist() == [expected]
-    rated = (LONG % "s").replace('column = "t"\nunit = ', "rate_hz = 2\noffset = 3 #")
+    rated = (LONG_MAPPING % "s").replace('column = "t"\nunit = ', "rate_hz = 2\noffset = 3 #")
     assert import_by_mapping(rated + rotation, "b,x,w", *["left,0,1"] * 2).frames.stamp_ns.tolist() == [
         3 * 10**9,
         35 * 10**8,
@@ -118,12 +122,13 @@ def test_a_clock_keeps_its_last_digit(import_by_mapping, unit, cell, expected):
 
 
 def test_matrices_become_quaternions_and_non_rotations_are_lost(import_by_mapping):
+    """Matrix 3 is stretched, 5 is a reflection, 20 is empty."""
     names = [f"m{row}{column}" for row in range(3) for column in range(3)]
     rotations = Rotation.random(20, random_state=4).as_matrix()
     rotations[3] *= 1.01
     rotations[5] = np.diag([1, 1, -1])
     lines = [f"{k},cup,0," + ",".join(map(repr, rotation.ravel().tolist())) for k, rotation in enumerate(rotations)]
-    mapping = f"{LONG % 's'}matrix = {names}\n"
+    mapping = f"{LONG_MAPPING % 's'}matrix = {names}\n"
     track = import_by_mapping(mapping, "t,b,x," + ",".join(names), *lines, "20,cup,0" + "," * 9).tracks["cup"]
     assert np.flatnonzero(~track.valid).tolist() == [3, 5, 20]
     actual = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
@@ -199,6 +204,7 @@ def filled_line(start, values):
 
 
 def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
+    """The C# script's own templates are filled; row 3 is not tracked, contact is in rows 10 to 20."""
     rng, count = np.random.default_rng(8), 40
     rotations, positions = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
     lines = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)

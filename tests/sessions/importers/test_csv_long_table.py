@@ -12,17 +12,17 @@ from sessions.model.session import Status
 
 UIDS = (225397651484143, 194930206998778, 79582884925181, 270231216246839, 117658302265452, 223371871635142)
 TEXTS = ("mug", "bowl", "plate", "spoon", "can", "pot")
-NAMED = "t_wo_x[m],t_wo_y[m],t_wo_z[m],q_wo_w,q_wo_x,q_wo_y,q_wo_z"
-BARE = "x,y,z,qw,qx,qy,qz"
-STEP = 33_333_333
+HEADINGS_WITH_UNITS = "t_wo_x[m],t_wo_y[m],t_wo_z[m],q_wo_w,q_wo_x,q_wo_y,q_wo_z"
+HEADINGS_WITHOUT_UNITS = "x,y,z,qw,qx,qy,qz"
+STEP_NS = 33_333_333
 MOMENTS = 40
 PAIRS = [(step, body) for step in range(MOMENTS) for body in range(2)]
 
 
-def long_table(path, *, ids=UIDS, pose=NAMED, cameras=(0,), repeated=0, stagger=0, by_body=False):
+def long_table(path, *, ids=UIDS, pose=HEADINGS_WITH_UNITS, cameras=(0,), repeated=0, stagger=0, by_body=False):
     """Writes a table of six objects; each of ``cameras`` stamps so many ns later, ``repeated`` rows stand twice."""
     rows = [
-        (name, 10**12 + moment * STEP + camera + position * stagger, f"cam{number}", moment, position, camera)
+        (name, 10**12 + moment * STEP_NS + camera + position * stagger, f"cam{number}", moment, position, camera)
         for moment in range(MOMENTS)
         for position, name in enumerate(ids)
         for number, camera in enumerate(cameras)
@@ -51,15 +51,16 @@ def session_by_draft(path, draft):
 @pytest.mark.parametrize(
     ("ids", "pose", "more"),
     [
-        (UIDS, NAMED, {}),
-        (UIDS, BARE, {"cameras": (0, 93_847)}),
-        (TEXTS, NAMED, {"stagger": 1000}),
-        (TEXTS, BARE, {"by_body": True}),
-        (UIDS, BARE, {"repeated": 2}),
+        (UIDS, HEADINGS_WITH_UNITS, {}),
+        (UIDS, HEADINGS_WITHOUT_UNITS, {"cameras": (0, 93_847)}),
+        (TEXTS, HEADINGS_WITH_UNITS, {"stagger": 1000}),
+        (TEXTS, HEADINGS_WITHOUT_UNITS, {"by_body": True}),
+        (UIDS, HEADINGS_WITHOUT_UNITS, {"repeated": 2}),
     ],
     ids=str,
 )
 def test_six_objects_are_six_bodies_from_the_first_draft(tmp_path, ids, pose, more):
+    """Bodies by number or by name; several cameras, staggered stamps, sorted by body, or rows that stand twice."""
     path = long_table(tmp_path / "six.csv", ids=ids, pose=pose, **more)
     error = unknown_columns(path)
     assert 'name = "object_uid"' in error.draft and not any("rows" in gap for gap in error.unknown)
@@ -106,7 +107,7 @@ def test_alternating_column_of_a_single_body_is_no_name(tmp_path):
 
 def test_body_columns_of_a_wide_table_keep_their_name(tmp_path):
     path = tmp_path / "wide.csv"
-    rows = (f"HMD{moment // 20},{moment * STEP},{moment},0,0,1,0,0,0" for moment in range(MOMENTS))
+    rows = (f"HMD{moment // 20},{moment * STEP_NS},{moment},0,0,1,0,0,0" for moment in range(MOMENTS))
     path.write_text("device,time_ns,head_x,head_y,head_z,head_qw,head_qx,head_qy,head_qz\n" + "\n".join(rows) + "\n")
     assert '[bodies."head"]' in unknown_columns(path).draft
 
@@ -116,4 +117,4 @@ def test_two_cameras_make_the_rate_of_their_moments(tmp_path):
 
     path = long_table(tmp_path / "six.csv", cameras=(0, 93_847))
     session = session_by_draft(path, unknown_columns(path).draft)
-    assert np.isclose(typical_step(session.stamps()), STEP)
+    assert np.isclose(typical_step(session.stamps()), STEP_NS)

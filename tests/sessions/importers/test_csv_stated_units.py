@@ -26,7 +26,7 @@ CLOCKS = {
 }  # fmt: skip
 
 
-def write(path, time="time", axes=("x", "y", "z"), metres=1.0, second=1.0, rotation="qx,qy,qz,qw", units=""):
+def write_recording(path, time="time", axes=("x", "y", "z"), metres=1.0, second=1.0, rotation="qx,qy,qz,qw", units=""):
     """A recording whose numbers are in these units; ``units``: a row of them below the header."""
     head = [",".join([time, *axes, rotation]), *filter(None, [units])]
     rotation_cells = {4: (np.sin(ANGLE / 2), 0, 0, np.cos(ANGLE / 2)), 3: (ANGLE, 0, 0)}[rotation.count(",") + 1]
@@ -59,13 +59,16 @@ def mapping_text(axes, lines="", time="time", unit="s", rotation='quaternion_xyz
 def import_with(folder, mapping, **recording):
     (folder / "map.toml").write_text(mapping, encoding="utf-8")
     return import_session(
-        "csv", write(folder / "log.csv", **recording), mapping=folder / "map.toml", convention="openvr"
+        "csv", write_recording(folder / "log.csv", **recording), mapping=folder / "map.toml", convention="openvr"
     )
 
 
 @pytest.mark.parametrize("column", METRES)
 def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
-    path, out = write(tmp_path / "log.csv", axes=headings_of_axes(column), metres=METRES[column]), tmp_path / "s.mcap"
+    path, out = (
+        write_recording(tmp_path / "log.csv", axes=headings_of_axes(column), metres=METRES[column]),
+        tmp_path / "s.mcap",
+    )
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert_track_in_metres_and_radians(read_session(out))
 
@@ -80,7 +83,7 @@ def test_lengths_use_the_unit_in_csv_headings(tmp_path, column):
 
 
 def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
-    path = write(tmp_path / "log.csv", axes=headings_of_axes("x (m)"))
+    path = write_recording(tmp_path / "log.csv", axes=headings_of_axes("x (m)"))
     (tmp_path / "map.toml").write_text(mapping_text(headings_of_axes("x (m)"), 'convention = "unreal"'))
     (track,) = import_session("csv", path, mapping=tmp_path / "map.toml").tracks.values()
     assert np.allclose(np.linalg.norm(track.positions, axis=1), np.linalg.norm(POSITION))
@@ -88,16 +91,17 @@ def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
 
 @pytest.mark.parametrize("units", ["s,ft,ft,ft,,,,", "(s),[inch],[inch],[inch],-,-,-,-", "ms,mm,mm,mm,,,,"])
 def test_lengths_and_times_use_the_row_of_units(tmp_path, units):
+    """``units``: the row below the header, for time, x, y, z and a quaternion."""
     metres = {"ft": 0.3048, "[inch]": 0.0254, "mm": 1e-3}[units.split(",")[1]]
     second = 1e-3 if units.startswith("ms") else 1.0
-    path, out = write(tmp_path / "log.csv", metres=metres, second=second, units=units), tmp_path / "s.mcap"
+    path, out = write_recording(tmp_path / "log.csv", metres=metres, second=second, units=units), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert_track_in_metres_and_radians(read_session(out))
 
 
 @pytest.mark.parametrize("column", CLOCKS)
 def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
-    path, out = write(tmp_path / "log.csv", time=column, second=CLOCKS[column]), tmp_path / "s.mcap"
+    path, out = write_recording(tmp_path / "log.csv", time=column, second=CLOCKS[column]), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert_track_in_metres_and_radians(read_session(out))
 
@@ -118,7 +122,7 @@ def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
     ],
 )
 def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, columns, stated):
-    path, out = write(tmp_path / "log.csv", axes=columns), tmp_path / "s.mcap"
+    path, out = write_recording(tmp_path / "log.csv", axes=columns), tmp_path / "s.mcap"
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
     assert f"the unit of lengths (the headings say {stated})" in refusal.value.unknown
@@ -128,7 +132,7 @@ def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, columns, state
 @pytest.mark.parametrize("column", ["time (frames)", "time [0.1ms]", "time (m)"])
 def test_draft_guesses_no_unit_of_time_beside_a_stated_unit(tmp_path, column):
     with pytest.raises(UnknownColumnsError) as refusal:
-        import_session("csv", write(tmp_path / "log.csv", time=column))
+        import_session("csv", write_recording(tmp_path / "log.csv", time=column))
     assert "the unit of time" in refusal.value.unknown
 
 
@@ -159,6 +163,6 @@ def test_mapping_that_names_the_columns_decides_alone(tmp_path):
 
 
 def test_open_unit_of_lengths_is_reported_even_without_contacts(tmp_path, capsys):
-    path, out = write(tmp_path / "log.csv", metres=1e-3), tmp_path / "s.mcap"
+    path, out = write_recording(tmp_path / "log.csv", metres=1e-3), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert "unit of lengths: m; guessed, not sure" in " ".join(capsys.readouterr().err.split())

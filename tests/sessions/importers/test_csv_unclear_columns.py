@@ -46,7 +46,7 @@ def time_of_day(step):
     return (START + timedelta(seconds=float(SECONDS[step]))).strftime("%H:%M:%S.%f")
 
 
-def date(step, form="%Y-%m-%d"):
+def date_text(step, form="%Y-%m-%d"):
     return (START + timedelta(seconds=float(SECONDS[step]))).strftime(form)
 
 
@@ -57,7 +57,7 @@ def check_clock(track):
 
 @pytest.mark.parametrize("form", ["%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y"])
 def test_date_column_beside_times_is_not_read_as_bodies(tmp_path, form):
-    rows = [csv_row(date(step, form), time_of_day(step), pose(step)) for step in range(COUNT)]
+    rows = [csv_row(date_text(step, form), time_of_day(step), pose(step)) for step in range(COUNT)]
     session = import_csv(tmp_path, f"Date,Time,{POSE}", *rows)
     assert session.names == ("log",)
     check_clock(session.tracks["log"])
@@ -67,6 +67,7 @@ def test_date_column_beside_times_is_not_read_as_bodies(tmp_path, form):
     "form", ["%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f", "%m/%d/%Y %I:%M:%S.%f %p", "%I:%M:%S.%f %p"]
 )
 def test_day_and_month_are_read_as_rows_follow_each_other(tmp_path, form):
+    """40 rows from 0.2 s before midnight of April 3rd: only one order of day and month makes time go on."""
     midnight = datetime(2026, 4, 3, 23, 59, 59, 800_000)
     cells = [(midnight + timedelta(seconds=float(seconds))).strftime(form) for seconds in SECONDS]
     rows = [csv_row(cell, pose(step)) for step, cell in enumerate(cells)]
@@ -126,6 +127,7 @@ def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
 
 
 def test_body_recorded_only_after_midnight_is_in_the_next_day(tmp_path):
+    """Midnight comes after 18 of 40 rows; the rod is in the last ten alone."""
     rows = [csv_row(time_of_day(step), "cup", pose(step)) for step in range(COUNT)]
     rows += [csv_row(time_of_day(step), "rod", pose(step, body=1)) for step in range(COUNT - 10, COUNT)]
     tracks = import_csv(tmp_path, f"time,name,{POSE}", *rows).tracks
@@ -137,6 +139,7 @@ def test_body_recorded_only_after_midnight_is_in_the_next_day(tmp_path):
     [("OK", "LOST"), ("Y", "N"), ("tracked", "untracked"), ("1.000", "0.000"), ("TRUE", ""), ("t", "nan")],
 )
 def test_flags_of_other_spellings_mark_lost_poses(tmp_path, yes, no):
+    """``no`` stands in rows 10 to 19, ``yes`` in the others."""
     rows = [csv_row(SECONDS[step], pose(step), no if 10 <= step < 20 else yes) for step in range(COUNT)]
     valid = import_csv(tmp_path, f"time,{POSE},valid", *rows).tracks["log"].valid
     assert np.flatnonzero(~valid).tolist() == [*range(10, 20)]
@@ -152,6 +155,7 @@ def test_validity_flag_other_than_yes_or_no_is_refused(tmp_path, capsys, cell):
 
 
 def test_columns_that_are_not_read_are_named(tmp_path):
+    """Positions of a rod without rotations are no pose."""
     rows = [csv_row(SECONDS[step], pose(step), 5, 6, 7) for step in range(COUNT)]
     session = import_csv(tmp_path, f"time,{POSE},rod_x,rod_y,rod_z", *rows)
     assert session.names == ("log",)
@@ -185,6 +189,7 @@ def test_numbers_behind_axes_are_bodies(tmp_path, second, bodies):
 
 
 def test_columns_named_twice_by_pandas_are_a_second_body(tmp_path):
+    """pandas writes a second column "x" as "x.1"."""
     twice = csv_row(POSE, csv_row(*(f"{column}.1" for column in POSE.split(","))))
     session = import_csv(
         tmp_path, f"time,{twice}", *(csv_row(SECONDS[k], pose(k), pose(k, body=1)) for k in range(COUNT))
@@ -209,7 +214,7 @@ FLAGS = {
 }
 
 
-def posed(*bodies):
+def headings_of_poses(*bodies):
     return csv_row(*(f"{body}_{column}" for body in bodies for column in POSE.split(",")))
 
 
@@ -218,14 +223,15 @@ def test_tracking_flag_marks_lost_poses_of_its_body_only(tmp_path, kind):
     """The cup's flag is 1 in the first 30 rows, the rod's from row 6."""
     cup, rod = FLAGS[kind]
     rows = [csv_row(SECONDS[k], pose(k), pose(k, body=1), int(k < 30), int(k > 5)) for k in range(COUNT)]
-    tracks = import_csv(tmp_path, csv_row("time", posed("cup", "rod"), cup, rod), *rows).tracks
+    tracks = import_csv(tmp_path, csv_row("time", headings_of_poses("cup", "rod"), cup, rod), *rows).tracks
     assert np.flatnonzero(~tracks["cup"].valid).tolist() == [*range(30, COUNT)]
     assert np.flatnonzero(~tracks["rod"].valid).tolist() == [*range(6)]
 
 
 def test_flag_without_a_name_is_that_of_every_body(tmp_path):
+    """Both bodies are tracked in the first 30 of 40 rows."""
     rows = [csv_row(SECONDS[k], pose(k), pose(k, body=1), int(k < 30)) for k in range(COUNT)]
-    tracks = import_csv(tmp_path, csv_row("time", posed("cup", "rod"), "tracked"), *rows).tracks
+    tracks = import_csv(tmp_path, csv_row("time", headings_of_poses("cup", "rod"), "tracked"), *rows).tracks
     assert all(np.flatnonzero(~track.valid).tolist() == [*range(30, COUNT)] for track in tracks.values())
 
 
@@ -264,7 +270,7 @@ def test_matrices_written_column_by_column_are_refused(tmp_path):
     )
 
 
-LONG = [(step, body) for step in range(COUNT) for body in ("cup", "pen")]
+STEPS_AND_BODIES = [(step, body) for step in range(COUNT) for body in ("cup", "pen")]
 
 
 @pytest.mark.parametrize(
@@ -286,7 +292,10 @@ LONG = [(step, body) for step in range(COUNT) for body in ("cup", "pen")]
     ],
 )
 def test_draft_asks_about_columns_whose_meaning_varies_by_row(tmp_path, column, cell, text):
-    rows = [csv_row(SECONDS[step], body, cell(step, body), pose(step, body == "pen")) for step, body in LONG]
+    """``cell`` of each step and body; ``text``: the question about the column, none if it says the same in all rows."""
+    rows = [
+        csv_row(SECONDS[step], body, cell(step, body), pose(step, body == "pen")) for step, body in STEPS_AND_BODIES
+    ]
     unknown = refused_draft(tmp_path, f"time,name,{column},{POSE}", *rows).unknown
     asked = [question for question in unknown if f"column {column!r}" in question]
     assert len(asked) == bool(text) and all(text in question for question in asked)

@@ -47,7 +47,7 @@ def corners_in_room(session):
     return placed.reshape(-1, 3, 3)
 
 
-def stand_alike(result, truth):
+def are_same_triangles(result, truth):
     """Whether two sets of triangles are the same ones, in whatever order: their corners, and the sums of these."""
     pairs = [(item.sum(axis=1), item.reshape(-1, 3)) for item in (result, truth)]
     return all(
@@ -77,7 +77,7 @@ def test_imported_mesh_stands_in_the_room_where_exported(tmp_path, convention, k
     source = csv_of_pose(tmp_path, convention, rotation, position)
     session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path}, mesh_axes=axes)
     truth = (rotation.apply(VERTICES) + position)[FACES]
-    assert stand_alike(corners_in_room(session), truth)
+    assert are_same_triangles(corners_in_room(session), truth)
     assert session.meshes["tool"].volume == pytest.approx(0.3 * 0.2 * 0.1 / 6)  # faces still look outwards
     (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
     assert axes_row.origin is Origin.USER and not axes_row.is_open
@@ -86,12 +86,13 @@ def test_imported_mesh_stands_in_the_room_where_exported(tmp_path, convention, k
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply"])
 @pytest.mark.parametrize("convention", ["z-up", "ros", "unity", "unreal", "z up, left-handed"])
 def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, kind):
+    """The mesh is drawn in the axes of the poses; whether it is, the file does not say."""
     rotation, position = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     path = mesh_file(tmp_path, kind, changed(VERTICES, TO_SOURCE[convention]), FACES)
     source = csv_of_pose(tmp_path, convention, rotation, position)
     session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path})
     truth = (rotation.apply(VERTICES) + position)[FACES]
-    assert stand_alike(corners_in_room(session), truth)
+    assert are_same_triangles(corners_in_room(session), truth)
     (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
     assert axes_row.is_open and axes_row.value == "body" and axes_row.files == (f"tool.{kind}",)
 
@@ -180,6 +181,7 @@ def csv_of_euler_angles(folder, order, convention, row=(0, 0, 0)):
 
 
 def test_convention_fixes_euler_order_and_unreal_follows_its_formula(tmp_path):
+    """Roll, pitch and yaw of 20, -35 and 110 degrees; Unity applies z, x, y, whatever order the mapping states."""
     roll, pitch, yaw = np.radians([20.0, -35.0, 110.0])
     sines, cosines = np.sin(np.array([roll, pitch, yaw]) / 2), np.cos(np.array([roll, pitch, yaw]) / 2)
     (sr, sp, sy), (cr, cp, cy) = sines, cosines
@@ -204,6 +206,7 @@ def test_convention_fixes_euler_order_and_unreal_follows_its_formula(tmp_path):
 
 
 def test_lengths_use_the_unit_of_the_convention_by_default(tmp_path):
+    """Unreal's unit is the centimetre: 30 in the mapping's metres is written as is, and read as 0.3 m."""
     source = csv_of_pose(tmp_path, "unreal", Rotation.identity(), np.array([30.0, 110.0, -70.0]))
     mapping = tmp_path / "map.toml"
     mapping.write_text(mapping.read_text().replace('units = "m"\n', ""))

@@ -16,7 +16,7 @@ from sessions.scene_files.scene_toml import parse_scene
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
-def samples(*names):
+def session_of_bodies(*names):
     track = Track([0, 10], np.zeros((2, 3)), np.tile([0, 0, 0, 1.0], (2, 1)))
     return Session.from_tracks(dict.fromkeys(names, track))
 
@@ -43,10 +43,14 @@ def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
 def test_meshes_of_the_user_override_scene_and_stand_ins(tmp_path):
     scene = parse_scene('[[body]]\nid = "left"\nshape = "sphere"\nradius = 0.1\n')
     session = finish_import(
-        samples("left", "camera"), tmp_path / "x", MeshOptions({"left": TRIANGLE}), scene=scene, stand_ins=True
+        session_of_bodies("left", "camera"),
+        tmp_path / "x",
+        MeshOptions({"left": TRIANGLE}),
+        scene=scene,
+        stand_ins=True,
     )
     assert list(session.meshes) == ["left"] and len(session.meshes["left"].faces) == 1
-    session = finish_import(samples("table", "camera", "left", "leftWheel"), tmp_path / "x", stand_ins=True)
+    session = finish_import(session_of_bodies("table", "camera", "left", "leftWheel"), tmp_path / "x", stand_ins=True)
     assert list(session.meshes) == ["camera", "left"] and session.scene.body("camera").proxy
     assert parse_scene(session.scene.text).body("camera").proxy
 
@@ -71,10 +75,10 @@ def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
 
 
 def read_outside(source, *, number=1):
-    return samples(*("cup", "plate")[:number])
+    return session_of_bodies(*("cup", "plate")[:number])
 
 
-def falls(path):
+def raise_key_error(path):
     raise KeyError("colour")
 
 
@@ -90,7 +94,7 @@ def outside(monkeypatch):
         ]
     )
     module = type(sys)("sessions.importers.from_outside")
-    module.read_outside, module.falls = read_outside, falls
+    module.read_outside, module.falls = read_outside, raise_key_error
     monkeypatch.setitem(sys.modules, "sessions.importers.from_outside", module)
     monkeypatch.setattr(importing, "entry_points", lambda **selection: points.select(**selection))
 

@@ -45,20 +45,20 @@ def test_malformed_import_ledger_is_read_as_absent(text):
 HEAD = "time,body,px,py,pz,qx,qy,qz,qw,kind,tracked"
 
 
-def log(tmp_path, rows):
+def write_log(tmp_path, rows):
     path = tmp_path / "log.csv"
     path.write_text("\n".join([HEAD, *rows, ""]))
     return path
 
 
-def row(time, body="cup"):
+def pose_at_second(time, body="cup"):
     return f"{time:.3f},{body},{time:.3f},0,0,0,0,0,1,pose,1"
 
 
 @pytest.mark.parametrize(("short", "warns"), [(2, False), (3, True)])
 def test_only_losses_above_1_percent_are_findings(tmp_path, short, warns):
-    rows = [row(0.1 * k) for k in range(200)]
-    session = import_session("csv", log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
+    rows = [pose_at_second(0.1 * k) for k in range(200)]
+    session = import_session("csv", write_log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
     assert ledger_text(session) == f"{short} of 200 rows dropped: with too few or too many cells"
     write_session(session, tmp_path / "s.mcap")
     assert ledger_of(read_session(tmp_path / "s.mcap").facts).sentences() == ledger_of(session.facts).sentences()
@@ -67,9 +67,10 @@ def test_only_losses_above_1_percent_are_findings(tmp_path, short, warns):
 
 
 def test_repeated_sample_is_merged_and_conflicting_sample_dropped(tmp_path):
-    rows = [row(0.1 * k) for k in range(50)]
-    other = row(time=0.3).replace("0.300,0,0", "0.700,0,0")
-    session = import_session("csv", log(tmp_path, [*rows[:4], rows[3], other, *rows[4:]]))
+    """50 samples 0.1 s apart; that of 0.3 s stands twice, and once more with another position."""
+    rows = [pose_at_second(0.1 * k) for k in range(50)]
+    other = pose_at_second(time=0.3).replace("0.300,0,0", "0.700,0,0")
+    session = import_session("csv", write_log(tmp_path, [*rows[:4], rows[3], other, *rows[4:]]))
     assert np.allclose(session.tracks["cup"].positions[:, 0], 0.1 * np.arange(50))
     assert ledger_text(session).split("; ") == [
         "cup: 1 of 52 samples dropped: with the stamp of another sample",

@@ -29,14 +29,14 @@ from sessions.importers.ledger import ledger_of
 from sessions.mcap.salvage import recover
 
 COMPOSED = Path(__file__).with_name("composed")
-COUNT, STEP = 25, 11_111_111
-STAMPS = 1_700_000_000_123_456_789 + STEP * np.arange(COUNT)
+COUNT, STEP_NS = 25, 11_111_111
+STAMPS = 1_700_000_000_123_456_789 + STEP_NS * np.arange(COUNT)
 POSITIONS, ROTATIONS = np.split(np.loadtxt(COMPOSED / "poses.txt").reshape(6, COUNT, 7), [3], axis=2)
 ROTATIONS = [Rotation.from_quat(rotations) for rotations in ROTATIONS]
 FRAME, FRAMES = "foxglove.FrameTransform", "foxglove.FrameTransforms"
 
 
-def placed(of, row, position="translation", rotation="rotation"):
+def pose_of_body(of, row, position="translation", rotation="rotation"):
     """Pose number ``row`` of those of a body."""
     values = POSITIONS[of][row].tolist(), ROTATIONS[of][row].as_quat().tolist()
     return {position: dict(zip("xyz", values[0], strict=True)), rotation: dict(zip("xyzw", values[1], strict=True))}
@@ -45,10 +45,10 @@ def placed(of, row, position="translation", rotation="rotation"):
 def transform(parent, child, stamp=1, of=0, row=0):
     """The message of a transform between two frames of ROS."""
     timestamp = dict(zip(("sec", "nsec"), divmod(int(stamp), 10**9), strict=True))
-    return {"timestamp": timestamp, "parent_frame_id": parent, "child_frame_id": child, **placed(of, row)}
+    return {"timestamp": timestamp, "parent_frame_id": parent, "child_frame_id": child, **pose_of_body(of, row)}
 
 
-def as_json(path, messages, encoding="json", profile=""):
+def write_json_mcap(path, messages, encoding="json", profile=""):
     """``messages``: topic, schema, log time, and what it says."""
     with path.open("wb") as stream:
         writer, channels = Writer(stream), {}
@@ -62,7 +62,7 @@ def as_json(path, messages, encoding="json", profile=""):
     return path
 
 
-def joined(*chain):
+def chained_poses(*chain):
     """Places and rotations in the root, of (body, row or all rows) from the root down."""
     position, rotation = np.zeros(3), Rotation.identity()
     for of, row in chain:
@@ -84,7 +84,7 @@ def test_transforms_are_composed_to_the_root_frame(format):
     }  # fmt: skip
     assert set(session.names) == {*expected} and not session.meshes  # no frame of a robot gets a stand-in
     for name, chain in expected.items():
-        position, rotation = joined(*chain)
+        position, rotation = chained_poses(*chain)
         rotation = Rotation.concatenate([rotation] * COUNT) if rotation.single else rotation
         assert has_poses(session.tracks[name], position, rotation, ROS, STAMPS)
     facts = session.facts
@@ -94,24 +94,26 @@ def test_transforms_are_composed_to_the_root_frame(format):
 
 
 def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
-    pose = {"pose": placed(0, 0, "position", "orientation"), "covariance": []}
+    """Two messages logged at 5 and 8 ns, with the pose of row 0."""
+    pose = {"pose": pose_of_body(0, 0, "position", "orientation"), "covariance": []}
     rows = [("/a", "geometry_msgs/PoseWithCovarianceStamped", k, {"pose": pose}) for k in (5, 8)]
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", rows))
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows))
     assert has_poses(session.tracks["a"], POSITIONS[0][[0, 0]], ROTATIONS[0][[0, 0]], ROS, [5, 8])
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
 
 def test_parent_frames_are_interpolated_except_across_gaps(tmp_path):
-    hand, cup = STAMPS, STAMPS + STEP // 2
+    """The cup hangs from the hand and is stamped half a step later; expected poses by SciPy's slerp."""
+    hand, cup = STAMPS, STAMPS + STEP_NS // 2
     heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
     messages = [("/tf", FRAME, s, transform("world", "hand", s, 0, k)) for k, s in enumerate(hand) if heard[k]]
     messages += [("/tf", FRAME, s, transform("hand", "cup", s, 1, k)) for k, s in enumerate(cup)]
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", messages))
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages))
     assert "frames of other stamps interpolated, not across 0.2 s" in session.facts["conversions"]
     track = session.tracks["cup"]
     row = np.flatnonzero(np.isin(track.times_ns, cup))[1]
     k = int(np.flatnonzero(cup == track.times_ns[row])[0])
-    fraction = (track.times_ns[row] - hand[k]) / STEP
+    fraction = (track.times_ns[row] - hand[k]) / STEP_NS
     rotation = Slerp([0, 1], ROTATIONS[0][[k, k + 1]])([fraction])[0]
     position = (1 - fraction) * POSITIONS[0][k] + fraction * POSITIONS[0][k + 1] + rotation.apply(POSITIONS[1][k])
     assert np.allclose(track.positions[row], ROS @ position, atol=1e-9)
@@ -134,7 +136,7 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
 )
 def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
     rows = [("/tf", FRAME, stamp, transform(parent, child, stamp)) for parent, child, stamp in moves]
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", rows))
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows))
     assert [*session.names] == names and text in ledger_text(session)
 
 
@@ -144,7 +146,7 @@ def test_requested_roots_form_a_single_world(tmp_path):
         for k in (1, 2)
         for topic, parent in (("/a", "map"), ("/b", "room"))
     ]
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", rows), topics=["/a", "/b"])
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows), topics=["/a", "/b"])
     assert {*session.names} == {"a", "b"} and "frames 'map', 'room' taken for one world" in session.facts["assumed"]
 
 
@@ -177,7 +179,7 @@ STAMPED = {
 def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
     stamp, expected = STAMPED[kind]
     rows = [("/t", FRAME, 100 + k, {**transform("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
-    path = as_json(tmp_path / "a.mcap", rows)
+    path = write_json_mcap(tmp_path / "a.mcap", rows)
     if isinstance(expected, str):
         assert_import_refused("mcap", path, expected)
         return
@@ -186,34 +188,36 @@ def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
 
 @pytest.mark.parametrize("fraction", [10**3, 10**6], ids=["microseconds", "milliseconds"])
 def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
+    """180 stamps at 60 Hz whose part below the second counts micro- or milliseconds."""
     stamps = np.arange(180) * 16_666_667 + 5_000_000_000
     coarse = [stamp // 10**9 * 10**9 + stamp % 10**9 // fraction for stamp in stamps.tolist()]
     rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp, row=k % COUNT)) for k, stamp in enumerate(coarse)]
     assert_import_refused(
-        "mcap", as_json(tmp_path / "a.mcap", rows), "nanoseconds of its 180 stamps are all below 1,000,000"
+        "mcap", write_json_mcap(tmp_path / "a.mcap", rows), "nanoseconds of its 180 stamps are all below 1,000,000"
     )
 
 
 def test_a_clock_that_pulses_on_the_second_is_read(tmp_path):
+    """Stamps within 6 us of whole seconds."""
     stamps = [k * 10**9 + 1_000 * (k % 7) for k in range(1, 21)]
     rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp, row=k)) for k, stamp in enumerate(stamps)]
-    assert import_session("mcap", as_json(tmp_path / "a.mcap", rows)).tracks["cup"].times_ns.tolist() == stamps
+    assert import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows)).tracks["cup"].times_ns.tolist() == stamps
 
 
-def in_array(rows):
-    poses = [placed(of, row, "position", "orientation") for of, row in rows]
+def pose_array(rows):
+    poses = [pose_of_body(of, row, "position", "orientation") for of, row in rows]
     return {"timestamp": {"sec": 1 + rows[0][1] if rows else 1, "nsec": 0}, "frame_id": "map", "poses": poses}
 
 
 def test_arrays_that_get_shorter_name_no_body(tmp_path):
     schema = "foxglove.PosesInFrame"
     lengths = [2, 2, 1, 2]
-    rows = [("/seen", schema, k, in_array([(of, k) for of in range(2)][-count:])) for k, count in enumerate(lengths)]
-    path = as_json(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, transform("map", "cup"))])
+    rows = [("/seen", schema, k, pose_array([(of, k) for of in range(2)][-count:])) for k, count in enumerate(lengths)]
+    path = write_json_mcap(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, transform("map", "cup"))])
     assert_import_refused("mcap", path, "/seen: its arrays get shorter, from 2 poses to 1, so that nobody knows")
     assert import_session("mcap", path, topics=["/tf"]).names == ("cup",)
-    unseen = [*rows[:2], ("/seen", schema, 2, in_array([])), rows[3]]
-    assert import_session("mcap", as_json(tmp_path / "none.mcap", unseen)).names == ("seen/0", "seen/1")
+    unseen = [*rows[:2], ("/seen", schema, 2, pose_array([])), rows[3]]
+    assert import_session("mcap", write_json_mcap(tmp_path / "none.mcap", unseen)).names == ("seen/0", "seen/1")
     assumed = import_session("mcap", tmp_path / "none.mcap").facts["assumed"]
     assert "a pose of /seen taken to be of the body of its index in the array" in assumed
 
@@ -222,8 +226,14 @@ def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
     schema = "foxglove.PoseInFrame"
     rows = [("/tf", FRAME, k, transform("map", "cup", k, row=k)) for k in (1, 2)]
     for frame, text in (("", "poses of 'pen', which name no frame, taken to be in 'map'"), ("map", "")):
-        pose = {"timestamp": {"sec": 0, "nsec": 1}, "frame_id": frame, "pose": placed(1, 1, "position", "orientation")}
-        session = import_session("mcap", as_json(tmp_path / f"{frame}.mcap", [*rows, ("/pen", schema, 1, pose)]))
+        pose = {
+            "timestamp": {"sec": 0, "nsec": 1},
+            "frame_id": frame,
+            "pose": pose_of_body(1, 1, "position", "orientation"),
+        }
+        session = import_session(
+            "mcap", write_json_mcap(tmp_path / f"{frame}.mcap", [*rows, ("/pen", schema, 1, pose)])
+        )
         assert text in session.facts["assumed"] and ("name no frame" in session.facts["assumed"]) == bool(text)
 
 
@@ -234,9 +244,9 @@ def test_child_of_a_rarely_sent_frame_stays_valid_at_rest(tmp_path):
         ends = [
             ("/slow", FRAME, s, transform("map", "table", s, 1, at)) for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))
         ]
-        track = import_session("mcap", as_json(tmp_path / f"{row}.mcap", [*rows, *ends])).tracks["cup"]
+        track = import_session("mcap", write_json_mcap(tmp_path / f"{row}.mcap", [*rows, *ends])).tracks["cup"]
         assert track.valid[[0, -1]].all() and (~track.valid[1:-1] == is_lost).all()
-    pose_positions, _ = joined((1, 0), (0, ALL))
+    pose_positions, _ = chained_poses((1, 0), (0, ALL))
     calm = import_session("mcap", tmp_path / "0.mcap").tracks["cup"]
     assert np.abs(calm.positions - pose_positions @ ROS.T).max() <= 1e-9
 
@@ -260,7 +270,7 @@ def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
     ids=["apart", "once", "later", "static"],
 )
 def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
-    path = as_json(tmp_path / "a.mcap", messages)
+    path = write_json_mcap(tmp_path / "a.mcap", messages)
     assert_import_refused("mcap", path, text)
     assert import_session("mcap", path, topics=[messages[-1][0]]).names == ("cup",)
 
@@ -276,17 +286,18 @@ def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
     ids=["all alike", "pairs", "one late", "swapped"],
 )
 def test_transforms_dropped_for_bad_stamps_are_counted(tmp_path, stamp, kept, text):
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", transforms("/tf", stamp=stamp)))
+    """``stamp``: of message k of 20, in nanoseconds."""
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", transforms("/tf", stamp=stamp)))
     assert len(session.tracks["cup"]) == kept and ledger_text(session) == text
 
 
 def test_unordered_messages_lose_no_pose(tmp_path):
     messages = transforms("/tf")
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
     assert len(session.tracks["cup"]) == 20 and ledger_text(session) == ""
 
 
-def torn(path, *, chunked, cut=0, broken=0, crc=True):
+def damaged_file(path, *, chunked, cut=0, broken=0, crc=True):
     """A file of 60 messages, cut short or with a byte changed, and how many messages of it are whole."""
     with path.open("wb") as stream:
         writer = Writer(
@@ -316,7 +327,7 @@ def torn(path, *, chunked, cut=0, broken=0, crc=True):
     ids=["no chunks, cut", "chunks, cut", "a bad chunk", "no index", "no checksums"],
 )
 def test_torn_foreign_file_is_recovered_by_the_import(tmp_path, how):
-    path = torn(tmp_path / "a.mcap", **how)
+    path = damaged_file(tmp_path / "a.mcap", **how)
     whole = {message.log_time for message in whole_messages(path)}
     session = import_session("mcap", path)
     assert {stamp - 1 for stamp in session.tracks["cup"].times_ns.tolist()} == whole
@@ -345,15 +356,15 @@ def whole_messages(path):
 def file_of_transforms(*moves, schema=FRAME, **how):
     """A writer of a file of these transforms, or of what they say."""
     rows = [transform(*move) if isinstance(move, tuple) else move for move in moves]
-    return lambda path: as_json(path, [("/t", schema, 10, content) for content in rows], **how)
+    return lambda path: write_json_mcap(path, [("/t", schema, 10, content) for content in rows], **how)
 
 
-def half(path):
+def write_half_a_file(path):
     path.write_bytes((COMPOSED / "mcap.mcap").read_bytes()[:2000])
     return path
 
 
-def cdr(data=b"\0\1\0\0", kind="ros2msg", text="float64 x\n"):
+def bag_of_one_message(data=b"\0\1\0\0", kind="ros2msg", text="float64 x\n"):
     """A writer of a bag with one message of these bytes and this description."""
 
     def write(path):
@@ -381,14 +392,17 @@ BROKEN = {
     "no poses": (file_of_transforms({}, schema=FRAMES), "a transform has no child frame"),
     "none of several": (file_of_transforms({"transforms": []}, schema=FRAMES), "there is no pose in it"),
     "another message": (file_of_transforms({}, schema="a.Value"), r"no message of poses .*there are: /t \(a.Value\)"),
-    "half a file": (half, "cut short at byte [0-9,]+; record it again"),
+    "half a file": (write_half_a_file, "cut short at byte [0-9,]+; record it again"),
     "an encoding": (file_of_transforms({}, encoding="msgpack"), "messages are encoded as 'msgpack'; write protobuf"),
     "no CDR": (file_of_transforms({}, encoding="protobuf"), "/t: a foxglove.FrameTransform cannot be read"),
     "a far stamp": (file_of_transforms(("b", "a", 10**20)), "frame 'a' has a stamp of"),
-    "half a message": (cdr(b"\0\1\0\0\5\0"), UNREAD),
-    "another language": (cdr(kind="ros2idl"), "a schema in 'ros2idl' is not known; record with schemas in ros2msg"),
-    "a bad type": (cdr(text="float64[ x\n"), UNREAD),
-    "an unknown type": (cdr(text="no_such/Type x\n"), UNREAD),
+    "half a message": (bag_of_one_message(b"\0\1\0\0\5\0"), UNREAD),
+    "another language": (
+        bag_of_one_message(kind="ros2idl"),
+        "a schema in 'ros2idl' is not known; record with schemas in ros2msg",
+    ),
+    "a bad type": (bag_of_one_message(text="float64[ x\n"), UNREAD),
+    "an unknown type": (bag_of_one_message(text="no_such/Type x\n"), UNREAD),
 }
 
 
@@ -402,11 +416,13 @@ def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, cap
 def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     assert_import_refused(
-        "ros2", cdr()(tmp_path / "a.mcap"), r'need mcap-ros2-support; install it: pip install "vrlab-replay\[forma'
+        "ros2",
+        bag_of_one_message()(tmp_path / "a.mcap"),
+        r'need mcap-ros2-support; install it: pip install "vrlab-replay\[forma',
     )
 
 
-def frames(*stamps, logged=None, child="cup"):
+def frame_messages_at(*stamps, logged=None, child="cup"):
     """Messages of one frame at these stamps, logged at those times or at others."""
     logged = stamps if logged is None else logged
     return [
@@ -417,7 +433,7 @@ def frames(*stamps, logged=None, child="cup"):
 
 def test_topics_that_are_not_read_are_named(tmp_path):
     others = [("/scene", "foxglove.SceneUpdate", 1, {"entities": []}), ("/imu", "sensor_msgs/msg/Imu", 2, {})]
-    session = import_session("mcap", as_json(tmp_path / "m.mcap", [*frames(*STAMPS), *others]))
+    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *others]))
     unread = "topics that are not read: /scene (foxglove.SceneUpdate), /imu (sensor_msgs/msg/Imu)"
     assert unread in session.facts["conversions"]
     chosen = import_session("mcap", tmp_path / "m.mcap", topics=["/tf"])
@@ -425,28 +441,29 @@ def test_topics_that_are_not_read_are_named(tmp_path):
 
 
 def test_odometry_is_a_pose_of_its_topic(tmp_path):
+    """ROS's message: a header with a stamp, a pose with covariance."""
     messages = [
         ("/base/odom", "nav_msgs/msg/Odometry", stamp, {
             "header": {"stamp": {"sec": int(stamp) // 10**9, "nanosec": int(stamp) % 10**9}, "frame_id": "map"},
             "child_frame_id": "base",
-            "pose": {"pose": placed(0, row, "position", "orientation"), "covariance": [0.0] * 36},
+            "pose": {"pose": pose_of_body(0, row, "position", "orientation"), "covariance": [0.0] * 36},
         })
         for row, stamp in enumerate(STAMPS)
     ]  # fmt: skip
-    session = import_session("mcap", as_json(tmp_path / "m.mcap", messages))
+    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", messages))
     assert has_poses(session.tracks["base/odom"], POSITIONS[0], ROTATIONS[0], ROS, STAMPS)
 
 
 def test_late_logging_costs_no_transform_whose_stamps_increase(tmp_path):
     logged = STAMPS + (30_000_000 * np.sin(np.arange(COUNT))).astype(np.int64)
-    session = import_session("mcap", as_json(tmp_path / "m.mcap", frames(*STAMPS, logged=logged)))
+    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*STAMPS, logged=logged)))
     assert session.tracks["cup"].times_ns.tolist() == STAMPS.tolist()
 
 
 def test_stamps_of_zero_among_others_are_dropped(tmp_path):
     stamps = STAMPS.copy()
     stamps[::5] = 0
-    session = import_session("mcap", as_json(tmp_path / "m.mcap", frames(*stamps, logged=STAMPS)))
+    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*stamps, logged=STAMPS)))
     assert session.tracks["cup"].times_ns.tolist() == stamps[stamps > 0].tolist()
     (account,) = [row for row in ledger_of(session.facts) if row.kind == "transforms"]
     assert (account.read, account.kept, account.lost) == (COUNT, COUNT - 5, 5)
@@ -454,5 +471,5 @@ def test_stamps_of_zero_among_others_are_dropped(tmp_path):
 
 def test_simulation_that_begins_at_zero_keeps_its_first_transform(tmp_path):
     stamps = STAMPS - STAMPS[0]
-    session = import_session("mcap", as_json(tmp_path / "m.mcap", frames(*stamps)))
+    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*stamps)))
     assert session.tracks["cup"].times_ns.tolist() == stamps.tolist()

@@ -9,11 +9,11 @@ from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger, increasing_rows, last_of_each_stamp, longest_increasing
 from sessions.importers.wall_clock import DAY_NS, past_midnight, wall_clock_ns
 
-STEP = 11_111_111
-STAMPS = STEP * np.arange(180, dtype=np.int64)
+STEP_NS = 11_111_111
+STAMPS = STEP_NS * np.arange(180, dtype=np.int64)
 
 
-def longest(values):
+def longest_increase(values):
     lengths = []
     for index, value in enumerate(values):
         lengths.append(1 + max((lengths[k] for k in range(index) if values[k] < value), default=0))
@@ -25,7 +25,7 @@ def test_longest_increasing_subsequence_stays(values):
     stamps = np.array(values, dtype=np.int64)
     keep = longest_increasing(stamps)
     assert (np.diff(stamps[keep]) > 0).all()
-    assert keep.sum() == longest(values)
+    assert keep.sum() == longest_increase(values)
 
 
 def rows_and_ledger(stamps):
@@ -40,6 +40,7 @@ def rows_and_ledger(stamps):
     ids=["late", "zero", "first", "last", "four", "before 0"],
 )
 def test_only_rows_with_outlying_stamps_are_dropped(wild):
+    """``wild``: row of 180 -> its stamp in place of the regular one, nanoseconds."""
     stamps = STAMPS.copy()
     stamps[[*wild]] = [*wild.values()]
     keep, ledger = rows_and_ledger(stamps)
@@ -59,6 +60,7 @@ def test_only_rows_with_outlying_stamps_are_dropped(wild):
     ids=["twice", "a part again", "ahead for a while", "the end first"],
 )
 def test_a_clock_that_starts_again_is_refused(stamps):
+    """180 regular stamps, and many of them once more."""
     with pytest.raises(ImportFileError, match=r"log: the clock of 'cup' starts again: its samples .* correct the stam"):
         rows_and_ledger(stamps)
 

@@ -29,6 +29,7 @@ def uxf_folder(tmp_path):
 
 
 def test_objects_arrive_from_unitys_euler_angles_over_all_trials(uxf_folder):
+    """Columns: time, three of position, three angles, applied as z, x, y."""
     session = import_session("uxf", uxf_folder)
     assert set(session.names) == {"controller", "head"}
     for name in session.names:
@@ -80,20 +81,20 @@ def without_poses(folder):
         path.unlink()
 
 
-def replaced(old, new, file=HEAD):
+def replace_in_file(old, new, file=HEAD):
     return lambda folder: (folder / file).write_bytes((folder / file).read_bytes().replace(old, new, 1))
 
 
-def twice(folder):
+def add_second_session(folder):
     (folder / "S002").mkdir()
     (folder / "S002" / "head_movement_T001.csv").write_bytes((folder / HEAD).read_bytes())
 
 
 BROKEN = [
-    (twice, "several sessions are in it; name the folder of one"),
+    (add_second_session, "several sessions are in it; name the folder of one"),
     (without_poses, NO_TRACKER),
-    (replaced(b"rot_z", b"rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
-    (replaced(b"end_time", b"end", "trial_results.csv"), "trial_results.csv: line 1: no column 'end_time'"),
+    (replace_in_file(b"rot_z", b"rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
+    (replace_in_file(b"end_time", b"end", "trial_results.csv"), "trial_results.csv: line 1: no column 'end_time'"),
 ]
 
 
@@ -126,6 +127,7 @@ def test_torn_last_line_costs_a_single_row(uxf_folder):
 
 
 def test_tracker_with_four_rotations_writes_quaternions(uxf_folder):
+    """The same rotations written as rot_x to rot_w."""
     expected = {}
     for trial in (1, 2):
         path = uxf_folder / "trackers" / f"head_movement_T00{trial}.csv"

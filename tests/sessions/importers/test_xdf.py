@@ -25,7 +25,7 @@ ROTATIONS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in e
 TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationA", "OrientationB", "OrientationC", "OrientationD")
 
 
-def channels(unit="meters", types=TYPES, names=tuple(POSITIONS), **more):
+def channel_headers(unit="meters", types=TYPES, names=tuple(POSITIONS), **more):
     """Headers of channels: one a body and kind of number."""
     return [
         {"label": f"{name}_{kind}", "object": name, "type": kind, "unit": unit, **more}
@@ -46,7 +46,7 @@ def mocap_chunks(*, unit="meters", scale=1.0, pairs=(), head=None):
     rows = rows_of_both_bodies()
     rows[:, [0, 1, 2, 7, 8, 9]] *= scale
     half = COUNT // 2
-    head = stream_header(1, "Mocap", "MoCap", channels(unit)) if head is None else head
+    head = stream_header(1, "Mocap", "MoCap", channel_headers(unit)) if head is None else head
     return (head, samples(1, STAMPS[:half], rows[:half]), offsets(1, pairs), samples(1, STAMPS[half:], rows[half:]))
 
 
@@ -64,14 +64,18 @@ def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
 
 
 POSE_OUTLET = [{"label": label} for label in ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")]
-PLAIN = [
+CHANNELS_WITHOUT_NAMES = [
     {"label": label, "type": kind} for kind, labels in (("position", "xyz"), ("quaternion", "xyzw")) for label in labels
 ]
 
 
 @pytest.mark.parametrize(
     ("kind", "described", "axes"),
-    [("Controller", PLAIN, np.eye(3)), ("VR", TRANSFORM_OUTLET, UNITY), ("Unity.Transform", POSE_OUTLET, UNITY)],
+    [
+        ("Controller", CHANNELS_WITHOUT_NAMES, np.eye(3)),
+        ("VR", TRANSFORM_OUTLET, UNITY),
+        ("Unity.Transform", POSE_OUTLET, UNITY),
+    ],
 )
 def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kind, described, axes):
     position, rotation = POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()
@@ -87,7 +91,7 @@ def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kin
     assert has_poses(session.tracks["tool"], position, ROTATIONS["Cup"], axes)
     if axes is UNITY:
         assert "axes unity (left-handed, +Y up, +Z forward)" in session.facts["assumed"]
-        mixed = xdf_file(tmp_path, *pieces, stream_header(4, "M", "MoCap", channels()))
+        mixed = xdf_file(tmp_path, *pieces, stream_header(4, "M", "MoCap", channel_headers()))
         assert_import_refused("xdf", mixed, "poses of Unity and others are in it; name the axes of all by --conv")
 
 
@@ -128,6 +132,7 @@ def test_mistakes_in_a_stream_mapping_are_named(tmp_path, old, new, text):
 
 
 def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
+    """Clock offsets are added: 0.5 s to "Cap", 0.25 s and 20 us a second to "Mocap"."""
     rng = np.random.default_rng(8)
     brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
     ahead = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
@@ -164,7 +169,7 @@ def test_rows_of_confidence_0_are_lost(tmp_path):
     rod_poses = rows_of_both_bodies()[:, :7]
     confidence = np.arange(COUNT) % 2  # 0, 1, 0, 1 ...
     rows = np.column_stack([rod_poses, confidence])
-    head = stream_header(1, "M", "MoCap", channels(names=("Rod",), types=(*TYPES, "Confidence")))
+    head = stream_header(1, "M", "MoCap", channel_headers(names=("Rod",), types=(*TYPES, "Confidence")))
     track = import_session("xdf", xdf_file(tmp_path, head, samples(1, STAMPS, rows))).tracks["Rod"]
     assert track.valid.tolist() == (confidence == 1).tolist()
 
@@ -195,7 +200,7 @@ def test_truncated_file_loses_and_reports_its_last_sample(tmp_path, cut, kept, s
 def chunks_of_cup(number, first, last, *, name="Mocap", kind="MoCap", body="Cup", shift=0.0):
     """Samples ``first`` to before ``last`` as a stream of its own, of the same name and channels as the others."""
     rows = np.concatenate([POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()[:, [3, 0, 1, 2]]], axis=1)[first:last]
-    head = stream_header(number, name, kind, channels(names=(body,)))
+    head = stream_header(number, name, kind, channel_headers(names=(body,)))
     return head, samples(number, STAMPS[first:last] + shift, rows)
 
 
@@ -252,22 +257,24 @@ def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
         import_session("xdf", xdf_file(tmp_path, *pieces), mapping=tmp_path / "map.toml")
 
 
-def of_types(*types, **more):
-    return lambda: mocap_chunks(head=stream_header(1, "M", "MoCap", channels(types=types, **more)))
+def mocap_with(*types, **more):
+    return lambda: mocap_chunks(head=stream_header(1, "M", "MoCap", channel_headers(types=types, **more)))
 
 
 BROKEN = {
-    "no objects": (of_types(*TYPES, object=""), "'M' has two channels PositionX; name an <object>"),
-    "angles": (of_types("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
+    "no objects": (mocap_with(*TYPES, object=""), "'M' has two channels PositionX; name an <object>"),
+    "angles": (mocap_with("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
                r"no stream of type MoCap .*there are: M \(MoCap\); say which channels are a pose with --mapping"),
-    "a stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.nan], rows_of_both_bodies()[:1])),
+    "a stamp": (lambda: (stream_header(1, "M", "MoCap", channel_headers()),
+                         samples(1, [np.nan], rows_of_both_bodies()[:1])),
                 "stream 'M': row 1 has no time"),
     "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
-    "poses of text": (lambda: [stream_header(1, "M", "MoCap", channels(), "string"), samples(1, [1.0], ["a"])],
+    "poses of text": (lambda: [stream_header(1, "M", "MoCap", channel_headers(), "string"), samples(1, [1.0], ["a"])],
                       "stream 'M': its samples are not the numbers its channels describe"),
     "a claim": (lambda: [chunk(3, struct.pack("<IBI", 1, 4, 5_000_000) + bytes(9))],
                 r"a chunk claims 5,000,000 samples of at least a byte.; record it again"),
-    "two units": (lambda: mocap_chunks(head=stream_header(1, "M", "MoCap", channels("m")[:7] + channels("mm")[7:])),
+    "two units": (lambda: mocap_chunks(head=stream_header(
+                      1, "M", "MoCap", channel_headers("m")[:7] + channel_headers("mm")[7:])),
                   "lengths are in m, mm; record all in one of m, cm, mm"),
 }  # fmt: skip
 
@@ -324,14 +331,14 @@ def test_mapping_that_contradicts_the_units_of_channels_is_refused(tmp_path):
 
 
 def test_positions_in_mixed_units_are_refused(tmp_path):
-    described = channels()
+    described = channel_headers()
     described[1]["unit"] = "mm"
     path = xdf_file(tmp_path, *mocap_chunks(head=stream_header(1, "Mocap", "MoCap", described)))
     assert_import_refused("xdf", path, "lengths are in meters, mm")
 
 
 def test_channels_beside_poses_that_are_not_read_are_named(tmp_path):
-    described = channels()
+    described = channel_headers()
     described[7]["object"] = "Other"  # of the cup's place X, so that neither has a whole pose
     path = xdf_file(tmp_path, *mocap_chunks(head=stream_header(1, "Mocap", "MoCap", described)))
     session = import_session("xdf", path)

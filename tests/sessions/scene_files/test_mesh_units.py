@@ -10,7 +10,7 @@ from sessions.model.scene import SceneBody
 from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_beside_others
 
 
-def mesh(*size):
+def box_mesh_of(*size):
     box = trimesh.creation.box(size)
     return MeshData(np.asarray(box.vertices), np.asarray(box.faces))
 
@@ -28,15 +28,16 @@ def mesh(*size):
     ],
 )
 def test_mesh_unit_is_stated_by_scene_or_guessed(file, scale, size, value, origin, alternatives):
-    row = scene_mesh_unit(SceneBody("cup", mesh=file, scale=scale), mesh(size, size, size))
+    """``size``: edge of the mesh as read, in ``value``; ``alternatives``: units that fit its size."""
+    row = scene_mesh_unit(SceneBody("cup", mesh=file, scale=scale), box_mesh_of(size, size, size))
     assert (row.subject, row.value, row.origin) == (Subject.MESH_UNIT, value, origin)
     assert row.alternatives == alternatives
     assert (row.confidence is Confidence.OPEN) == (len(alternatives) > 1)
 
 
-def guesses(sizes, stated=()):
+def guessed_alternatives(sizes, stated=()):
     """The units of OBJ files by body: each a cube of so many units, taken for the unit beside its size."""
-    meshes = {name: mesh(*[size * UNITS[unit]] * 3) for name, (size, unit) in sizes.items()}
+    meshes = {name: box_mesh_of(*[size * UNITS[unit]] * 3) for name, (size, unit) in sizes.items()}
     poses = CONVENTIONS["canonical"]
     rows = {
         name: mesh_unit(f"{name}.obj", meshes[name], unit, poses, stated_by=Origin.USER if name in stated else None)
@@ -47,29 +48,31 @@ def guesses(sizes, stated=()):
 
 @pytest.mark.parametrize("millimetres", [5, 6, 7.5, 8, 9, 30])
 def test_a_lone_mesh_of_millimetres_in_centimetres_is_open(millimetres):
-    assert guesses({"stopper": (millimetres / 10, "m")})["stopper"] == ("m", "cm")
+    """A cube drawn 0.5 to 3 units wide, taken for metres, fits centimetres too."""
+    assert guessed_alternatives({"stopper": (millimetres / 10, "m")})["stopper"] == ("m", "cm")
 
 
 def test_two_meshes_of_unclear_unit_both_stay_unclear():
     """Meshes of 0.8 and 0.9 m may be large or in centimetres; neither is evidence for the other."""
-    assert set(guesses({"stopper": (0.8, "m"), "lid": (0.9, "m")}).values()) == {("m", "cm")}
+    assert set(guessed_alternatives({"stopper": (0.8, "m"), "lid": (0.9, "m")}).values()) == {("m", "cm")}
 
 
 def test_a_certain_mesh_of_its_unit_decides_a_bench():
-    assert guesses({"bench": (0.8, "m"), "cup": (0.1, "m")})["bench"] == ("m",)
+    assert guessed_alternatives({"bench": (0.8, "m"), "cup": (0.1, "m")})["bench"] == ("m",)
 
 
 def test_a_bench_beside_meshes_in_centimetres_is_open():
-    assert guesses({"bench": (0.8, "m"), "cup": (12.0, "cm")}, stated=["cup"])["bench"] == ("m", "cm")
+    assert guessed_alternatives({"bench": (0.8, "m"), "cup": (12.0, "cm")}, stated=["cup"])["bench"] == ("m", "cm")
 
 
 def test_pin_beside_centimetre_meshes_may_be_smaller():
-    assert guesses({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
+    """(units wide, unit taken)."""
+    assert guessed_alternatives({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
     sizes = {"pin": (0.2, "m"), "cup": (12.0, "cm"), "dish": (0.1, "m"), "tube": (0.1, "m")}
-    assert guesses(sizes)["pin"] == ("m", "cm")
+    assert guessed_alternatives(sizes)["pin"] == ("m", "cm")
 
 
 def test_unit_of_the_poses_is_a_possible_unit_of_meshes():
     """A pin 0.2 units long, taken for metres, beside poses of Unreal, which are in centimetres."""
-    row = mesh_unit("pin.obj", mesh(0.2, 0.2, 0.2), unit="m", poses=CONVENTIONS["unreal"])
+    row = mesh_unit("pin.obj", box_mesh_of(0.2, 0.2, 0.2), unit="m", poses=CONVENTIONS["unreal"])
     assert row.alternatives == ("m", "cm") and row.is_open

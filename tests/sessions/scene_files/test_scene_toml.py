@@ -13,7 +13,7 @@ from sessions.model.session import Session
 from sessions.scene_files.scene_meshes import scene_meshes, with_meshes, with_scene
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
 
-BENCH = """
+BENCH_TOML = """
 [scene]
 name = "bench"
 
@@ -54,7 +54,7 @@ between = ["tag:glass", "tag:support"]
 
 
 def test_a_scene_is_read_as_written():
-    scene = parse_scene(BENCH)
+    scene = parse_scene(BENCH_TOML)
     assert scene.name == "bench"
     assert [body.id for body in scene.bodies] == ["table", "beaker", "flask"]
     assert scene.bodies[0].fixed == Pose((0.0, 0.88, 0.0))
@@ -64,12 +64,12 @@ def test_a_scene_is_read_as_written():
     assert scene.pairs == (("beaker", "table"), ("flask", "table"))
     assert scene.ignore == (("beaker", "flask"),)
     assert scene.effects == (SceneEffect("contact", {"between": ["tag:glass", "tag:support"]}),)
-    assert scene.text == BENCH
+    assert scene.text == BENCH_TOML
 
 
 def test_the_space_of_a_scene_has_a_radius():
-    assert parse_scene(BENCH).space_radius == 1000.0
-    scene = parse_scene("[space]\nradius_m = 5\n" + BENCH)
+    assert parse_scene(BENCH_TOML).space_radius == 1000.0
+    scene = parse_scene("[space]\nradius_m = 5\n" + BENCH_TOML)
     assert scene.space_radius == 5.0 and parse_scene(scene_to_toml(scene)).space_radius == 5.0
 
 
@@ -127,7 +127,9 @@ def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
     assert scene_to_toml(back) == scene_to_toml(scene)
 
 
-@given(st.text(CHARACTERS, max_size=200) | st.lists(st.sampled_from(BENCH.splitlines()), max_size=30).map("\n".join))
+@given(
+    st.text(CHARACTERS, max_size=200) | st.lists(st.sampled_from(BENCH_TOML.splitlines()), max_size=30).map("\n".join)
+)
 def test_any_text_ends_in_scene_or_named_error(text):
     try:
         parse_scene(text)
@@ -139,6 +141,7 @@ TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
 def test_files_shapes_and_instruments_become_meshes(tmp_path):
+    """Requested face counts are met roughly; a body without a mesh of any kind has none."""
     (tmp_path / "t.glb").write_bytes(mesh_to_glb(TRIANGLE, "t"))
     bodies = (
         SceneBody("file", mesh="t.glb", scale=0.5),
@@ -160,7 +163,7 @@ def test_scene_text_omits_meshes_that_bodies_already_have():
     assert (known.bodies[0].shape, known.text) == ("", "") and with_meshes(still, {}, []).scene is scene
 
 
-LINKS = """
+THREE_BODIES = """
 [[body]]
 id = "thumb"
 [[body]]
@@ -172,7 +175,7 @@ id = "glass"
 
 def test_group_takes_its_members_by_name_and_pattern():
     scene = parse_scene(
-        LINKS + '[[group]]\nname = "hand"\nmembers = ["thumb", "in*"]\n[[pair]]\nbetween = ["hand", "glass"]'
+        THREE_BODIES + '[[group]]\nname = "hand"\nmembers = ["thumb", "in*"]\n[[pair]]\nbetween = ["hand", "glass"]'
     )
     assert scene.groups == (SceneGroup("hand", ("thumb", "index")),)
     assert scene.pairs == (("thumb", "glass"), ("index", "glass"))
@@ -193,10 +196,10 @@ def test_group_takes_its_members_by_name_and_pattern():
 )
 def test_faulty_group_is_refused_with_its_reason(tables, fault):
     with pytest.raises(SceneError, match=fault):
-        parse_scene(LINKS + tables)
+        parse_scene(THREE_BODIES + tables)
 
 
-OWN = """
+OWN_SCENE = """
 [scene]
 name = "own"
 [[body]]
@@ -213,7 +216,7 @@ between = ["glass", "lid"]
 def test_scene_without_bodies_adds_to_the_recorded(tmp_path):
     names = ("thumb", "index", "glass")
     still = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
-    own = parse_scene(OWN)
+    own = parse_scene(OWN_SCENE)
     session = Session.from_arrays([0, 1], dict.fromkeys(names, still), {}, own)
     small = tmp_path / "small.toml"
     small.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "index"]\n[[pair]]\nbetween = ["hand", "glass"]')

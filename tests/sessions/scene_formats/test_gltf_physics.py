@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from sessions.errors import SceneSourceError
 from sessions.scene_formats.scene_source import read_scene_source
 
-TURN = Rotation.from_euler("xyz", [0.3, -0.4, 0.5])
+ROTATION = Rotation.from_euler("xyz", [0.3, -0.4, 0.5])
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]], dtype=np.float32)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4], [2, 3, 4], [3, 1, 4]], dtype=np.uint16)
 
@@ -45,14 +45,14 @@ def gltf_document(nodes, shapes, kind, **more):
     }
 
 
-def glb(path, content):
+def write_glb(path, content):
     text = json.dumps(content).encode()
     text += b" " * (-len(text) % 4)
     path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text)
     return path
 
 
-def glass(kind):
+def glass_document(kind):
     """A body of three shapes: one of its own node, one on a child that is moved, one on a scaled grandchild."""
     shapes = [
         {"type": "box", "box": {"size": [0.2, 0.4, 0.6]}},
@@ -64,7 +64,7 @@ def glass(kind):
         return {"collider": {"geometry": {"shape": shape}} if kind == "KHR" else {"shape": shape}}
 
     nodes = [
-        {"name": "glass", "translation": [1, 2, 3], "rotation": TURN.as_quat().tolist(), "children": [1, 2],
+        {"name": "glass", "translation": [1, 2, 3], "rotation": ROTATION.as_quat().tolist(), "children": [1, 2],
          "physics": {"motion": {"mass": 0.2, "type": "dynamic"}, **collider(0)}},
         {"name": "stem", "translation": [0, -1, 0], "physics": collider(1)},
         {"name": "rim", "children": [3], "translation": [0, 1, 0]},
@@ -76,11 +76,12 @@ def glass(kind):
 
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
 def test_shapes_of_a_gltf_compound_are_in_body_axes(tmp_path, kind):
-    scene = read_scene_source(glb(tmp_path / "glass.glb", glass(kind)))
+    """A box on the body's node, a capsule on a moved child, a ball of radius 0.5 doubled by its grandchild's scale."""
+    scene = read_scene_source(write_glb(tmp_path / "glass.glb", glass_document(kind)))
     body = scene.bodies["glass"]
     assert [*scene.bodies] == ["glass", "table"] and body.moves and not scene.bodies["table"].moves
     assert body.mass == 0.2 and len(body.colliders) == 3
-    assert np.abs(body.pose[:3, :3] - TURN.as_matrix()).max() <= 1e-9 and body.pose[:3, 3].tolist() == [1, 2, 3]
+    assert np.abs(body.pose[:3, :3] - ROTATION.as_matrix()).max() <= 1e-9 and body.pose[:3, 3].tolist() == [1, 2, 3]
     bounds = [np.abs(solid.bounds - expected).max() for solid, expected in zip(body.colliders, (
         [[-0.1, -0.2, -0.3], [0.1, 0.2, 0.3]],
         [[-0.1, -1.25, -0.1], [0.1, -0.75, 0.1]],
@@ -91,20 +92,22 @@ def test_shapes_of_a_gltf_compound_are_in_body_axes(tmp_path, kind):
 
 
 def test_rotations_in_float32_do_not_stretch(tmp_path):
-    content = glass("KHR")
-    content["nodes"][0]["rotation"] = TURN.as_quat().astype(np.float32).tolist()
+    """A quaternion with norm 0.99998 rotates by 90 degrees and changes no length."""
+    content = glass_document("KHR")
+    content["nodes"][0]["rotation"] = ROTATION.as_quat().astype(np.float32).tolist()
     content["nodes"][1]["rotation"] = [0.7071, 0, 0, 0.7071]
-    body = read_scene_source(glb(tmp_path / "glass.glb", content)).bodies["glass"]
+    body = read_scene_source(write_glb(tmp_path / "glass.glb", content)).bodies["glass"]
     assert np.abs(body.pose[:3, :3] @ body.pose[:3, :3].T - np.eye(3)).max() <= 1e-12
     expected = [[-0.1, -1.1, -0.25], [0.1, -0.9, 0.25]]
     assert np.abs(body.colliders[1].bounds - expected).max() <= 1e-9
     content["nodes"][1]["rotation"] = [0, 0, 0, 0]
     with pytest.raises(SceneSourceError, match="rotation without length"):
-        read_scene_source(glb(tmp_path / "glass.glb", content))
+        read_scene_source(write_glb(tmp_path / "glass.glb", content))
 
 
 @pytest.mark.parametrize("is_hull", [False, True])
 def test_mesh_collider_is_the_mesh_or_its_hull(tmp_path, is_hull):
+    """Half the size is an eighth of the volume; the hull of the corners is a tetrahedron of 1/6."""
     shape = {"type": "convex" if is_hull else "trimesh", "convex": {"mesh": 0}, "trimesh": {"mesh": 0}}
     nodes = [
         {
@@ -114,7 +117,7 @@ def test_mesh_collider_is_the_mesh_or_its_hull(tmp_path, is_hull):
             "physics": {"motion": {"type": "dynamic"}, "collider": {"shape": 0}},
         }
     ]
-    body = read_scene_source(glb(tmp_path / "cup.glb", gltf_document(nodes, [shape], "OMI"))).bodies["cup"]
+    body = read_scene_source(write_glb(tmp_path / "cup.glb", gltf_document(nodes, [shape], "OMI"))).bodies["cup"]
     assert np.abs(body.mesh.vertices - 0.5 * CORNERS.astype(np.float64)).max() <= 1e-9
     assert body.colliders[0].volume == pytest.approx((1 / 6 if is_hull else body.mesh.volume * 8) / 8, rel=1e-9)
 
@@ -137,7 +140,7 @@ def test_gltf_collider_may_use_a_mesh_outside_the_scene(tmp_path, kind):
         nodes, shapes = collider_of_mesh({"geometry": {"node": 1}}, nodes=[away, inner]), []
     content = gltf_document(nodes, shapes, kind[:3])
     content["scenes"] = [{"nodes": [0]}]
-    scene = read_scene_source(glb(tmp_path / "s.glb", content))
+    scene = read_scene_source(write_glb(tmp_path / "s.glb", content))
     expected = CORNERS * 2.0 + [0, 1, 0] if kind == "KHR node" else CORNERS
     assert scene.left_out == () and [*scene.bodies] == ["cup"]
     assert np.abs(scene.bodies["cup"].mesh.vertices - expected).max() <= 1e-9
@@ -150,22 +153,27 @@ def test_gltf_bodies_with_equal_names_get_their_parents_prefix(tmp_path):
         node["physics"]["collider"]["collisionFilter"] = 0
     nodes = [{"name": "left", "children": [2]}, {"name": "right", "children": [3]}, left, right]
     content = gltf_document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters)
-    scene = read_scene_source(glb(tmp_path / "s.glb", content))
+    scene = read_scene_source(write_glb(tmp_path / "s.glb", content))
     assert [*scene.bodies] == [body.name for body in scene.bodies.values()] == ["left/cup", "right/cup"]
     assert scene.excluded == (("left/cup", "right/cup"),) and "'left/cup' for 'cup'" in scene.notes[0]
 
 
 def test_gltf_nodes_outside_the_scene_are_no_bodies(tmp_path):
-    content = glass("KHR")
+    content = glass_document("KHR")
     content["scenes"] = [{"nodes": [0]}]
-    assert [*read_scene_source(glb(tmp_path / "s.glb", content)).bodies] == ["glass"]
+    assert [*read_scene_source(write_glb(tmp_path / "s.glb", content)).bodies] == ["glass"]
 
 
 @pytest.mark.parametrize("word", ["cylinder", "capsule"])
 def test_cone_ends_in_a_point(tmp_path, word):
+    """A height of 1 m between the ends; a capsule adds the ball of its lower radius, 0.2 m."""
     shape = {"type": word, word: {"height": 1.0, "radiusBottom": 0.2, "radiusTop": 0.0}}
     nodes = [{"name": "cone", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}]
-    solid = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
+    solid = (
+        read_scene_source(write_glb(tmp_path / "s.glb", gltf_document(nodes, [shape], "KHR")))
+        .bodies["cone"]
+        .colliders[0]
+    )
     lowest = -0.5 if word == "cylinder" else -0.7
     assert np.abs(solid.bounds - [[-0.2, lowest, -0.2], [0.2, 0.5, 0.2]]).max() <= 1e-9
 
@@ -183,7 +191,7 @@ def test_jointed_gltf_bodies_collide_only_if_the_joint_enables(tmp_path, kind, c
     content["nodes"][2]["extensions"] = (
         {"KHR_physics_rigid_bodies": {"joint": joint}} if kind == "KHR" else {"OMI_physics_joint": joint}
     )
-    scene = read_scene_source(glb(tmp_path / "s.glb", content))
+    scene = read_scene_source(write_glb(tmp_path / "s.glb", content))
     assert scene.excluded == (() if collides else (("arm", "hand"),))
     assert scene.left_out == ("the joint of node 'wrist'",)
 
@@ -200,7 +208,7 @@ def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
     ]
     filters = [{"collisionSystems": ["hand"], "notCollideWithSystems": ["hand"]}]
     scene = read_scene_source(
-        glb(tmp_path / "s.glb", gltf_document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters))
+        write_glb(tmp_path / "s.glb", gltf_document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters))
     )
     assert scene.excluded == () and "'hand' and 'glass' meet and others not" in scene.left_out[0]
 
@@ -209,13 +217,13 @@ def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
 def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
     monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
     with pytest.raises(SceneSourceError, match="the scene places more than"):
-        read_scene_source(glb(tmp_path / "s.glb", glass("KHR")))
+        read_scene_source(write_glb(tmp_path / "s.glb", glass_document("KHR")))
 
 
 def test_repeated_gltf_buffers_count_towards_the_size_limit(tmp_path, monkeypatch):
     """One file within the limit of 300 bytes is named by four buffers, which together exceed it."""
     monkeypatch.setattr("sessions.scene_formats.gltf_physics.MOST_FILE_BYTES", 300)
-    content, data = glass("KHR"), CORNERS.tobytes() + FACES.tobytes()
+    content, data = glass_document("KHR"), CORNERS.tobytes() + FACES.tobytes()
     (tmp_path / "data.bin").write_bytes(data)
     content["buffers"] = [{"byteLength": len(data), "uri": "data.bin"}] * 4
     (tmp_path / "s.gltf").write_text(json.dumps(content))
@@ -233,7 +241,9 @@ def test_collision_filters_exclude_pairs(tmp_path):
     ]
     nodes = [part("thumb", 0), part("index", 0), part("glass", 1)]
     shapes = [{"type": "sphere", "sphere": {"radius": 0.1}}]
-    scene = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, shapes, "KHR", collisionFilters=filters)))
+    scene = read_scene_source(
+        write_glb(tmp_path / "s.glb", gltf_document(nodes, shapes, "KHR", collisionFilters=filters))
+    )
     assert scene.excluded == (("thumb", "index"),)
 
 
@@ -242,7 +252,7 @@ def test_unsupported_gltf_shapes_triggers_and_joints_are_listed(tmp_path):
         {"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}, "joint": {}}},
         {"name": "zone", "physics": {"trigger": {"geometry": {"shape": 0}}}},
     ]
-    scene = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [{"type": "plane"}], "KHR")))
+    scene = read_scene_source(write_glb(tmp_path / "s.glb", gltf_document(nodes, [{"type": "plane"}], "KHR")))
     assert [*scene.bodies] == ["cup"]
     assert scene.left_out == (
         "the collider of node 'cup': a shape 'plane'",
@@ -252,14 +262,19 @@ def test_unsupported_gltf_shapes_triggers_and_joints_are_listed(tmp_path):
 
 
 def test_tapered_ends_make_a_hull(tmp_path):
+    """Balls of 0.2 and 0.1 m about points 1 m apart: from -0.7 to 0.6 m."""
     shape = {"type": "capsule", "capsule": {"height": 1.0, "radiusBottom": 0.2, "radiusTop": 0.1}}
     nodes = [{"name": "cone", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}]
-    solid = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
+    solid = (
+        read_scene_source(write_glb(tmp_path / "s.glb", gltf_document(nodes, [shape], "KHR")))
+        .bodies["cone"]
+        .colliders[0]
+    )
     assert np.abs(solid.bounds - [[-0.2, -0.7, -0.2], [0.2, 0.6, 0.2]]).max() <= 1e-9
 
 
 def test_gltf_buffers_must_lie_in_its_own_folder(tmp_path):
-    content = glass("KHR")
+    content = glass_document("KHR")
     (tmp_path / "scene").mkdir()
     data = CORNERS.tobytes() + FACES.tobytes()
     (tmp_path / "scene" / "data.bin").write_bytes(data)
@@ -299,7 +314,7 @@ def test_gltf_buffers_must_lie_in_its_own_folder(tmp_path):
 )
 def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, refusal):
     with pytest.raises(SceneSourceError, match=refusal):
-        read_scene_source(glb(tmp_path / "s.glb", {"asset": {"version": "2.0"}, **content}))
+        read_scene_source(write_glb(tmp_path / "s.glb", {"asset": {"version": "2.0"}, **content}))
 
 
 @pytest.mark.parametrize(
@@ -316,10 +331,10 @@ def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, 
 def test_body_with_a_motion_moves_even_by_defaults_alone(tmp_path, kind, physics, moves):
     collider = {"collider": {"geometry": {"shape": 0}} if kind == "KHR" else {"shape": 0}}
     content = gltf_document([{"name": "cup", "physics": {**physics, **collider}}], [{"type": "box"}], kind)
-    assert read_scene_source(glb(tmp_path / "s.glb", content)).bodies["cup"].moves is moves
+    assert read_scene_source(write_glb(tmp_path / "s.glb", content)).bodies["cup"].moves is moves
 
 
 def test_collider_without_a_shape_is_named(tmp_path):
     nodes = [{"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {}}}]
-    scene = read_scene_source(glb(tmp_path / "s.glb", gltf_document(nodes, [], "KHR")))
+    scene = read_scene_source(write_glb(tmp_path / "s.glb", gltf_document(nodes, [], "KHR")))
     assert scene.left_out == ("the collider of node 'cup': it names no shape with a triangle",)

@@ -84,6 +84,7 @@ def test_mjcf_poses_and_surfaces_agree_with_mujoco(arm_model):
 
 
 def test_round_geoms_lie_on_the_surfaces_of_the_library(arm_model):
+    """An ellipsoid, a cylinder and a capsule, against MuJoCo's own centres, rotations and sizes."""
     scene, model = read_scene_source(arm_model), mujoco.MjModel.from_xml_path(str(arm_model))
     first, second = (int(model.body("hand").geomadr[0]) + k for k in range(2))
     ellipsoid = scene.bodies["hand"].colliders[0].vertices
@@ -133,6 +134,7 @@ def test_joint_motion_of_another_kind_is_named(tmp_path, content, kind):
 
 @pytest.mark.parametrize("file", ["arm.npz", "arm.csv"])
 def test_joint_motion_becomes_poses_of_forward_kinematics(arm_model, tmp_path, file):
+    """Five frames 20 ms apart; MuJoCo's Z up becomes Y up: (x, y, z) is (x, z, -y)."""
     model = mujoco.MjModel.from_xml_path(str(arm_model))
     rng = np.random.default_rng(2)
     if file.endswith("npz"):

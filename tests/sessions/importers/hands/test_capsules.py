@@ -39,6 +39,7 @@ def rounded_cone_distance(points, length, radius, parent_radius):
     ],
 )
 def test_capsules_are_inscribed_in_the_hull_of_two_spheres(length, radius, parent_radius):
+    """Distance of the spheres and their radii; middles of faces are at most 0.53 % of a radius within the hull."""
     mesh = capsule_mesh(length, radius, parent_radius)
     distance = rounded_cone_distance(mesh.vertices, length, radius, parent_radius)
     assert np.abs(distance).max() < 1e-15
@@ -53,7 +54,7 @@ def test_capsule_without_radius_is_refused():
         capsule_mesh(length=0.03, radius=0.0, parent_radius=0.01)
 
 
-def wandering(count=400, seed=0):
+def wandering_directions(count=400, seed=0):
     """Directions that wander over the whole sphere, through -Y too."""
     angles = 0.2 + np.cumsum(np.random.default_rng(seed).normal(0.0, 0.05, (count, 2)), axis=0)
     angles[:, 0] = np.linspace(-1.0, 5.5, count)
@@ -64,7 +65,7 @@ def wandering(count=400, seed=0):
 
 
 def test_capsules_lie_between_their_joints_without_twisting():
-    directions = wandering()
+    directions = wandering_directions()
     parent = np.cumsum(np.full_like(directions, 0.001), axis=0)
     child = parent + 0.03 * directions
     motion = bone_motion(np.arange(len(parent)), parent, child, np.ones(len(parent), dtype=bool))
@@ -80,6 +81,7 @@ def test_capsules_lie_between_their_joints_without_twisting():
 
 
 def test_bone_motion_follows_bones_that_point_opposite_ways():
+    """A bone 3 cm long, along +Y, -Y, +X and -X: the capsule's +Y is rotated onto it."""
     parent = np.zeros((4, 3))
     child = 0.03 * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
     track = bone_motion(np.arange(4), parent, child, np.ones(4, dtype=bool)).track
@@ -88,6 +90,7 @@ def test_bone_motion_follows_bones_that_point_opposite_ways():
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, 1e9, 1e300])
 def test_samples_with_impossible_joints_are_lost(wrong):
+    """A bone of 3 cm, of whose 50 samples the joint is ``wrong`` in 10 to 13."""
     count = 50
     parent = np.zeros((count, 3))
     child = np.tile([0.0, 0.0, 0.03], (count, 1))
@@ -100,6 +103,7 @@ def test_samples_with_impossible_joints_are_lost(wrong):
 
 
 def test_untracked_samples_are_lost_and_do_not_count():
+    """Six of ten samples are not tracked, with both joints at the origin; a bone without length is none."""
     parent, child = np.zeros((10, 3)), np.tile([0.03, 0.0, 0.0], (10, 1))
     child[:6] = 0.0
     valid = np.arange(10) >= 6

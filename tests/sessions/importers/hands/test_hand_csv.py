@@ -90,6 +90,7 @@ def write_export(exporter, path, hands):
     ],
 )
 def test_exporters_write_the_same_hands(tmp_path, exporter, bones):
+    """``bones``: how many of a hand an exporter's joints make."""
     hands = moving_hands()
     path = write_export(exporter, tmp_path / "take.csv", hands)
     assert recognised_format(path)[0] == "hands"
@@ -297,6 +298,7 @@ def test_joints_without_a_position_end_no_capsule(tmp_path):
 
 
 def test_a_joint_that_flies_off_is_lost_alone(tmp_path):
+    """Four fingertips are wrong in samples 7 and 8; each loses one bone of 21."""
     hands = left_hand()
     wrong = {"index tip": np.nan, "ring tip": np.inf, "little tip": 1e6, "middle tip": 0.0}
     for joint, value in wrong.items():
@@ -382,6 +384,7 @@ def test_names_of_no_exporter_are_mapped(tmp_path):
 
 
 def test_rows_that_repeat_or_go_back_are_counted(tmp_path):
+    """Row 5 stands twice; row 6 stands twice with another x of 0.5 m."""
     path = write_long(tmp_path / "take.csv", TIMES, left_hand())
     head, *rows = path.read_text().splitlines()
     other = rows[6].split(",")

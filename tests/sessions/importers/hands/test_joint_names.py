@@ -15,28 +15,30 @@ from sessions.importers.hands.joint_names import (
 )
 
 
-def name(joint, *, finger, segments, root="Wrist"):
+def name_by_pattern(joint, *, finger, segment_words, root="Wrist"):
     """A name by a pattern of finger and segment."""
     if joint == "wrist":
         return root
     digit, segment = joint.split()
-    return finger.format(digit.capitalize() if digit != "little" else "Pinky") + segments[digit == "thumb"][segment]
+    return (
+        finger.format(digit.capitalize() if digit != "little" else "Pinky") + segment_words[digit == "thumb"][segment]
+    )
 
 
 SEGMENTS = ("metacarpal", "proximal", "intermediate", "distal", "tip")
 THUMB_SEGMENTS = ("metacarpal", "proximal", "distal", "tip")
 
 
-def segments(fingers, thumb):
+def segment_words(fingers, thumb):
     """Words for the segments of fingers, and of the thumb."""
     return dict(zip(SEGMENTS, fingers.split(), strict=True)), dict(zip(THUMB_SEGMENTS, thumb.split(), strict=True))
 
 
-MRTK = segments("Metacarpal Knuckle MiddleJoint DistalJoint Tip", "MetacarpalJoint ProximalJoint DistalJoint Tip")
-APPLE = segments(
+MRTK = segment_words("Metacarpal Knuckle MiddleJoint DistalJoint Tip", "MetacarpalJoint ProximalJoint DistalJoint Tip")
+APPLE = segment_words(
     "Metacarpal Knuckle IntermediateBase IntermediateTip Tip", "Knuckle IntermediateBase IntermediateTip Tip"
 )
-MANO = segments("0 1 2 3 _tip", "1 2 3 _tip")
+MANO = segment_words("0 1 2 3 _tip", "1 2 3 _tip")
 PALMLESS = [joint for joint in JOINTS if joint != "palm"]
 EXPORTERS = {
     "openxr": {joint: f"XR_HAND_JOINT_{joint.upper().replace(' ', '_')}_EXT" for joint in JOINTS},
@@ -44,9 +46,9 @@ EXPORTERS = {
     "quest": {joint: f"XRHand_{camel(joint)}" for joint in JOINTS},
     "webxr": WEBXR,
     "mediapipe": MEDIAPIPE,
-    "mrtk": {joint: name(joint, finger="{}", segments=MRTK) for joint in PALMLESS},
-    "apple": {joint: name(joint, finger="{}Finger", segments=APPLE) for joint in PALMLESS},
-    "mano": {joint: name(joint, finger="{}", segments=MANO).lower() for joint in LANDMARKS},
+    "mrtk": {joint: name_by_pattern(joint, finger="{}", segments=MRTK) for joint in PALMLESS},
+    "apple": {joint: name_by_pattern(joint, finger="{}Finger", segments=APPLE) for joint in PALMLESS},
+    "mano": {joint: name_by_pattern(joint, finger="{}", segments=MANO).lower() for joint in LANDMARKS},
 }
 
 
@@ -64,13 +66,13 @@ def test_every_joint_of_every_exporter_is_known(pattern, side):
 @pytest.mark.parametrize(
     "name", ["index card", "ring_stand", "middle_glass", "cup", "left", "head", "thumb", "palm tree"]
 )
-def test_names_of_objects_are_not_read_as_hand_joints(name):
-    assert joint_of(tokens_of(name)) is None
+def test_names_of_objects_are_not_read_as_hand_joints(name_by_pattern):
+    assert joint_of(tokens_of(name_by_pattern)) is None
 
 
 @pytest.mark.parametrize("name", ["Hand_Thumb0", "ForearmStub", "left_elbow"])
-def test_joints_that_no_capsule_needs_are_known(name):
-    assert joint_of(tokens_of(name)).joint == ""
+def test_joints_that_no_capsule_needs_are_known(name_by_pattern):
+    assert joint_of(tokens_of(name_by_pattern)).joint == ""
 
 
 def test_bones_connect_every_finger_up_to_its_tip():
@@ -91,6 +93,7 @@ def test_bones_connect_every_finger_up_to_its_tip():
 
 
 def test_numbers_and_radii_cover_all_joints():
+    """OpenXR has 26 joints and MediaPipe 21; numbers count from 0 or from 1; radii of 5 to 22 mm."""
     assert [len(order) for order in NUMBERED.values()] == [26, 21, 26] and {*RADII_M} == {*JOINTS}
     assert {*NUMBERED[1, 26]} == {*JOINTS} and NUMBERED[1, 26][0] == "wrist"
     assert all(0.005 < radius < 0.022 for radius in RADII_M.values())
