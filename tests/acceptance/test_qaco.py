@@ -28,7 +28,7 @@ def rod():
 
 
 SCENES = {
-    "torus-ball": lambda: (torus_mesh(major=1.0, minor=0.3, around=100, across=25), ball_of(5000)),
+    "torus-ball": lambda: (torus_mesh(major=1.0, minor=0.3, around=100, across=25), ball_of(faces=5000)),
     "ball-beaker": lambda: (ball_of(faces=5000, radius=0.6), beaker()),
     "rod-beaker": lambda: (rod(), beaker()),
 }

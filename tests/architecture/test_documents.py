@@ -75,9 +75,9 @@ def lay_out(name, folder):
         ]
         head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
         (folder / "session.csv").write_text("\n".join([head, *rows, ""]), "utf-8")
-        (folder / "colliders.glb").write_bytes(mesh_to_glb(cube(0.1), "UCX_Beaker_00"))
+        (folder / "colliders.glb").write_bytes(mesh_to_glb(cube(edge=0.1), "UCX_Beaker_00"))
         for mesh in ("beaker", "hand"):
-            (folder / f"{mesh}.glb").write_bytes(mesh_to_glb(cube(0.1), mesh))
+            (folder / f"{mesh}.glb").write_bytes(mesh_to_glb(cube(edge=0.1), mesh))
 
 
 @pytest.fixture(scope="module")

@@ -95,8 +95,8 @@ def test_impact_reports_inside_beside_the_time_of_impact():
     assert out.toi[0] <= 0.4 / 3 <= out.toi[1]
     pair = merge_meshes(ball, shift_mesh(ball, [9, 0, 0]))
     assert time_of_impact(pair, staying, box, REST).inside is True, "one part is inside, the other far outside"
-    assert time_of_impact(ball, staying, without_faces(box, 1), REST).inside is True, "one triangle is missing"
-    assert time_of_impact(ball, staying, without_faces(box, 2), REST).inside is None, "one side is missing"
+    assert time_of_impact(ball, staying, without_faces(box, count=1), REST).inside is True, "one triangle is missing"
+    assert time_of_impact(ball, staying, without_faces(box, count=2), REST).inside is None, "one side is missing"
     assert time_of_impact(ball, staying, merge_meshes(box, box), REST).inside is True, "faces drawn twice count once"
     assert (
         time_of_impact(ball, poses_from_to(pose_matrix((5, 0, 0)), pose_matrix((5, 0, 1))), box, REST).inside is False

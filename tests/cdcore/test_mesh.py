@@ -49,7 +49,7 @@ def test_a_vertex_no_face_uses_is_not_referenced():
         (box_mesh(), True),
         (ball_mesh(), True),
         (beaker_mesh(), True),
-        (without_faces(box_mesh(), 1), False),
+        (without_faces(box_mesh(), count=1), False),
         (TriangleMesh(CORNERS, [[0, 1, 2]]), False),
         (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
         (TriangleMesh(CORNERS, [[0, 0, 1]]), False),

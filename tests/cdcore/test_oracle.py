@@ -31,7 +31,7 @@ def quick_and_slow(quick, slow):
 
 def corrupted(far):
     """A world in which one body, then two, are that far away for a frame, and one loses its pose before."""
-    world = random_world(2, "soup")
+    world = random_world(seed=2, shape="soup")
     position, valid = world.motion.translations.copy(), world.motion.valid.copy()
     position[4, 0, 1], position[8, :2, 0] = far, -far
     valid[7] = False

@@ -79,7 +79,7 @@ def report_of(word):
 
 
 def study_of(word):
-    answers, contacts = a_class(40, seed=3)
+    answers, contacts = a_class(count=40, seed=3)
     requested = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps")))
     study = analyse(requested, questionnaire(answers), metrics(contacts, detectors=("exact", word), recall=(1.0, 0.9)))
     study = replace(study, reliabilities={f"{name} {word}": item for name, item in study.reliabilities.items()})

@@ -18,7 +18,7 @@ def scene(kind):
             motion.times, motion.translations[:, :3], motion.rotations[:, :3], motion.valid[:, :3]
         )
     bodies = [body(f"body {k}", KINDS[kind](rng)) for k in range(3)]
-    rotation, move = motion_of(kind, rng, FRAMES, 3)
+    rotation, move = motion_of(kind, rng, FRAMES, bodies=3)
     return bodies, Motion(np.arange(FRAMES) / 90, move, rotation)
 
 

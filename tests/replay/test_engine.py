@@ -50,7 +50,7 @@ def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
     assert [spec.label for spec in line_up_of(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
     recorded = replace(
         unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
-        colliders={"a": (cube(0.5),)},
+        colliders={"a": (cube(edge=0.5),)},
         live_contacts=(LiveContact(0, "a", "b", "enter"),),
     )
     assert [spec.label for spec in line_up_of(session=recorded).specs] == [

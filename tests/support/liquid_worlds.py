@@ -70,7 +70,7 @@ def session_with_effects(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -
     return Session.from_tracks(tracks, meshes, scene)
 
 
-def effects_of_pouring(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0), valid=None):
+def effects_of_tilt_degrees(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0), valid=None):
     """Effects of a run in which glass ``a`` is tilted over glass ``b``."""
     poses = {"a": poses_of_tilted_glass(degrees), "b": poses_at_rest(len(degrees), position)}
     effects = (("pour", {"from": ["a"], "into": ["b"]}), *more)
@@ -98,7 +98,7 @@ def tap_rotations(degrees):
     return np.tile((0.0, 0.25, 0.0), (len(half), 1)), rotations
 
 
-def effects_of_burette(degrees, *more, base=None, acid=None, settings=None, valid=None, step_ns=STEP_NS):
+def effects_of_tap_degrees(degrees, *more, base=None, acid=None, settings=None, valid=None, step_ns=STEP_NS):
     """Effects of a run in which a burette of base is opened over a flask of acid by so many degrees."""
     base = base or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=BURETTE_COLUMN)
     acid = acid or glass("flask", 0.5, solute="HCl", molar=0.1)

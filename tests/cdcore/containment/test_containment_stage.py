@@ -54,8 +54,8 @@ def shapes():
         "box in box, all rays along edges": (box_mesh((0.5, 0.5, 0.5)), box_mesh(), True),
         "rod in the cavity of a beaker": (shift_mesh(rod_mesh(), [0, 0, 0.01]), beaker_mesh(), False),
         "ball beside a box": (shift_mesh(ball_mesh(0.1), [0.7, 0, 0]), box_mesh(), False),
-        "open ball in box": (without_faces(ball_mesh(0.1), 2), box_mesh(), True),
-        "ball in a box that lacks a triangle": (ball_mesh(0.1), without_faces(box_mesh(), 1), True),
+        "open ball in box": (without_faces(ball_mesh(0.1), count=2), box_mesh(), True),
+        "ball in a box that lacks a triangle": (ball_mesh(0.1), without_faces(box_mesh(), count=1), True),
         "two balls in a box": (merge_meshes(ball_mesh(0.1), shift_mesh(ball_mesh(0.1), [0.3, 0, 0])), box_mesh(), True),
         "one ball of two in a box": (
             merge_meshes(ball_mesh(0.1), shift_mesh(ball_mesh(0.1), [2, 0, 0])),
@@ -119,7 +119,7 @@ def test_random_relative_poses_agree_with_the_exact_answer(away):
 
 
 def test_meshes_with_holes_are_named_in_order():
-    closed, ajar = box_mesh(), without_faces(box_mesh(), 1)
+    closed, ajar = box_mesh(), without_faces(box_mesh(), count=1)
     assert containment_word(Body("a", closed), Body("b", closed)) == "decided"
     assert containment_word(Body("a", closed), Body("b", ajar)) == "partly: inside undecided: b has holes"
     both = "partly: inside undecided: a has holes and b has holes"

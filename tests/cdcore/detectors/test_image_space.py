@@ -65,7 +65,7 @@ def test_contained_bodies_are_not_called_contact(name, exchanged):
 @pytest.mark.parametrize(
     ("mesh", "why"),
     [
-        (without_faces(box_mesh(), 1), "a is open"),
+        (without_faces(box_mesh(), count=1), "a is open"),
         (merge_meshes(box_mesh(), box_mesh()), "a has faces drawn twice"),
         (
             merge_meshes(box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2])),

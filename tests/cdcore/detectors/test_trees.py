@@ -49,7 +49,7 @@ def test_image_space_detector_has_no_false_contact():
 
 
 def test_open_mesh_is_invalid_only_where_boxes_overlap():
-    bodies = [Body("bowl", without_faces(ball_mesh(), 9)), Body("box", box_mesh())]
+    bodies = [Body("bowl", without_faces(ball_mesh(), count=9)), Body("box", box_mesh())]
     near = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (1, 0, 0)]))
     assert near.verdict.tolist() == [[Verdict.INVALID]]
     assert near.reasons == {(0, 0): "bowl is open: it has no inside to overlap"}

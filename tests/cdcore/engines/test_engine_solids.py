@@ -11,7 +11,7 @@ from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex, 
 @pytest.mark.parametrize(
     ("mesh", "convex"),
     [(box_mesh(), True), (ball_mesh(0.1), True), (rod_mesh(), True), (beaker_mesh(), False),
-     (without_faces(box_mesh(), 1), False)],
+     (without_faces(box_mesh(), count=1), False)],
 )  # fmt: skip
 def test_only_a_closed_mesh_that_fills_its_hull_is_convex(mesh, convex):
     rotation = random_rotations(np.random.default_rng(1), 1)[0]

@@ -18,7 +18,7 @@ def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
     """``near``: the smallest gap is at most tau. ``shallow``: the deepest face pair is."""
     rng = np.random.default_rng(4)
     meshes = [KINDS[kind](rng, 10) for _ in range(2)]
-    rotation, move, bodies = *motion_of(kind, rng, 24, 2), bodies_of(meshes)
+    rotation, move, bodies = *motion_of(kind, rng, frames=24, bodies=2), bodies_of(meshes)
     stage = MarginStage(bodies, tau)
     near = stage.near((0, 1), rotation, move)
     for frame in range(0, 24, 3):

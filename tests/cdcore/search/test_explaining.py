@@ -91,7 +91,7 @@ FRAMES = 60
 
 
 def two_balls():
-    return [Body("a", ball_of(2000)), Body("b", ball_of(2000))]
+    return [Body("a", ball_of(faces=2000)), Body("b", ball_of(faces=2000))]
 
 
 def approach_of_two_balls(frames=FRAMES):

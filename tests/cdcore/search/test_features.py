@@ -24,7 +24,7 @@ def neighbours(mesh):
 
 @pytest.mark.parametrize(
     "mesh",
-    [ball_of(320), torus_mesh(major=1.0, minor=0.3, around=20, across=12), box_mesh()],
+    [ball_of(faces=320), torus_mesh(major=1.0, minor=0.3, around=20, across=12), box_mesh()],
     ids=["ball", "torus", "box"],
 )
 def test_neighbours_have_a_common_edge_or_corner(mesh):

@@ -28,7 +28,7 @@ def components(search, pose, pairs):
 def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
     torus, ball = torus_mesh(), ball_of(faces=1500, radius=0.5)
     search = search_of(torus, ball, variant="random")
-    for pose in colliding_poses(torus, ball, 4, seed):
+    for pose in colliding_poses(torus, ball, count=4, seed=seed):
         truth = exact_pairs(search, torus, ball, pose, AT_ORIGIN)
         pieces = components(search, pose, truth)
         assert set().union(*pieces) == truth
@@ -36,7 +36,7 @@ def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
 
 
 def test_rod_through_a_ball_has_a_curve_per_seed():
-    rod, ball = rod_mesh(radius=0.1, length=4.0, sides=12), ball_of(2000)
+    rod, ball = rod_mesh(radius=0.1, length=4.0, sides=12), ball_of(faces=2000)
     search = search_of(rod, ball, variant="random")
     pose = (I3, np.array([0.013, 0.007, -2.0]))
     truth = exact_pairs(search, rod, ball, pose, AT_ORIGIN)
@@ -57,7 +57,7 @@ def test_resting_faces_edges_and_corners_are_filled_over_corners(offset):
 
 def test_arrays_grow_with_thousands_of_pairs():
     """A ball on itself: every face meets itself and its neighbours."""
-    ball = ball_of(1000)
+    ball = ball_of(faces=1000)
     search = search_of(ball, ball)
     truth = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
     assert len(truth) > 10_000

@@ -62,7 +62,7 @@ def test_descent_ends_only_at_local_minima():
     assert overlapping > 100 and len(ends) > 5 and longest > 10 * NEIGHBOURS
 
 
-BALL = ball_of(1200)
+BALL = ball_of(faces=1200)
 
 
 def ball_carried_in_a_ring(frames=200, aside=0.05, seed=3):

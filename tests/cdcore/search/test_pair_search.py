@@ -19,7 +19,7 @@ def test_hits_and_their_curves_are_in_the_exact_set(variant):
     torus, ball = torus_mesh(), ball_of(faces=800, radius=0.5)
     search = search_of(torus, ball, variant=variant, budget=5000)
     hits = 0
-    for stamp, pose in enumerate(colliding_poses(torus, ball, 12, 5)):
+    for stamp, pose in enumerate(colliding_poses(torus, ball, count=12, seed=5)):
         query = search.search(pose, AT_ORIGIN, stamp)
         truth = exact_pairs(search, torus, ball, pose, AT_ORIGIN)
         if query.hit is not None:
@@ -49,8 +49,8 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_equal_seeds_give_equal_queries_in_any_thread(variant):
     """Eight poses at seconds 0 to 7, asked in order, in four threads, and backwards."""
-    ball = ball_of(800)
-    poses = colliding_poses(ball, ball, 8, 7)
+    ball = ball_of(faces=800)
+    poses = colliding_poses(ball, ball, count=8, seed=7)
 
     def query_at(stamp):
         return search_of(ball, ball, variant=variant, budget=4000).search(poses[stamp], AT_ORIGIN, stamp)
@@ -84,7 +84,7 @@ def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
 def test_start_at_a_meeting_pair_hits_immediately(variant):
     """One evaluation finds the pair at which the search starts."""
-    ball = ball_of(800)
+    ball = ball_of(faces=800)
     search = search_of(ball, ball, variant=variant, budget=100_000)
     pose = (I3, np.array([1.5, 0.1, 0.2]))
     assert len(intersecting_faces(ball, ball, np.block([[I3, pose[1][:, None]], [np.zeros((1, 3)), 1]])))

@@ -45,7 +45,7 @@ def test_neighbours_of_a_sample_are_its_nearest_centroids():
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
 def test_sampled_search_finds_only_pairs_of_sampled_faces(variant):
     """150 of 600 faces of each ball are drawn; from a hit the curve over all faces is followed."""
-    ball = ball_of(600)
+    ball = ball_of(faces=600)
     search = search_of(ball, ball, draw=3, samples=150, variant=variant, budget=50_000)
     pose = (I3, np.array([1.2, 0.1, 0.2]))
     truth = exact_pairs(search, ball, ball, pose, AT_ORIGIN)

@@ -50,7 +50,7 @@ def test_iterations_as_printed_end_when_distances_fall():
 @pytest.mark.parametrize("alpha", [1.5, 1.0])
 def test_printed_search_breaks_within_a_few_dozen_steps(alpha):
     """Balls 5 m apart, so that only a fault of the printed equations ends the search."""
-    ball = ball_of(600)
+    ball = ball_of(faces=600)
     broke = []
     for seed in range(50):
         search = search_of(ball, ball, variant="printed", alpha=alpha, beta=2.0, budget=100_000, seed=seed)

@@ -94,7 +94,7 @@ def test_curve_of_a_hit_is_every_pair_of_two_boxes(offset):
 
 def test_a_curve_outgrows_its_first_memory():
     """A ball of 32 faces on itself has more meeting pairs than the 256 that fit at first."""
-    ball = ball_of(32)
+    ball = ball_of(faces=32)
     search = search_of(ball, ball)
     truth = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
     assert len(truth) > 256

@@ -118,7 +118,7 @@ def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
 @pytest.mark.parametrize("equation", [None, 15, 16, 17, 18, 19, 20])
 def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
     """Balls 2.4 m apart never meet; pheromone is clamped to 0.001 to 10."""
-    ball = ball_of(600)
+    ball = ball_of(faces=600)
     search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
     query = search.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
     pheromone = search.swarm["pheromone"]
@@ -147,14 +147,14 @@ AT_ORIGIN = (I3, np.zeros(3))
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
 @pytest.mark.parametrize("budget", [1, 7, 40, 1000])
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
-    ball = ball_of(600)
+    ball = ball_of(faces=600)
     query = search_of(ball, ball, variant=variant, budget=budget).search(APART, AT_ORIGIN, 0.0)
     assert query.evaluations == budget or (query.reason == "broken" and query.evaluations < budget)
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected"])
 def test_population_is_redrawn_after_quiet_evaluations(variant):
-    ball = ball_of(600)
+    ball = ball_of(faces=600)
     query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(APART, AT_ORIGIN, 0.0)
     assert 5 <= query.restarts <= 9
     assert (

@@ -181,7 +181,7 @@ def test_fix_advises_no_pieces_as_wrong_as_the_hull(empty_piece_store, monkeypat
 
 def test_only_bodies_that_are_not_convex_are_cut():
     session = stirring_session(BEAKER)
-    meshes = {**session.meshes, "beaker": cube(0.035)}
+    meshes = {**session.meshes, "beaker": cube(edge=0.035)}
     result = compute(replace(session, meshes=meshes), detectors="subject=collider[shape=sphere,rate_hz=50],exact")
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
     assert answer.fix is None or not answer.fix.measured

@@ -64,7 +64,7 @@ def offset_cubes(positions):
     return Session.from_arrays(
         np.arange(len(positions)) * 10_000_000,
         {"a": along_x([0] * len(positions)), "b": (moving, rotation)},
-        {"a": cube(), "b": cube(0.3)},
+        {"a": cube(), "b": cube(edge=0.3)},
     )
 
 
@@ -78,7 +78,7 @@ def test_the_longest_curve_has_a_normal_toward_the_second_body():
 
 def test_a_contained_body_has_a_point_and_no_curve():
     """A cube of 0.1 m is inside one of 1 m; the point is midway between their centres, at x = 5 and 4.8 m."""
-    poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(0.1)}
+    poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(edge=0.1)}
     (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
     assert (cut.frame, cut.metres, cut.evidence.face_pairs) == (0, 0.0, 0)
     assert cut.point == pytest.approx((4.9, 0, 0)) and cut.evidence.normal == pytest.approx((-1, 0, 0))

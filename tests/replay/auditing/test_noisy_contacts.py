@@ -119,6 +119,6 @@ def test_noise_of_a_rotation_reaches_as_far_as_its_lever():
     poses = {"rod": along_x([0.063] * 30), "cube": along_x([0.0] * 30)}
     poses["rod"][0][:, 1], poses["cube"][0][:, 1] = 0.2, 1.1
     poses["cube"][0][0, 1] = 1.15
-    session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(0.1)})
+    session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(edge=0.1)})
     result = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s")
     assert result.noise.queried == 30 and (result.noise.near or result.noise.resting)

@@ -66,7 +66,7 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     assert first.startswith(b"making up") and first_line < 5.0
     report = json.loads(printed)
     offset_s = report["detectors"]["mesh50"]["settings"]["sampling_offset_s"]
-    expected = predicted(truth, session.frames.stamp_ns, 50.0, offset_s)
+    expected = predicted(truth, session.frames.stamp_ns, rate_hz=50.0, offset_s=offset_s)
     never = [miss for miss in report["misses"]["mesh50"] if miss["kind"] == "never found"]
     assert all(any(_within(miss, episode) for miss in never) for episode in expected.missed)
     assert not any(_within(miss, episode) for miss in never for episode in expected.caught)

@@ -16,7 +16,7 @@ def runs(tmp_path_factory):
 @pytest.fixture
 def files(tmp_path, runs):
     """The words of ``study page`` for a class of 30 students."""
-    answers, _ = a_class(30, seed=3)
+    answers, _ = a_class(count=30, seed=3)
     write_answers(tmp_path / "answers.csv", answers, [f"S{k:03d}" for k in range(30)])
     (tmp_path / "codebook.yaml").write_text(CODEBOOK.replace("[contacts_per_min, grasps]", "[contacts_per_min]"))
     requested = ["--questionnaire", tmp_path / "answers.csv", "--codebook", tmp_path / "codebook.yaml"]
@@ -35,7 +35,7 @@ def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, mon
 
 
 def test_study_with_names_as_ids_is_refused_by_rule(files, tmp_path, capsys):
-    answers, _ = a_class(30)
+    answers, _ = a_class(count=30)
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])
     assert main(files) == 1
     error = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]

@@ -185,7 +185,7 @@ def folder(tmp_path_factory):
     frozen.write(day / "nan.mcap")
     whole, recorded = (day / "clean.mcap").read_bytes(), (day / "p.mcap").read_bytes()
     first, last = chunks(whole)[1]
-    (day / "flipped.mcap").write_bytes(flipped(whole, first + 60, last, 9, 0))
+    (day / "flipped.mcap").write_bytes(flipped(whole, first + 60, last, count=9, seed=0))
     (day / "torn.mcap").write_bytes((day / "s.mcap").read_bytes()[:-200])
     (day / "odd").mkdir()
     for name in UNNAMEABLE:

@@ -65,7 +65,7 @@ def test_cutting_a_mesh_again_gives_identical_pieces():
 
 
 def test_open_surface_is_not_cut():
-    assert plane_ladder(without_faces(U_SHAPE, 1)) is None
+    assert plane_ladder(without_faces(U_SHAPE, count=1)) is None
 
 
 def test_convex_piece_within_a_solid_is_cut_into_covering_halves():

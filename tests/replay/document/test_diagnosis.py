@@ -18,7 +18,7 @@ SEPARATE = {"a": [0.0] * 12, "b": [3, 3, 1.015, 1.015, 1.015, 3, 3, 0.9, 0.9, 3,
 def inside():
     """A small cube that goes through a large one: across the wall, inside, and out again."""
     session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.5, 0.3, 0.1, 0, -0.1, -0.3, -0.5, -3, -3, -3, -3]})
-    return replace(session, meshes={"a": cube(1.0), "b": cube(0.1)})
+    return replace(session, meshes={"a": cube(edge=1.0), "b": cube(edge=0.1)})
 
 
 def in_hollow():
@@ -28,7 +28,7 @@ def in_hollow():
     positions[:, 1] = heights
     still = np.tile([0.0, 0.0, 0.0, 1.0], (len(heights), 1))
     poses = {"a": (np.zeros_like(positions), still), "b": (positions, still)}
-    return Session.from_arrays(np.arange(len(heights)) * 10_000_000, poses, {"a": channel(), "b": cube(0.01)})
+    return Session.from_arrays(np.arange(len(heights)) * 10_000_000, poses, {"a": channel(), "b": cube(edge=0.01)})
 
 
 def requested_again(session, answer):

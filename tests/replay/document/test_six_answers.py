@@ -96,7 +96,7 @@ def rank_of(label, contacts=9, missed=0, false=0.0, mean=1e-4, p99=2e-4, **more)
 
 
 def document_of(*labels, not_live=(), others=0.0):
-    seconds = structs.replace(times_of(1e-4, 2e-4), processor_fraction=1.0 - others)
+    seconds = structs.replace(times_of(mean=1e-4, p99=2e-4), processor_fraction=1.0 - others)
     detectors = {label: detector_of(label, live=label not in not_live, seconds=seconds) for label in labels}
     return document_with(detectors=detectors, oracle="exact")
 

@@ -27,7 +27,7 @@ def world(heights, times=None, valid=None, aside=0.0, **limits):
     point[:, 0], point[:, 1] = aside, FLOOR + 0.1 + np.asarray(heights)
     rotation = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     tracks = {"cup": Track(stamps, point, rotation, valid), "top": Track(stamps, np.zeros((count, 3)), rotation)}
-    return Session.from_tracks(tracks, {"cup": cube(0.2), "top": cube()}, scene(**limits))
+    return Session.from_tracks(tracks, {"cup": cube(edge=0.2), "top": cube()}, scene(**limits))
 
 
 def falling(height, phase=0.0, rest=-0.0005, count=60, **more):

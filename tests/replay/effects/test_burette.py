@@ -8,7 +8,7 @@ from support.liquid_worlds import (
     MIXING_IN_FLASK,
     RADIUS,
     TAP,
-    effects_of_burette,
+    effects_of_tap_degrees,
     glass,
     poses_at_rest,
     session_with_effects,
@@ -23,12 +23,12 @@ OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
 
 
 def test_an_open_tap_runs_at_the_rate_of_torricelli():
-    run = effects_of_burette(OPEN)["burette"]
+    run = effects_of_tap_degrees(OPEN)["burette"]
     (event,) = run.events
     rate = 0.6 * 6e-7 * np.sqrt(2 * 9.80665 * 0.65) * 1e6
     # Linear between frames: the turn to and from open adds half a frame on each side.
     assert event.name == "run-in" and event.values["volume_ml"] == pytest.approx(rate * 2.0, rel=0.01)
-    (higher,) = effects_of_burette(OPEN, settings={"tip": [0.0, 0.1, 0.0]})["burette"].events
+    (higher,) = effects_of_tap_degrees(OPEN, settings={"tip": [0.0, 0.1, 0.0]})["burette"].events
     assert higher.values["volume_ml"] == pytest.approx(rate * np.sqrt(0.55 / 0.65) * 2.0, rel=0.02)
     assert event.bodies == ("burette", "flask") and run.frames_run == 201
     left, gone = run.series["burette/volume"], run.series["burette/delivered"]
@@ -53,7 +53,8 @@ def test_two_burettes_keep_separate_volumes():
 @pytest.mark.parametrize(("degrees", "fraction"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
 def test_a_tap_opens_with_its_angle_to_either_side(degrees, fraction):
     partial, whole = (
-        effects_of_burette([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"] for x in (degrees, 90.0)
+        effects_of_tap_degrees([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"]
+        for x in (degrees, 90.0)
     )
     assert partial == pytest.approx(fraction * whole, rel=0.01)
 
@@ -61,9 +62,9 @@ def test_a_tap_opens_with_its_angle_to_either_side(degrees, fraction):
 def test_a_lost_tap_or_flask_keeps_its_last_pose():
     lost = np.ones(len(OPEN), dtype=bool)
     lost[50:60] = False
-    whole = effects_of_burette(OPEN)["burette"].events[0].values["volume_ml"]
+    whole = effects_of_tap_degrees(OPEN)["burette"].events[0].values["volume_ml"]
     for name in ("tap", "flask"):
-        (event,) = effects_of_burette(OPEN, valid={name: lost})["burette"].events
+        (event,) = effects_of_tap_degrees(OPEN, valid={name: lost})["burette"].events
         assert event.values["volume_ml"] == pytest.approx(whole, rel=1e-9)
 
 
@@ -90,8 +91,10 @@ def test_a_burette_never_runs_back_or_dry_twice(area, available, head):
 
 def test_burette_overfills_a_glass_and_the_excess_overflows():
     """50 mL run into a glass of 75.4 mL that holds 70: it holds 75.4 in the end and 44.6 ran over."""
-    full = glass("flask", 70.0)
-    run = effects_of_burette([0.0, *([90.0] * 2000), 0.0], MIXING_IN_FLASK, acid=full, settings={"full_area_m2": 6e-6})
+    full = glass("flask", volume_ml=70.0)
+    run = effects_of_tap_degrees(
+        [0.0, *([90.0] * 2000), 0.0], MIXING_IN_FLASK, acid=full, settings={"full_area_m2": 6e-6}
+    )
     brim = np.pi * RADIUS**2 * 0.06 * 1e6
     assert run["mixing"].series["flask/volume"].values[-1] == pytest.approx(brim, rel=1e-9)
     (event,) = run["burette"].output.events_named("overflow")

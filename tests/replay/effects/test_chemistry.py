@@ -10,8 +10,8 @@ from support.liquid_worlds import (
     MIXING_IN_FLASK,
     NEUTRALISATION,
     RADIUS,
-    effects_of_burette,
-    effects_of_pouring,
+    effects_of_tap_degrees,
+    effects_of_tilt_degrees,
     glass,
     poses_at_rest,
     poses_of_tilted_glass,
@@ -33,8 +33,8 @@ def reaction(equation, **more):
 
 
 def test_concentrations_follow_from_volumes_poured_together():
-    bodies = (glass("a", 60.0, solute="HCl", molar=0.2), glass("b", 40.0, solute="NaCl", molar=0.1))
-    effects = effects_of_pouring([0.0, 60.0, 60.0, 0.0], bodies, MIXED)
+    bodies = (glass("a", volume_ml=60.0, solute="HCl", molar=0.2), glass("b", volume_ml=40.0, solute="NaCl", molar=0.1))
+    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0, 0.0], bodies, MIXED)
     series, moved = effects["mixing"].series, effects["pour"].events[0].values["volume_ml"]
     assert series["b/volume"].values[-1] == pytest.approx(40.0 + moved, rel=1e-9)
     assert series["b/HCl added"].values[-1] == pytest.approx(0.2 * moved / (40.0 + moved), rel=1e-9)
@@ -48,7 +48,7 @@ def test_concentrations_follow_from_volumes_poured_together():
      ({"solute": "H2SO4", "molar": 18.0, "water_molar": 4.0}, {"H2SO4": 1.8, "H2O": 0.4})],
 )  # fmt: skip
 def test_water_is_counted_where_pure_or_declared(liquid, amounts):
-    assert contents_of(Vessel(glass("a", 100.0, **liquid))).amounts == pytest.approx(amounts)
+    assert contents_of(Vessel(glass("a", volume_ml=100.0, **liquid))).amounts == pytest.approx(amounts)
 
 
 PINK = {
@@ -59,7 +59,7 @@ PINK = {
 
 @pytest.mark.parametrize(("ends", "limits"), [(True, {}), (False, {"from_ph": 2.0, "to_ph": 14.0})])
 def test_a_stop_inside_the_range_leaves_a_change_open(ends, limits):
-    run = effects_of_burette(
+    run = effects_of_tap_degrees(
         [0.0, 0.0, *([90.0] * 100), 0.0, 0.0], MIXING_IN_FLASK, NEUTRALISATION, ("colour", {**PINK, **limits})
     )["colour"]
     (event,) = run.events
@@ -77,8 +77,11 @@ FALLS = ("precipitation", {"solid": "AgCl", "colour": "white"})
 
 
 def test_the_scarcer_ion_falls_out_almost_all_at_once():
-    bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solute="NaCl", molar=0.1))
-    effects = effects_of_pouring([0.0, 60.0, 60.0], bodies, MIXED, SILVER, FALLS)
+    bodies = (
+        glass("a", volume_ml=60.0, solute="AgNO3", molar=0.1),
+        glass("b", volume_ml=40.0, solute="NaCl", molar=0.1),
+    )
+    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED, SILVER, FALLS)
     (event,) = effects["precipitation"].events
     moles = 0.1e-3 * effects["pour"].events[0].values["volume_ml"]
     assert event.time == pytest.approx(0.01) and event.values["moles"] == pytest.approx(moles, rel=1e-3)
@@ -90,22 +93,26 @@ def test_the_scarcer_ion_falls_out_almost_all_at_once():
 
 def test_dissolved_and_remaining_solid_sum_to_the_initial_mass():
     bodies = (
-        glass("a", 60.0, solute="HCl", molar=1.0),
-        glass("b", 1.0, properties={"solid": {"formula": "CaCO3", "mass_g": 5.0}}),
+        glass("a", volume_ml=60.0, solute="HCl", molar=1.0),
+        glass("b", volume_ml=1.0, properties={"solid": {"formula": "CaCO3", "mass_g": 5.0}}),
     )
     marble = reaction("CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"), ("precipitation", {"solid": "CaCO3", "colour": "white"})
-    (event,) = effects_of_pouring([0.0, 60.0, 60.0], bodies, MIXED, *marble)["precipitation"].events
+    (event,) = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED, *marble)["precipitation"].events
     assert event.name == "dissolved" and event.time == 0.02 and 1.0 < event.values["left_g"] < 5.0
     assert event.values["mass_g"] + event.values["left_g"] == pytest.approx(5.0, rel=1e-4)
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.25])
 def test_a_decanted_liquid_leaves_its_solid(fraction):
-    bodies = (glass("a", 20.0, solute="AgNO3", molar=0.1), glass("b", 20.0, solute="NaCl", molar=0.1), glass("c"))
+    bodies = (
+        glass("a", volume_ml=20.0, solute="AgNO3", molar=0.1),
+        glass("b", volume_ml=20.0, solute="NaCl", molar=0.1),
+        glass("c"),
+    )
     poses = {
         "a": poses_of_tilted_glass([0.0, 0.0, 120.0, 120.0, 120.0, 0.0, 0.0, 0.0, 0.0]),
         "b": poses_of_tilted_glass([*([0.0] * 5), 120.0, 120.0, 120.0, 0.0], (RADIUS, 0.1, 0.0)),
-        "c": poses_at_rest(9, (RADIUS, 0.0, 0.0)),
+        "c": poses_at_rest(count=9, position=(RADIUS, 0.0, 0.0)),
     }  # fmt: skip
     pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solid_fraction": fraction})
     # A step in which a glass can be emptied.
@@ -125,8 +132,8 @@ def on_zinc(grams, volume=0.0, **more):
 
 
 def test_a_slow_reaction_uses_up_its_limiting_reagent():
-    acid, slow = glass("a", 60.0, solute="HCl", molar=2.0), reaction(ZINC, rate_per_s=2.0)
-    run = effects_of_pouring([0.0, *([60.0] * 100)], (acid, on_zinc(grams=0.05)), MIXED, slow)["reaction"]
+    acid, slow = glass("a", volume_ml=60.0, solute="HCl", molar=2.0), reaction(ZINC, rate_per_s=2.0)
+    run = effects_of_tilt_degrees([0.0, *([60.0] * 100)], (acid, on_zinc(grams=0.05)), MIXED, slow)["reaction"]
     extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
     assert extent.values[0] == 0.0 and len(extent.times) == run.frames_run == 99 and extent.times[0] == 0.02
     assert extent.values[-1] == pytest.approx(-0.05 / 65.38 * np.expm1(-2.0 * 0.98), rel=1e-9)
@@ -142,8 +149,8 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
     """Soda of 0.5 mol/L with acid in excess: a litre keeps 3.3e-4 mol/(m3 Pa) times an atmosphere of the CO2."""
 
     def run(base, equation):
-        bodies = glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute=base, molar=0.5)
-        return effects_of_pouring([0.0, *([60.0] * 50)], bodies, MIXED, reaction(equation))
+        bodies = glass("a", volume_ml=60.0, solute="HCl", molar=1.0), glass("b", volume_ml=10.0, solute=base, molar=0.5)
+        return effects_of_tilt_degrees([0.0, *([60.0] * 50)], bodies, MIXED, reaction(equation))
 
     effects = run("NaHCO3", "NaHCO3 + HCl -> NaCl + H2O + CO2")
     volume = effects["mixing"].series["b/volume"].values
@@ -158,22 +165,28 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
 
 
 def test_gas_of_before_the_session_does_not_leave():
-    soda = glass("b", 10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
+    soda = glass("b", volume_ml=10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
     settings = MIXED, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
-    effects = effects_of_pouring([0.0, *([60.0] * 50)], (glass("a", 60.0), soda), *settings)
+    effects = effects_of_tilt_degrees([0.0, *([60.0] * 50)], (glass("a", volume_ml=60.0), soda), *settings)
     assert not effects["reaction"].output.events_named("gas") and effects["mixing"].series["b/volume"].values[-1] > 30.0
 
 
 def test_a_ph_without_end_point_is_reported_when_settled():
-    bodies = (glass("a", 60.0, solute="HCl", molar=0.1), glass("b", 40.0, solutes={"HCl": 0.002, "NaOH": 0.001}))
-    effects = effects_of_pouring([0.0, *([60.0] * 9), *([0.0] * 90)], bodies, MIXED, NEUTRALISATION)
+    bodies = (
+        glass("a", volume_ml=60.0, solute="HCl", molar=0.1),
+        glass("b", volume_ml=40.0, solutes={"HCl": 0.002, "NaOH": 0.001}),
+    )
+    effects = effects_of_tilt_degrees([0.0, *([60.0] * 9), *([0.0] * 90)], bodies, MIXED, NEUTRALISATION)
     (event,), volume = effects["reaction"].events, effects["mixing"].series["b/volume"]
     assert event.time == volume.times[np.argmax(volume.values)] and event.values["from_ph"] == pytest.approx(3.0, 0.02)
 
 
 def test_a_solid_without_precipitation_is_a_series():
-    bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solutes={"NaCl": 0.1, "NH3": 0.01}))
-    effects = effects_of_pouring([0.0, 60.0, 60.0], bodies, MIXED, SILVER)
+    bodies = (
+        glass("a", volume_ml=60.0, solute="AgNO3", molar=0.1),
+        glass("b", volume_ml=40.0, solutes={"NaCl": 0.1, "NH3": 0.01}),
+    )
+    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED, SILVER)
     moved = 1e-4 * effects["pour"].events[0].values["volume_ml"]
     series = effects["reaction"].series
     assert series["b/AgCl"].values[-1] == pytest.approx(143.32 * moved, rel=0.01)

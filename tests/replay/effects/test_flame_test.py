@@ -23,7 +23,7 @@ def flame_test_of(points, valid=None):
         "lamp": poses_at_rest(count),
         "b": poses_at_rest(count, (0.5, 0.0, 0.0)),
     }
-    bodies = (SceneBody("wire"), SceneBody("lamp"), glass("b", 20.0, solute="NaCl", molar=1.0))
+    bodies = (SceneBody("wire"), SceneBody("lamp"), glass("b", volume_ml=20.0, solute="NaCl", molar=1.0))
     session = session_with_effects(poses, bodies, ("flame-test", FLAME_TEST), valid={"wire": valid}, step_ns=50_000_000)
     return compute(session).effects["flame-test"]
 

@@ -23,7 +23,7 @@ def run(hand, cup, trigger, jar=FAR, lost=None, degrees=0.0, scene=SCENE):
     half = np.radians(degrees) * TIMES / 2.0
     spin = np.column_stack([np.zeros((200, 2)), np.sin(half), np.cos(half)])
     poses = {"hand-left": along_x(hand), "cup": (along_x(cup)[0], spin), "jar": along_x(jar)}
-    session = Session.from_arrays(STAMPS, poses, {name: cube(0.2) for name in poses}, scene)
+    session = Session.from_arrays(STAMPS, poses, {name: cube(edge=0.2) for name in poses}, scene)
     if lost is not None:
         session.frames.status.setflags(write=True)
         session.frames.status[lost, 0] = 2
@@ -96,7 +96,7 @@ def test_a_noisy_grasp_is_detected_at_every_frame_rate(hz, millimetres, seeds):
         for name, path in (("hand-left", hand), ("cup", hand + 0.5), ("jar", np.full(len(times), 9.0))):
             positions, rotations = along_x(path)
             poses[name] = positions + random.normal(0.0, 1e-3 * millimetres, positions.shape), rotations
-        session = Session.from_arrays(stamps, poses, {name: cube(0.2) for name in poses}, SCENE)
+        session = Session.from_arrays(stamps, poses, {name: cube(edge=0.2) for name in poses}, SCENE)
         session = replace(session, hands={"ann/left": HandTrack(stamps, trigger)})
         (grasp,) = compute(session, detectors=()).effects["grasp"].output.events_named("grasp")
         assert grasp.bodies[1] == "cup" and grasp.values["held_s"] == pytest.approx(1.1, abs=0.12), seed

@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, effects_of_pouring, glass
+from support.liquid_worlds import (
+    BURETTE_COLUMN,
+    MIXING_IN_FLASK,
+    effects_of_tap_degrees,
+    effects_of_tilt_degrees,
+    glass,
+)
 
 from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G
 from replay.errors import PlanError
@@ -30,10 +36,10 @@ def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
     """The salt is weighed or dissolved before; the equation is of ions or of any of its salts."""
     solutes = {"H2SO4": 1.0} if weighed else {"H2SO4": 1.0, "(NH4)2Fe(SO4)2": 0.0392 / 392.14 / 10e-3}
     properties = {"solid": MOHR} if weighed else {}
-    flask = glass("flask", 10.0, properties=properties, solutes=solutes)
-    burette = glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN)
+    flask = glass("flask", volume_ml=10.0, properties=properties, solutes=solutes)
+    burette = glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN)
     pink = ("colour", {"in": "flask", "species": "MnO4-"})
-    effects = effects_of_burette(
+    effects = effects_of_tap_degrees(
         OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), pink, base=burette, acid=flask
     )
     (event,) = effects["reaction"].output.events_named("end-point")
@@ -46,13 +52,13 @@ def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
 def test_nitre_dissolves_up_to_its_solubility_by_temperature(celsius, declared):
     """Warm water is poured on more salt than dissolves; with or without an equation."""
     bodies = (
-        glass("a", 60.0, properties={"temperature_c": celsius}),
-        glass("b", 0.0, properties={"solid": {"formula": "KNO3", "mass_g": 60.0}, "temperature_c": celsius}),
+        glass("a", volume_ml=60.0, properties={"temperature_c": celsius}),
+        glass("b", volume_ml=0.0, properties={"solid": {"formula": "KNO3", "mass_g": 60.0}, "temperature_c": celsius}),
     )
     equation = [("reaction", {"equation": "KNO3(s) -> K+ + NO3-"})] if declared else []
     falls = ("precipitation", {"solid": "KNO3", "colour": "white"})
     heat = {"of": "liquids", "ambient_c": celsius, "loss_w_per_k": 1e4, "heat_capacity_j_per_ml_k": 4.18}
-    effects = effects_of_pouring(
+    effects = effects_of_tilt_degrees(
         [0.0, *([60.0] * 3), *([0.0] * 40)], bodies, ("mixing", {"in": ["b"]}), *equation, falls, ("heat", heat)
     )
     (event,) = effects["precipitation"].events
@@ -64,9 +70,9 @@ def test_nitre_dissolves_up_to_its_solubility_by_temperature(celsius, declared):
 
 def test_copper_is_titrated_to_its_ammine():
     """Copper hydroxide falls out first and dissolves again; nearly all copper is the deep blue ammine at the end."""
-    burette = glass("burette", 50.0, solute="NH3", molar=6.0, cavity=BURETTE_COLUMN)
-    flask = glass("flask", 2.0, solute="CuSO4", molar=0.02)
-    effects = effects_of_burette(
+    burette = glass("burette", volume_ml=50.0, solute="NH3", molar=6.0, cavity=BURETTE_COLUMN)
+    flask = glass("flask", volume_ml=2.0, solute="CuSO4", molar=0.02)
+    effects = effects_of_tap_degrees(
         OPEN,
         MIXING_IN_FLASK,
         ("reaction", {"equation": "CuSO4 + 4 NH3 -> Cu(NH3)4SO4"}),
@@ -94,9 +100,9 @@ AMMINE = ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"})
 
 def titrated_with_ammonia(molar, *tables, salt="CuSO4"):
     """Effects of 2 mL or so of ammonia that run into 1 mL of a copper salt."""
-    burette = glass("burette", 50.0, solute="NH3", molar=molar, cavity=BURETTE_COLUMN)
-    flask = glass("flask", 1.0, solute=salt, molar=0.1)
-    return effects_of_burette(OPEN, MIXING_IN_FLASK, *tables, AMMINE, base=burette, acid=flask)
+    burette = glass("burette", volume_ml=50.0, solute="NH3", molar=molar, cavity=BURETTE_COLUMN)
+    flask = glass("flask", volume_ml=1.0, solute=salt, molar=0.1)
+    return effects_of_tap_degrees(OPEN, MIXING_IN_FLASK, *tables, AMMINE, base=burette, acid=flask)
 
 
 def test_basic_copper_sulfate_dissolves_in_more_ammonia():

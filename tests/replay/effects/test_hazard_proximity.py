@@ -36,7 +36,7 @@ def test_far_away_only_balls_are_tested():
     assert run([3.0, 1.1, 3.0]).counters["vertex tests"] == len(surface_points(cube()))
 
 
-BOARD = MeshData(np.asarray(cube(0.8).vertices) * [1.0, 0.02, 1.0], cube(0.8).faces)
+BOARD = MeshData(np.asarray(cube(edge=0.8).vertices) * [1.0, 0.02, 1.0], cube(edge=0.8).faces)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ BOARD = MeshData(np.asarray(cube(0.8).vertices) * [1.0, 0.02, 1.0], cube(0.8).fa
         ({"points": [1.3] * 2, "rotation": (0.0, np.sin(np.pi / 8), 0.0, np.cos(np.pi / 8))}, 0.8 - np.sqrt(0.5)),
         ({"points": [0.0] * 2, "above": 3.0}, 0.0),
         # A board of 0.8 m lies 5 mm over a lamp of 80 mm: its corners are 0.5 m away.
-        ({"points": [0.0] * 2, "height": 0.053, "meshes": (BOARD, cube(0.08))}, 0.005),
+        ({"points": [0.0] * 2, "height": 0.053, "meshes": (BOARD, cube(edge=0.08))}, 0.005),
     ],
     ids=["turned", "in a flame above the mesh", "board"],
 )

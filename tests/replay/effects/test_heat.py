@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.liquid_worlds import effects_of_pouring, glass, poses_at_rest, session_with_effects
+from support.liquid_worlds import effects_of_tilt_degrees, glass, poses_at_rest, session_with_effects
 
 from replay.effects.chemistry.solution_water import water_molar
 from replay.effects.output import COLOURS
@@ -66,7 +66,7 @@ def over_flame(contents, *tables, xs=XS, **more):
     points = np.zeros((len(xs), 3))
     points[:, 0], points[:, 1] = xs, 0.2
     poses = {"lamp": poses_at_rest(len(xs)), "dish": (points, poses_at_rest(len(xs))[1])}
-    bodies = (SceneBody("lamp"), glass("dish", 20.0, properties=contents))
+    bodies = (SceneBody("lamp"), glass("dish", volume_ml=20.0, properties=contents))
     return compute(
         session_with_effects(poses, bodies, ("heat", {**FLAME, **more}), *tables, step_ns=100_000_000)
     ).effects
@@ -124,12 +124,12 @@ def acid(name, volume):
 
 
 def mixed(bodies, degrees=TILT, **more):
-    return effects_of_pouring(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
+    return effects_of_tilt_degrees(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
 
 
 def test_acid_into_water_gives_off_the_heat_of_the_table():
     """NBS Circular 500: 67.03, 72.3 and 73.34 kJ/mol in 10, 25 and 50 mol of water, 15.73 in a half."""
-    effects = mixed((acid("a", volume=60.0), glass("b", 60.0)))
+    effects = mixed((acid("a", volume=60.0), glass("b", volume_ml=60.0)))
     moved = effects["pour"].events[0].values["volume_ml"]
     h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * water_molar({})
     # Up to a half mol of water the heat is that of H2SO4 and 1.8 mol of water, n / (n + 1.8).
@@ -145,7 +145,7 @@ def test_acid_into_water_gives_off_the_heat_of_the_table():
 
 
 def test_water_into_acid_is_the_wrong_order():
-    effects = mixed((glass("a", 60.0), acid("b", volume=60.0)), boils_c=400.0)
+    effects = mixed((glass("a", volume_ml=60.0), acid("b", volume=60.0)), boils_c=400.0)
     (event,) = effects["heat"].output.events_named("wrong-order")
     assert event.level == "error" and event.bodies == ("a", "b")
     assert event.time == pytest.approx(0.01)
@@ -155,7 +155,7 @@ def test_water_into_acid_is_the_wrong_order():
 
 def test_a_boiling_liquid_gets_no_hotter():
     assert heat_of_flame(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
-    hot = mixed((glass("a", 60.0), acid("b", volume=60.0)), [0.0, *([60.0] * 12)])["heat"]
+    hot = mixed((glass("a", volume_ml=60.0), acid("b", volume=60.0)), [0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.events_named("boil")[0].text
 
 
@@ -165,7 +165,7 @@ SALT = {"heat_capacity_j_per_k": 60.0, "solid": {"formula": "CuSO4.5H2O", "mass_
 
 def salted(more, properties=SALT):
     dish = SceneBody("dish", instrument="evaporating_dish", extra={"properties": properties})
-    poses = {"lamp": poses_at_rest(30), "dish": poses_at_rest(30, (0.0, 0.2, 0.0))}
+    poses = {"lamp": poses_at_rest(count=30), "dish": poses_at_rest(count=30, position=(0.0, 0.2, 0.0))}
     return session_with_effects(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
 
 

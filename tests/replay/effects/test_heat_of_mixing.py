@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.liquid_worlds import (
-    effects_of_burette,
-    effects_of_pouring,
+    effects_of_tap_degrees,
+    effects_of_tilt_degrees,
     glass,
     poses_at_rest,
     poses_of_tilted_glass,
@@ -35,7 +35,7 @@ def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
     """20 mL of one are poured into 20 mL of the other, all of it."""
     bodies = (vessel("a", 20.0, *row["first"]), vessel("b", 20.0, *row["second"]))
     settings = (MIX, ("reaction", {"equation": row["equation"]}), ("heat", HEAT))
-    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, *settings)
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, *settings)
     moved = effects["pour"].events[0].values["volume_ml"]
     series = effects["heat"].series["b/temperature"]
     assert (series.times[0], series.values[0]) == (0.0, 20.0)
@@ -53,7 +53,7 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
         vessel("b", volume=20.0, solute="NaOH", molar=1.0, temperature_c=30.0, heat_capacity_j_per_k=30.0),
     )
     celsius = (MIX, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
-    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, *celsius)
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, *celsius)
     moved = effects["pour"].events[0].values["volume_ml"]
     celsius = effects["heat"].series["b/temperature"].values
     energy = PER_ML * (20.0 * 10.0 - moved * 10.0) + 30.0 * 10.0 + 0.5e-3 * moved * 55.84e3
@@ -68,7 +68,7 @@ def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
         vessel("b", volume=50.0, solute="", molar=0.0, temperature_c=80.0),
     )
     heat = ("heat", {**HEAT, "loss_w_per_k": 100.0})
-    effects = effects_of_pouring([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
     series = effects["heat"].series["b/temperature"]
     early = series.times < effects["pour"].events[0].time - 0.01
     expected = 20.0 + 60.0 * np.exp(-100.0 * (series.times[early] - series.times[0]) / (PER_ML * 50.0))
@@ -82,15 +82,17 @@ def test_a_vessel_that_drifts_to_the_room_is_no_result():
         vessel("b", volume=50.0, solute="", molar=0.0),
     )
     heat = ("heat", {**HEAT, "loss_w_per_k": 10.0})
-    effects = effects_of_pouring([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
     assert {event.bodies for event in effects["heat"].events if event.name in ("warmest", "coldest")} == {("b",)}
 
 
 def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     """2 g of calcium chloride's hydrate cool 25 mL or so by 1.4 K; the first drops on it are not what is told."""
     solid = {"solid": {"formula": "CaCl2.6H2O", "mass_g": 2.0}}
-    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=solid))
-    effects = effects_of_pouring([0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=solid))
+    effects = effects_of_tilt_degrees(
+        [0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT)
+    )
     (coldest,) = effects["heat"].output.events_named("coldest")
     last = effects["heat"].series["b/temperature"].values[-1]
     assert coldest.values["to_c"] == pytest.approx(last, abs=0.01) and 17.0 < last < 19.9
@@ -100,8 +102,8 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
 def test_solution_that_freezes_states_its_coldest_temperature():
     """40 g of ammonium nitrate take 12.8 kJ, enough to cool 60 mL of water at 5 degC by 50 K."""
     solid = {"solid": {"formula": "NH4NO3", "mass_g": 40.0}}
-    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=solid))
-    effects = effects_of_pouring([0.0, *([120.0] * 10)], bodies, MIX, ("heat", {**HEAT, "ambient_c": 5.0}))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=solid))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX, ("heat", {**HEAT, "ambient_c": 5.0}))
     (event,) = effects["heat"].output.events_named("freeze")
     coldest = effects["heat"].series["b/temperature"].values.min()
     assert event.values["celsius"] == pytest.approx(coldest) and coldest < -10.0
@@ -116,17 +118,17 @@ def test_solution_that_freezes_states_its_coldest_temperature():
 )  # fmt: skip
 def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, declared, ions):
     powder = {"solid": {"formula": formula, "mass_g": mass_g}}
-    bodies = (vessel("a", volume=30.0, solute="", molar=0.0), glass("b", 0.0, properties=powder))
+    bodies = (vessel("a", volume=30.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=powder))
     products = {"Na2S2O3": "2 Na+ + S2O3^2-", "CO(NH2)2": "CO(NH2)2(aq)", "LiCl": "Li+ + Cl-", "NaNO3": "Na+ + NO3-"}
     equation = [("reaction", {"equation": f"{formula}(s) -> {products[formula]}", **declared})] if declared else []
-    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
     texts = [event.text for event in effects["heat"].output.events_named("strong")]
     assert len(texts) == bool(ions) and all(f"so strong a solution of {ions} as" in text for text in texts)
 
 
 def test_a_warm_titration_goes_by_drops():
     """Permanganate coloured hot oxalic acid 0.55 mL after its end point."""
-    opened = effects_of_burette(
+    opened = effects_of_tap_degrees(
         [*([0.0] * 2), *([90.0] * 200)], ("mixing", {"in": ["flask"]}), ("heat", HEAT), settings=FAST
     )
     volume = opened["mixing"].series["flask/volume"].values
@@ -135,16 +137,16 @@ def test_a_warm_titration_goes_by_drops():
 
 def test_a_hot_dry_solid_does_not_boil():
     solid = {"solid": {"formula": "KNO3", "mass_g": 10.0}, "temperature_c": 250.0}
-    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=solid))
-    effects = effects_of_pouring([0.0] * 20, bodies, MIX, ("heat", HEAT))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=solid))
+    effects = effects_of_tilt_degrees([0.0] * 20, bodies, MIX, ("heat", HEAT))
     assert not effects["heat"].output.events_named("boil")
 
 
 def test_hot_copper_warms_the_water_poured_onto_the_metal():
     """100 g of copper have 38.5 J/K by the handbook's 0.385 J/(g K)."""
     metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}
-    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", 0.0, properties=metal))
-    effects = effects_of_pouring([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=metal))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))
     moved = effects["pour"].events[0].values["volume_ml"]
     celsius = effects["heat"].series["b/temperature"].values
     expected = (PER_ML * moved * 20.0 + 38.5 * 90.0) / (PER_ML * moved + 38.5)
@@ -206,7 +208,7 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
 def test_water_comes_in_wrong_order_while_the_acid_is_strong():
     """5 mL of 18 mol/L are below 5 mol/L, which is no strong acid, from 18 mL on."""
     bodies = (vessel("a", volume=60.0, solute="", molar=0.0), vessel("b", volume=5.0, solute="H2SO4", molar=18.0))
-    effects = effects_of_pouring([0.0, *([120.0] * 10)], bodies, MIX, ("heat", HEAT))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX, ("heat", HEAT))
     (event,) = effects["heat"].output.events_named("wrong-order")
     volume = effects["mixing"].series["b/volume"].values
     assert event.values["volume_ml"] == pytest.approx(np.diff(volume)[volume[:-1] < 18.0].sum())

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_tap_degrees, glass
 
 from replay.effects.colour_tables import INDICATORS, coloured_species
 
@@ -24,11 +24,13 @@ BY_PH = {
 def titrated(solutes, titrant, indicator, *effects, hz=90):
     """Effects of a titrant that runs into 2 mL of a solution with an indicator."""
     flask, burette = (
-        glass("flask", 2.0, solutes=solutes),
-        glass("burette", 50.0, solutes=titrant, cavity=BURETTE_COLUMN),
+        glass("flask", volume_ml=2.0, solutes=solutes),
+        glass("burette", volume_ml=50.0, solutes=titrant, cavity=BURETTE_COLUMN),
     )
     display = ("colour", {"in": "flask", "indicator": indicator})
-    return effects_of_burette(OPEN, MIXING_IN_FLASK, *effects, display, base=burette, acid=flask, step_ns=10**9 // hz)
+    return effects_of_tap_degrees(
+        OPEN, MIXING_IN_FLASK, *effects, display, base=burette, acid=flask, step_ns=10**9 // hz
+    )
 
 
 def test_ten_indicators_have_a_name():

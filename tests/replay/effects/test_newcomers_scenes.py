@@ -5,8 +5,8 @@ import pytest
 from support.liquid_worlds import (
     BURETTE_COLUMN,
     MIXING_IN_FLASK,
-    effects_of_burette,
-    effects_of_pouring,
+    effects_of_tap_degrees,
+    effects_of_tilt_degrees,
     glass,
     poses_at_rest,
     session_with_effects,
@@ -36,7 +36,9 @@ def standing(seconds, flask, *more):
 
 def nitre(celsius, mass_g=40.0):
     """A flask with 50 mL of water on potassium nitrate."""
-    return glass("flask", 50.0, properties={"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": celsius})
+    return glass(
+        "flask", volume_ml=50.0, properties={"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": celsius}
+    )
 
 
 def test_a_salt_crystallises_where_its_solution_merely_cools():
@@ -66,7 +68,7 @@ def test_solid_in_water_dissolves_at_the_stated_temperature(celsius):
 
 def test_heat_of_a_solid_is_released_by_equations_with_rates():
     """So the event advises: 4 g of anhydrous copper sulfate warm 50 mL of water by 7.9 K."""
-    flask = glass("flask", 50.0, properties={"solid": {"formula": "CuSO4", "mass_g": 4.0}})
+    flask = glass("flask", volume_ml=50.0, properties={"solid": {"formula": "CuSO4", "mass_g": 4.0}})
     slowly = ("reaction", {"equation": "CuSO4(s) -> Cu2+ + SO4^2-", "rate_per_s": 1.0})
     effects = standing(10.0, flask, CALM, slowly)
     assert not effects["heat"].output.events_named("dissolved-before")
@@ -82,7 +84,10 @@ def test_every_fresh_precipitate_has_a_default_colour():
 @pytest.mark.parametrize("colour", ["deep blue", "light blue", "pale yellow", "blue-green", "dark red-brown", "grey"])
 def test_colours_may_have_shades_and_be_halves_of_two(colour):
     tables = (MIXING_IN_FLASK, HEAT, ("precipitation", {"solid": "KNO3", "colour": colour}))
-    assert plan_faults(session_with_effects({"flask": poses_at_rest(2)}, (nitre(celsius=20.0),), *tables).scene) == ()
+    assert (
+        plan_faults(session_with_effects({"flask": poses_at_rest(count=2)}, (nitre(celsius=20.0),), *tables).scene)
+        == ()
+    )
 
 
 def test_shades_are_ordered_from_pale_to_dark():
@@ -92,13 +97,15 @@ def test_shades_are_ordered_from_pale_to_dark():
 
 @pytest.mark.parametrize("liquid", [{}, {"solute": "H2O"}, {"solute": "water"}])
 def test_plain_water_needs_no_concentration(liquid):
-    scene = session_with_effects({"flask": poses_at_rest(2)}, (glass("flask", 50.0, **liquid),), MIXING_IN_FLASK).scene
+    scene = session_with_effects(
+        {"flask": poses_at_rest(count=2)}, (glass("flask", volume_ml=50.0, **liquid),), MIXING_IN_FLASK
+    ).scene
     assert plan_faults(scene) == ()
 
 
 def test_a_solute_without_its_concentration_is_named():
     scene = session_with_effects(
-        {"flask": poses_at_rest(2)}, (glass("flask", 50.0, solute="HCl"),), MIXING_IN_FLASK
+        {"flask": poses_at_rest(count=2)}, (glass("flask", volume_ml=50.0, solute="HCl"),), MIXING_IN_FLASK
     ).scene
     (fault,) = plan_faults(scene)
     assert "body 'flask' has no liquid.molar; give a finite number" in fault
@@ -106,11 +113,11 @@ def test_a_solute_without_its_concentration_is_named():
 
 def test_two_ions_colour_a_liquid_and_each_change_is_reported():
     """Chromate becomes dichromate: its colour gives way to the other's, in the glass too."""
-    burette = glass("burette", 50.0, solute="H2SO4", molar=1.0, cavity=BURETTE_COLUMN)
+    burette = glass("burette", volume_ml=50.0, solute="H2SO4", molar=1.0, cavity=BURETTE_COLUMN)
     colours = [("colour", {"in": "flask", "species": ion}) for ion in ("CrO4 2-", "Cr2O7 2-")]
-    effects = effects_of_burette(
+    effects = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": "2 CrO4^2- + 2 H+ -> Cr2O7^2- + H2O"}), *colours,
-        base=burette, acid=glass("flask", 2.0, solute="K2CrO4", molar=0.1),
+        base=burette, acid=glass("flask", volume_ml=2.0, solute="K2CrO4", molar=0.1),
     )  # fmt: skip
     texts = sorted(event.text for event in effects["colour"].events)
     assert texts == [
@@ -123,11 +130,11 @@ def test_two_ions_colour_a_liquid_and_each_change_is_reported():
 
 def test_colour_appears_when_its_ion_is_visible():
     """Not with the first drop: the copper ammine is 1e-33 mol/L then."""
-    burette = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
+    burette = glass("burette", volume_ml=50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
     deep = ("colour", {"in": "flask", "species": "Cu(NH3)4 2+"})
     reaction = ("reaction", {"equation": "Cu2+ + 4 NH3 -> Cu(NH3)4 2+"})
-    flask = glass("flask", 2.0, solute="CuSO4", molar=0.05)
-    effects = effects_of_burette(DRIP, MIXING_IN_FLASK, reaction, deep, base=burette, acid=flask)
+    flask = glass("flask", volume_ml=2.0, solute="CuSO4", molar=0.05)
+    effects = effects_of_tap_degrees(DRIP, MIXING_IN_FLASK, reaction, deep, base=burette, acid=flask)
     (appears,) = effects["colour"].events
     series = effects["colour"].series["flask/Cu(NH3)4^2+ colour"]
     before = series.values[series.times < appears.time]
@@ -148,29 +155,32 @@ def test_colour_appears_when_its_ion_is_visible():
 def test_a_solid_that_no_table_names_is_announced(burette, flask, equation, solid):
     """Without a word it would stay dissolved, far beyond its solubility."""
     solutes = {flask[0]: flask[1], "HCl": 0.001, "CH3COOH": 0.001} if flask[0] != "AgNO3" else {flask[0]: flask[1]}
-    effects = effects_of_burette(
+    effects = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": equation}),
-        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
-        acid=glass("flask", 2.0, solutes=solutes),
+        base=glass("burette", volume_ml=50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
+        acid=glass("flask", volume_ml=2.0, solutes=solutes),
     )  # fmt: skip
     texts = [event.text for event in effects["reaction"].output.events_named("supersaturated")]
     assert len(texts) == 1 and texts[0].startswith(f"{solid} is beyond its solubility in flask")
-    named = effects_of_burette(
+    named = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": equation}),
         ("precipitation", {"solid": solid, "colour": "white"}),
-        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
-        acid=glass("flask", 2.0, solutes=solutes),
+        base=glass("burette", volume_ml=50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
+        acid=glass("flask", volume_ml=2.0, solutes=solutes),
     )  # fmt: skip
     assert not named["reaction"].output.events_named("supersaturated")
     assert [event.name for event in named["precipitation"].events][:1] == ["precipitate"]
 
 
 def test_nothing_is_announced_where_all_stays_dissolved():
-    effects = effects_of_pouring([0.0, *([60.0] * 3), 0.0], None, ("mixing", {"in": ["b"]}))
+    effects = effects_of_tilt_degrees([0.0, *([60.0] * 3), 0.0], None, ("mixing", {"in": ["b"]}))
     assert "reaction" not in effects
-    salts = (glass("a", 60.0, solute="CaCl2", molar=0.01), glass("b", 10.0, solutes={"NaNO3": 0.1, "HCl": 0.1}))
+    salts = (
+        glass("a", volume_ml=60.0, solute="CaCl2", molar=0.01),
+        glass("b", volume_ml=10.0, solutes={"NaNO3": 0.1, "HCl": 0.1}),
+    )
     indicator = ("colour", {"in": "b", "indicator": "litmus"})
-    effects = effects_of_pouring([0.0, *([60.0] * 3), 0.0], salts, ("mixing", {"in": ["b"]}), indicator)
+    effects = effects_of_tilt_degrees([0.0, *([60.0] * 3), 0.0], salts, ("mixing", {"in": ["b"]}), indicator)
     assert not effects["reaction"].output.events_named("supersaturated")
 
 
@@ -187,8 +197,8 @@ def test_nothing_is_announced_where_all_stays_dissolved():
 def test_initial_temperature_must_be_between_freezing_and_boiling(temperature, ambient, solutes, words):
     properties = {} if temperature is None else {"temperature_c": temperature}
     heat = ("heat", {"of": "liquids", "ambient_c": ambient, "loss_w_per_k": 0.0})
-    flask = glass("flask", 50.0, properties=properties, solutes=solutes)
-    faults = plan_faults(session_with_effects({"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, heat).scene)
+    flask = glass("flask", volume_ml=50.0, properties=properties, solutes=solutes)
+    faults = plan_faults(session_with_effects({"flask": poses_at_rest(count=2)}, (flask,), MIXING_IN_FLASK, heat).scene)
     assert len(faults) == (1 if words else 0) and all(words in fault for fault in faults)
 
 
@@ -223,9 +233,9 @@ def test_strong_solution_crystallises_by_its_mass_of_water():
 def test_excess_bicarbonate_uses_up_all_poured_acid():
     """Every mole of acid frees a mole of CO2, and the pH ends above 5."""
     powder = {"solid": {"formula": "NaHCO3", "mass_g": 50.0}}
-    bodies = (glass("a", 60.0, solute="HCl", molar=6.0), glass("b", 0.0, properties=powder))
+    bodies = (glass("a", volume_ml=60.0, solute="HCl", molar=6.0), glass("b", volume_ml=0.0, properties=powder))
     equation = ("reaction", {"equation": "NaHCO3 + HCl -> NaCl + H2O + CO2"})
-    effects = effects_of_pouring([0.0, *([120.0] * 3), 0.0, 0.0], bodies, ("mixing", {"in": ["b"]}), equation)
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 3), 0.0, 0.0], bodies, ("mixing", {"in": ["b"]}), equation)
     series = effects["reaction"].series
     acid_mmol = 6.0 * effects["pour"].series["b/volume"].values[-1]
     assert series["b/pH"].values[-1] > 5.0
@@ -234,10 +244,12 @@ def test_excess_bicarbonate_uses_up_all_poured_acid():
 
 def test_an_empty_vessel_with_a_temperature_needs_heat_capacity():
     tables = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect(*HEAT))
-    (fault,) = plan_faults(Scene(bodies=(glass("flask", 0.0, properties={"temperature_c": 80.0}),), effects=tables))
+    (fault,) = plan_faults(
+        Scene(bodies=(glass("flask", volume_ml=0.0, properties={"temperature_c": 80.0}),), effects=tables)
+    )
     assert "'flask' is empty and has temperature_c = 80: give properties.heat_capacity_j_per_k" in fault
     warm = {"temperature_c": 80.0, "heat_capacity_j_per_k": 50.0}
-    assert not plan_faults(Scene(bodies=(glass("flask", 0.0, properties=warm),), effects=tables))
+    assert not plan_faults(Scene(bodies=(glass("flask", volume_ml=0.0, properties=warm),), effects=tables))
 
 
 def test_a_fault_names_the_file_of_its_scene():
@@ -251,10 +263,10 @@ def test_equal_amounts_that_hardly_react_are_no_end_point():
     iron = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
     events = {}
     for name, acid in (("weak", {"H2SO4": 1e-4}), ("acid", {"H2SO4": 0.5})):
-        effects = effects_of_burette(
+        effects = effects_of_tap_degrees(
             DRIP, MIXING_IN_FLASK, ("reaction", {"equation": iron}),
-            base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
-            acid=glass("flask", 2.0, solutes={"FeSO4": 0.01, **acid}),
+            base=glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
+            acid=glass("flask", volume_ml=2.0, solutes={"FeSO4": 0.01, **acid}),
         )  # fmt: skip
         output = effects["reaction"].output
         events[name] = output.events_named("end-point"), output.events_named("incomplete")
@@ -263,10 +275,10 @@ def test_equal_amounts_that_hardly_react_are_no_end_point():
 
 
 def test_no_acid_is_named_where_protons_are_lacking():
-    effects = effects_of_burette(
+    effects = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"}),
-        base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
-        acid=glass("flask", 2.0, solutes={"FeSO4": 0.01}),
+        base=glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
+        acid=glass("flask", volume_ml=2.0, solutes={"FeSO4": 0.01}),
     )  # fmt: skip
     (event,) = effects["reaction"].output.events_named("no-reaction")
     assert "does not proceed: it needs acid, and none came into flask" in event.text
@@ -281,7 +293,7 @@ def test_no_acid_is_named_where_protons_are_lacking():
 )
 def test_complexes_of_more_ligands_count_as_formed(solutes, equation, proceeds):
     """In much fluoride iron stands as FeF3: 'Fe3+ + F- -> FeF2+ does not proceed' was said of it."""
-    effects = standing(0.5, glass("flask", 2.0, solutes=solutes), ("reaction", {"equation": equation}))
+    effects = standing(0.5, glass("flask", volume_ml=2.0, solutes=solutes), ("reaction", {"equation": equation}))
     assert bool(effects["reaction"].output.events_named("no-reaction")) != proceeds
 
 
@@ -291,15 +303,16 @@ def test_iodine_clock_turns_blue_when_thiosulfate_is_used_up():
     A clock reaction is no titration, so it has no end point.
     """
     bodies = (
-        glass("a", 20.0, solute="K2S2O8", molar=0.1), glass("b", 40.0, solutes={"KI": 0.2, "Na2S2O3": 0.005}),
-    )  # fmt: skip
+        glass("a", volume_ml=20.0, solute="K2S2O8", molar=0.1),
+        glass("b", volume_ml=40.0, solutes={"KI": 0.2, "Na2S2O3": 0.005}),
+    )
     tables = (
         ("mixing", {"in": ["b"]}),
         ("reaction", {"equation": "S2O8^2- + 2 I- -> 2 SO4^2- + I2", "rate_per_s": 0.05}),
         ("reaction", {"equation": "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-"}),
         ("colour", {"in": "b", "indicator": "starch"}),
     )
-    effects = effects_of_pouring([0.0, *([120.0] * 40), *([0.0] * 200)], bodies, *tables)
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), *([0.0] * 200)], bodies, *tables)
     (flow,) = effects["pour"].events
     persulfate_mmol, thiosulfate_mmol = 0.1 * flow.values["volume_ml"], 0.005 * 40.0
     seconds = -np.log(1.0 - 0.5 * thiosulfate_mmol / persulfate_mmol) / 0.05

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.liquid_worlds import (
     HEIGHT,
     RADIUS,
-    effects_of_pouring,
+    effects_of_tilt_degrees,
     glass,
     poses_at_rest,
     poses_of_tilted_glass,
@@ -44,7 +44,7 @@ def moves(run):
 def test_poured_vessel_keeps_the_volume_of_its_greatest_tilt():
     """``kept(degrees)`` is the volume below the rim at that tilt; the other glass receives the difference."""
     degrees = [*np.arange(0.0, 60.0, 0.5), *np.arange(60.0, 0.0, -0.5)]
-    run = effects_of_pouring(degrees)["pour"]
+    run = effects_of_tilt_degrees(degrees)["pour"]
     (event,) = run.events
     first = round(event.time / 0.01)
     assert millilitres_kept(degrees[first - 1]) >= 60.0 > millilitres_kept(degrees[first])
@@ -56,7 +56,9 @@ def test_poured_vessel_keeps_the_volume_of_its_greatest_tilt():
 
 
 def test_a_full_glass_pours_from_its_first_tilt():
-    run = effects_of_pouring(np.arange(0.0, 60.0, 0.5), (glass("a", millilitres_kept(degrees=0.0)), glass("b")))["pour"]
+    run = effects_of_tilt_degrees(np.arange(0.0, 60.0, 0.5), (glass("a", millilitres_kept(degrees=0.0)), glass("b")))[
+        "pour"
+    ]
     (event,) = run.events
     assert event.time == pytest.approx(0.01) and event.end is None
 
@@ -64,7 +66,7 @@ def test_a_full_glass_pours_from_its_first_tilt():
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.floats(0.0, 180.0), min_size=2, max_size=30), st.floats(0.0, 75.0), st.floats(0.0, 75.0))
 def test_pouring_conserves_volume_for_any_sequence_of_tilts(degrees, first, second):
-    run = effects_of_pouring(degrees, (glass("a", first), glass("b", second)))["pour"]
+    run = effects_of_tilt_degrees(degrees, (glass("a", first), glass("b", second)))["pour"]
     assert all_of(run) == pytest.approx(first + second, rel=1e-9, abs=1e-9)
     assert all((series.values >= 0.0).all() for series in run.series.values())
     assert (np.diff(run.series["a/volume"].values) <= 0.0).all()
@@ -72,7 +74,7 @@ def test_pouring_conserves_volume_for_any_sequence_of_tilts(degrees, first, seco
 
 @pytest.mark.parametrize(("beside", "target"), [(0.0, "b"), (RADIUS - 1e-4, "b"), (RADIUS + 1e-4, "")])
 def test_a_pour_enters_the_opening_below_the_lip(beside, target):
-    moved = moves(effects_of_pouring([0.0, 0.0, 60.0, 60.0, 60.0], position=(beside, 0.0, 0.0))["pour"])
+    moved = moves(effects_of_tilt_degrees([0.0, 0.0, 60.0, 60.0, 60.0], position=(beside, 0.0, 0.0))["pour"])
     assert {event[2] for event in moved} == {target}
 
 
@@ -91,7 +93,9 @@ def test_tilt_of_a_lost_or_jumping_pose_pours_nothing(pose, valid):
     """A glass with 60 mL is tilted in a single frame: its pose is lost, jumps 3 m, or falls over and back."""
     poses = {"a": pose, "b": poses_at_rest(len(pose[0]))}
     pour = ("pour", {"from": ["a"], "into": ["b"]})
-    run = compute(session_with_effects(poses, (glass("a", 60.0), glass("b")), pour, valid={"a": valid})).effects["pour"]
+    run = compute(
+        session_with_effects(poses, (glass("a", volume_ml=60.0), glass("b")), pour, valid={"a": valid})
+    ).effects["pour"]
     assert run.events == () and run.series["a/volume"].values[-1] == 60.0
 
 
@@ -99,20 +103,20 @@ def test_tilt_of_a_lost_or_jumping_pose_pours_nothing(pose, valid):
 def test_a_glitch_of_few_frames_pours_little(hold):
     """The bound by hand: (2/3) 0.611 b sqrt(2 g) h^1.5 with b and h the width of the opening, 0.57 L/s."""
     degrees = [*([0.0] * 5), *([95.0] * (hold + 1)), *([0.0] * 5)]
-    run = effects_of_pouring(degrees)["pour"]
+    run = effects_of_tilt_degrees(degrees)["pour"]
     left = run.series["a/volume"].values[-1]
     assert 60.0 - hold * 0.01 * 578.0 == pytest.approx(left, abs=0.2) and all_of(run) == pytest.approx(70.0)
 
 
 def test_a_full_receiver_runs_over_its_brim():
-    run = effects_of_pouring([0.0, 60.0, 60.0], (glass("a", 60.0), glass("b", 70.0)))["pour"]
+    run = effects_of_tilt_degrees([0.0, 60.0, 60.0], (glass("a", volume_ml=60.0), glass("b", volume_ml=70.0)))["pour"]
     brim = math.pi * RADIUS**2 * HEIGHT * 1e6
     assert run.series["b/volume"].values[-1] == pytest.approx(brim) and all_of(run) == pytest.approx(130.0)
 
 
 def test_liquid_poured_beside_the_glass_is_spilled_there():
     degrees = [0.0, 0.0, 60.0, 60.0, 60.0, 0.0]
-    pour = effects_of_pouring(degrees, position=(3 * RADIUS, -0.1, 0.0))["pour"]
+    pour = effects_of_tilt_degrees(degrees, position=(3 * RADIUS, -0.1, 0.0))["pour"]
     (event,) = pour.events
     assert event.name == "spill" and event.level == "warning" and event.bodies == ("a",)
     assert event.time == pytest.approx(0.03) and event.point[1] == pytest.approx(-0.1)
@@ -122,6 +126,8 @@ def test_liquid_poured_beside_the_glass_is_spilled_there():
     assert lost.values[0] == 0.0 and lost.values[-1] == pytest.approx(60.0 - left, rel=1e-9)
     assert pour.frames_run == 2
     alone = compute(
-        session_with_effects({"a": poses_of_tilted_glass(degrees)}, (glass("a", 60.0),), ("pour", {"from": ["a"]}))
+        session_with_effects(
+            {"a": poses_of_tilted_glass(degrees)}, (glass("a", volume_ml=60.0),), ("pour", {"from": ["a"]})
+        )
     ).effects["pour"]
     assert alone.events[0].values["volume_ml"] == pytest.approx(60.0 - left, rel=1e-9)

@@ -5,8 +5,8 @@ import pytest
 from support.liquid_worlds import (
     BURETTE_COLUMN,
     MIXING_IN_FLASK,
-    effects_of_burette,
-    effects_of_pouring,
+    effects_of_tap_degrees,
+    effects_of_tilt_degrees,
     glass,
     poses_at_rest,
     session_with_effects,
@@ -43,7 +43,7 @@ SULFATE = reaction("BaCl2 + Na2SO4 -> BaSO4 + 2 NaCl")
 
 def test_precipitate_present_at_the_start_has_its_mass():
     """40 mL of 0.05 mol/L are 0.002 mol of BaSO4, 233.39 g/mol."""
-    flask = glass("flask", 40.0, solutes={"BaCl2": 0.05, "Na2SO4": 0.05})
+    flask = glass("flask", volume_ml=40.0, solutes={"BaCl2": 0.05, "Na2SO4": 0.05})
     (event,) = standing(flask, SULFATE, precipitates("BaSO4"))["precipitation"].events
     assert event.name == "precipitate" and event.time == 0.0
     assert event.values["mass_g"] == pytest.approx(0.002 * 233.39, rel=1e-3)
@@ -52,10 +52,10 @@ def test_precipitate_present_at_the_start_has_its_mass():
 
 def test_dissolved_mass_is_counted_from_the_first_precipitate():
     """Ammonia dissolves silver chloride that fell out before the first frame: 0.1 mmol of 143.32 g/mol."""
-    flask = glass("flask", 2.0, solutes={"AgNO3": 0.05, "NaCl": 0.05})
-    ammonia = glass("burette", 50.0, solute="NH3", molar=8.0, cavity=BURETTE_COLUMN)
+    flask = glass("flask", volume_ml=2.0, solutes={"AgNO3": 0.05, "NaCl": 0.05})
+    ammonia = glass("burette", volume_ml=50.0, solute="NH3", molar=8.0, cavity=BURETTE_COLUMN)
     equations = (reaction("AgNO3 + NaCl -> AgCl + NaNO3"), reaction("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-"))
-    effects = effects_of_burette(
+    effects = effects_of_tap_degrees(
         [0.0, 0.0, *([90.0] * 60), 0.0], MIXING_IN_FLASK, *equations, precipitates("AgCl"), base=ammonia, acid=flask
     )
     first, dissolved = effects["precipitation"].events
@@ -75,8 +75,11 @@ def test_dissolved_mass_is_counted_from_the_first_precipitate():
 )
 def test_reactions_with_acid_start_when_acid_is_poured_in(solute, molar, equation, rate):
     """Each once ran in its own neutral or basic solution."""
-    bodies = (glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute=solute, molar=molar))
-    effects = effects_of_pouring(TILTS, bodies, MIXING_IN_B, reaction(equation, **rate))
+    bodies = (
+        glass("a", volume_ml=60.0, solute="HCl", molar=1.0),
+        glass("b", volume_ml=10.0, solute=solute, molar=molar),
+    )
+    effects = effects_of_tilt_degrees(TILTS, bodies, MIXING_IN_B, reaction(equation, **rate))
     history = effects["reaction"].series["b/extent"]
     first = history.times < effects["pour"].events[0].time
     assert not history.values[first].any()
@@ -99,9 +102,9 @@ def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):
     SO2 once left at once where its equation has a rate, and stayed dissolved where it has none.
     """
     salt, acid, equation = ACIDS_THAT_FREE_GASES[gas]
-    bodies = (glass("a", 60.0, solute=acid, molar=2.0), glass("b", 20.0, solute=salt, molar=molar))
-    at_once = effects_of_pouring(TILTS, bodies, MIXING_IN_B, reaction(equation))["reaction"].output
-    slow = effects_of_pouring(TILTS, bodies, MIXING_IN_B, reaction(equation, rate_per_s=20.0))["reaction"].output
+    bodies = (glass("a", volume_ml=60.0, solute=acid, molar=2.0), glass("b", volume_ml=20.0, solute=salt, molar=molar))
+    at_once = effects_of_tilt_degrees(TILTS, bodies, MIXING_IN_B, reaction(equation))["reaction"].output
+    slow = effects_of_tilt_degrees(TILTS, bodies, MIXING_IN_B, reaction(equation, rate_per_s=20.0))["reaction"].output
     moles_at_once, moles_slow = (
         sum(event.values["moles"] for event in output.events_named("gas")) for output in (at_once, slow)
     )
@@ -114,8 +117,8 @@ def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):
 
 
 def test_reaction_lacking_its_acid_is_reported_as_not_proceeding():
-    bodies = (glass("a", 60.0), glass("b", 10.0, solute="Na2S2O3", molar=0.1))
-    effects = effects_of_pouring(
+    bodies = (glass("a", volume_ml=60.0), glass("b", volume_ml=10.0, solute="Na2S2O3", molar=0.1))
+    effects = effects_of_tilt_degrees(
         TILTS, bodies, MIXING_IN_B, reaction("S2O3^2- + 2 H+ -> SO2 + S + H2O"), precipitates("S")
     )
     (event,) = effects["reaction"].output.events_named("no-reaction")
@@ -125,21 +128,23 @@ def test_reaction_lacking_its_acid_is_reported_as_not_proceeding():
 
 def test_ammonium_hardly_dissolves_zinc_without_strong_acid():
     """At pH 7 about 0.6 % of the 5 mmol of ammonium are used, so below 1 %; two protons a zinc ion."""
-    flask = glass("flask", 10.0, solute="NH4Cl", molar=0.5, properties={"solid": {"formula": "Zn", "mass_g": 1.0}})
-    acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=BURETTE_COLUMN)
+    flask = glass(
+        "flask", volume_ml=10.0, solute="NH4Cl", molar=0.5, properties={"solid": {"formula": "Zn", "mass_g": 1.0}}
+    )
+    acid = glass("burette", volume_ml=50.0, solute="HCl", molar=0.1, cavity=BURETTE_COLUMN)
     zinc = reaction("Zn + 2 HCl -> ZnCl2 + H2", rate_per_s=50.0)
-    effects = effects_of_burette([0.0] * 40, MIXING_IN_FLASK, zinc, base=acid, acid=flask)
+    effects = effects_of_tap_degrees([0.0] * 40, MIXING_IN_FLASK, zinc, base=acid, acid=flask)
     assert effects["reaction"].series["flask/extent"].values.max() < 0.01 * 0.5 * 5e-3
 
 
 def test_catalysed_reaction_runs_only_where_the_catalyst_is():
     """Manganese dioxide stands on both sides of the equation and lies in vessel b alone."""
     bodies = (
-        glass("a", 60.0, solute="H2O2", molar=1.0),
-        glass("b", 0.0, properties={"solid": {"formula": "MnO2", "mass_g": 0.5}}),
+        glass("a", volume_ml=60.0, solute="H2O2", molar=1.0),
+        glass("b", volume_ml=0.0, properties={"solid": {"formula": "MnO2", "mass_g": 0.5}}),
     )
     split = reaction("2 H2O2 + MnO2 -> 2 H2O + O2 + MnO2", rate_per_s=0.5)
-    effects = effects_of_pouring(TILTS, bodies, ("mixing", {"in": ["a", "b"]}), split)
+    effects = effects_of_tilt_degrees(TILTS, bodies, ("mixing", {"in": ["a", "b"]}), split)
     extents = {name: row.values for name, row in effects["reaction"].series.items() if name.endswith("extent")}
     assert set(extents) == {"b/extent"} and extents["b/extent"][-1] > 0.0
 
@@ -148,7 +153,7 @@ def test_catalysed_reaction_runs_only_where_the_catalyst_is():
 def test_vessel_starts_at_its_declared_temperature(mass_g):
     """Salt that dissolves before the first frame does not change it."""
     properties = {"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": 80.0}
-    effects = standing(glass("flask", 50.0, properties=properties), NO_HEAT_LOSS)
+    effects = standing(glass("flask", volume_ml=50.0, properties=properties), NO_HEAT_LOSS)
     assert effects["heat"].series["flask/temperature"].values[0] == pytest.approx(80.0, abs=1e-9)
 
 
@@ -158,8 +163,11 @@ def test_vessel_starts_at_its_declared_temperature(mass_g):
 )
 def test_temperature_of_wetted_solids_stays_between_reported_extremes(solid, more):
     """Water of 20 degC is poured on a dry solid; the events state the warmest and the coldest."""
-    bodies = (glass("a", 60.0), glass("b", 0.0, properties={"solid": {"formula": solid, "mass_g": 4.0}}))
-    effects = effects_of_pouring(TILTS, bodies, MIXING_IN_B, NO_HEAT_LOSS, *more)["heat"]
+    bodies = (
+        glass("a", volume_ml=60.0),
+        glass("b", volume_ml=0.0, properties={"solid": {"formula": solid, "mass_g": 4.0}}),
+    )
+    effects = effects_of_tilt_degrees(TILTS, bodies, MIXING_IN_B, NO_HEAT_LOSS, *more)["heat"]
     values = effects.series["b/temperature"].values
     stated = [event.values["to_c"] for event in effects.events if event.name in ("warmest", "coldest")]
     assert [values.min(), values.max()] == pytest.approx(sorted([20.0, *stated]), abs=1e-9)
@@ -167,21 +175,23 @@ def test_temperature_of_wetted_solids_stays_between_reported_extremes(solid, mor
 
 def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     """A scene that names the basic sulfate is not advised the hydroxide."""
-    flask = glass("flask", 2.0, solute="CuSO4", molar=0.1)
-    ammonia = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
+    flask = glass("flask", volume_ml=2.0, solute="CuSO4", molar=0.1)
+    ammonia = glass("burette", volume_ml=50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
     fresh = reaction("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")
     drip = [0.0, 0.0, *([90.0] * 60), 0.0]
-    effects = effects_of_burette(drip, MIXING_IN_FLASK, fresh, precipitates("Cu4(OH)6SO4"), base=ammonia, acid=flask)
+    effects = effects_of_tap_degrees(
+        drip, MIXING_IN_FLASK, fresh, precipitates("Cu4(OH)6SO4"), base=ammonia, acid=flask
+    )
     assert not effects["reaction"].output.events_named("supersaturated")
 
 
 def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
     bodies = (
-        glass("a", 60.0, properties={"temperature_c": 80.0}),
-        glass("b", 0.0, properties={"solid": {"formula": "KNO3", "mass_g": 6.0}}),
+        glass("a", volume_ml=60.0, properties={"temperature_c": 80.0}),
+        glass("b", volume_ml=0.0, properties={"solid": {"formula": "KNO3", "mass_g": 6.0}}),
     )
     cooling = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 800.0})
-    events = effects_of_pouring(TILTS, bodies, MIXING_IN_B, precipitates("KNO3"), cooling)["precipitation"].events
+    events = effects_of_tilt_degrees(TILTS, bodies, MIXING_IN_B, precipitates("KNO3"), cooling)["precipitation"].events
     assert [event.name for event in events] == ["dissolved", "precipitate"]
     dissolved, grown = events
     assert dissolved.time < grown.time and "fall out again" in grown.text
@@ -194,9 +204,9 @@ def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
 
     other volumes are not reported.
     """
-    flask = glass("flask", 25.0, solute="HCl", molar=0.01)
+    flask = glass("flask", volume_ml=25.0, solute="HCl", molar=0.01)
     frames = 400
-    effects = effects_of_burette(
+    effects = effects_of_tap_degrees(
         [0.0, *([90.0] * frames), 0.0], MIXING_IN_FLASK, reaction("HCl + NaOH -> NaCl + H2O"), acid=flask,
         settings={"full_area_m2": 6e-7 * millilitres / 5.0},
     )  # fmt: skip
@@ -209,12 +219,12 @@ def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
 
 
 def test_a_liquid_over_a_flame_needs_its_boiling_point():
-    dish = glass("dish", 20.0, properties={"heat_capacity_j_per_k": 60.0})
+    dish = glass("dish", volume_ml=20.0, properties={"heat_capacity_j_per_k": 60.0})
     flame = {
         "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,
         "loss_w_per_k": 0.4, "ambient_c": 20.0,
     }  # fmt: skip
-    poses = {"lamp": poses_at_rest(2), "dish": poses_at_rest(2)}
+    poses = {"lamp": poses_at_rest(count=2), "dish": poses_at_rest(count=2)}
     faults = plan_faults(session_with_effects(poses, (SceneBody("lamp"), dish), ("heat", flame)).scene)
     assert len(faults) == 1 and "'dish' holds a liquid over the flame: follow it by" in faults[0]
     assert not plan_faults(
@@ -223,28 +233,28 @@ def test_a_liquid_over_a_flame_needs_its_boiling_point():
 
 
 def test_liquid_poured_over_a_flame_needs_a_boiling_point():
-    dish = glass("dish", 0.0, properties={"heat_capacity_j_per_k": 60.0})
+    dish = glass("dish", volume_ml=0.0, properties={"heat_capacity_j_per_k": 60.0})
     flame = {
         "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,
         "loss_w_per_k": 0.4, "ambient_c": 20.0,
     }  # fmt: skip
-    bodies = (SceneBody("lamp"), dish, glass("a", 60.0))
+    bodies = (SceneBody("lamp"), dish, glass("a", volume_ml=60.0))
     pour = ("pour", {"from": ["a"], "into": ["dish"]})
-    poses = {name: poses_at_rest(2) for name in ("lamp", "dish", "a")}
+    poses = {name: poses_at_rest(count=2) for name in ("lamp", "dish", "a")}
     (fault,) = plan_faults(session_with_effects(poses, bodies, pour, ("heat", flame)).scene)
     assert "'dish' may receive a liquid over the flame: follow it by" in fault
     assert not plan_faults(session_with_effects(poses, bodies, pour, ("heat", {**flame, "boils_c": 100.0})).scene)
 
 
 def test_acetic_acid_at_rest_has_its_ph():
-    (event,) = standing(glass("flask", 50.0, solute="CH3COOH", molar=0.1), reaction("CH3COOH -> CH3COO- + H+"))[
-        "reaction"
-    ].events
+    (event,) = standing(
+        glass("flask", volume_ml=50.0, solute="CH3COOH", molar=0.1), reaction("CH3COOH -> CH3COO- + H+")
+    )["reaction"].events
     # Ka = 1.75e-5: x^2 / (0.1 - x).
     assert event.name == "ph" and event.values["to_ph"] == pytest.approx(2.88, abs=0.02)
 
 
-LIME = glass("flask", 50.0, properties={"solid": {"formula": "CaO", "mass_g": 1.0}})
+LIME = glass("flask", volume_ml=50.0, properties={"solid": {"formula": "CaO", "mass_g": 1.0}})
 SLAKING = "CaO + H2O -> Ca(OH)2(s)"
 
 
@@ -267,7 +277,9 @@ def test_slaking_lime_warms_water_by_its_heat_of_reaction():
 def test_edta_abbreviation_is_refused_with_the_full_formula(written):
     (fault,) = plan_faults(
         session_with_effects(
-            {"flask": poses_at_rest(2)}, (glass("flask", 9.0, solute=written, molar=0.01),), MIXING_IN_FLASK
+            {"flask": poses_at_rest(count=2)},
+            (glass("flask", volume_ml=9.0, solute=written, molar=0.01),),
+            MIXING_IN_FLASK,
         ).scene
     )
     assert "write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'" in fault
@@ -289,9 +301,9 @@ def test_edta_abbreviation_is_refused_with_the_full_formula(written):
 def test_reactions_of_the_starting_mixture_are_reported_as_before(solutes, equation, told):
     """A flask that holds both reactants at the start has reacted before the recording begins."""
     acid = {"HCl": 0.1} if "HCl" in equation else {}
-    flask = glass("flask", 50.0, solutes=solutes)
-    other = glass("other", 1.0, solutes=acid)
-    bodies, poses = (flask, other), {"flask": poses_at_rest(3), "other": poses_at_rest(3)}
+    flask = glass("flask", volume_ml=50.0, solutes=solutes)
+    other = glass("other", volume_ml=1.0, solutes=acid)
+    bodies, poses = (flask, other), {"flask": poses_at_rest(count=3), "other": poses_at_rest(count=3)}
     tables = (("mixing", {"in": ["flask", "other"]}), reaction(equation))
     events = compute(session_with_effects(poses, bodies, *tables)).effects["reaction"].output.events_named("before")
     expected = [f"{text} before the recording begins" for text in told]
@@ -300,9 +312,9 @@ def test_reactions_of_the_starting_mixture_are_reported_as_before(solutes, equat
 
 def test_an_emptied_vessel_has_no_temperature():
     """A glass that was poured out was said to cool from 80 to 20 degC: to that of the room."""
-    hot = glass("a", 60.0, properties={"temperature_c": 80.0})
-    effects = effects_of_pouring(
-        [0.0, *np.linspace(0.0, 120.0, 40), 120.0], (hot, glass("b", 10.0)), MIXING_IN_B, NO_HEAT_LOSS
+    hot = glass("a", volume_ml=60.0, properties={"temperature_c": 80.0})
+    effects = effects_of_tilt_degrees(
+        [0.0, *np.linspace(0.0, 120.0, 40), 120.0], (hot, glass("b", volume_ml=10.0)), MIXING_IN_B, NO_HEAT_LOSS
     )
     series = effects["heat"].series["a/temperature"]
     assert effects["pour"].series["a/volume"].values[-1] == 0.0 and series.values.min() == pytest.approx(80.0)

@@ -1,7 +1,7 @@
 """Concentrations that a titration gives, from the volume alone, and where it gives none."""
 
 import pytest
-from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_tap_degrees, glass
 
 from replay.effects.chemistry.contents import Contents
 from replay.effects.titrated_concentration import titrated_concentration
@@ -25,11 +25,11 @@ ROWS = [
 
 def end_points(burette, flask, solid, equation):
     """Events of the end points of a burette's liquid in 2 mL."""
-    titrant = glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
-    sample = glass("flask", 2.0, solutes=flask, properties={"solid": solid} if solid else {})
-    return effects_of_burette(OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=titrant, acid=sample)[
-        "reaction"
-    ].output.events_named("end-point")
+    titrant = glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN)
+    sample = glass("flask", volume_ml=2.0, solutes=flask, properties={"solid": solid} if solid else {})
+    return effects_of_tap_degrees(
+        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=titrant, acid=sample
+    )["reaction"].output.events_named("end-point")
 
 
 @pytest.mark.parametrize(("burette", "flask", "solid", "equation", "expected"), ROWS, ids=lambda row: str(row)[:24])

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_tap_degrees, glass
 from support.second_opinions import answer
 
 from replay.effects.effect_summary import titration_curves
@@ -17,18 +17,21 @@ RATES_HZ = [30, pytest.param(90, marks=pytest.mark.slow), pytest.param(250, mark
 
 def titrated(flask, burette, equations=("H+ + OH- -> H2O",), hz=10):
     """Effects of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
-    acid, base = glass("flask", 10.0, solutes=flask), glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
+    acid, base = (
+        glass("flask", volume_ml=10.0, solutes=flask),
+        glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN),
+    )
     tables = [("reaction", {"equation": equation}) for equation in equations]
     degrees = [0.0, 0.0, *([90.0] * 8 * hz), 0.0]
     settings = {"full_area_m2": 1.2e-6}
-    return effects_of_burette(
+    return effects_of_tap_degrees(
         degrees, MIXING_IN_FLASK, *tables, acid=acid, base=base, step_ns=round(1e9 / hz), settings=settings
     )
 
 
 def ph_of(solutes):
     """The pH of one solution, by PHREEQC's minteq.v4 as it is."""
-    return answer(solutes, {}, 1.0)["pH"]
+    return answer(solutes, {}, kilograms=1.0)["pH"]
 
 
 def check_end_points_and_ph(flask, burette, ends, hz):

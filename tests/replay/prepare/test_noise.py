@@ -64,7 +64,7 @@ def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
         SceneBody("rod", parent="hand"),
         SceneBody("bench", fixed=Pose((0, 0, 0), (0, 0, 0, 1))),
     )
-    meshes = {name: cube(0.1) for name in ("hand", "rod", "bench")}
+    meshes = {name: cube(edge=0.1) for name in ("hand", "rod", "bench")}
     session = Session.from_arrays(np.arange(4) * 10_000_000, poses, meshes, Scene(bodies=bodies))
     assembly = assemble(session)
     noise = noise_of(parse_noise(["1 mm, 1 deg"]), assembly, session.scene)

@@ -64,7 +64,7 @@ def test_teleport_through_a_wall_is_no_contact_between_frames():
     draft.arrays["position"][:, 1] = draft.arrays["position"][:, 2] + [0.0, 0.0, 0.2]
     draft.arrays["position"][450:, 1, 2] -= 0.15
     draft.meshes["tray"] = MeshData(cube().vertices * [1.0, 1.0, 0.004] + [0.0, 0.0, 0.125], cube().faces)
-    draft.meshes["hand-left"] = cube(0.01)
+    draft.meshes["hand-left"] = cube(edge=0.01)
     result = compute(draft.session(), detectors="exact", oracle="continuous", pairs=[("hand-left", "tray")])
     assert "teleport" in {item.code for item in result.repaired.findings}
     assert result.episodes == {"exact": (), "continuous": ()} and result.misses == {"exact": ()}

@@ -24,7 +24,7 @@ def noisy_path(*points):
 
 def bench_session(scene=None, **more):
     """A bench with a cup on it, and a hand that moves a rod; ``more``: further bodies and their poses."""
-    small = cube(0.1)
+    small = cube(edge=0.1)
     tracks = {
         "cup": noisy_path((0, 0.0505, 0), (0, 0.0505, 0)),
         "hand-right": noisy_path((0.5, 0.4, 0), (0.3, 0.4, 0), (0.9, 0.4, 0)),
@@ -33,7 +33,7 @@ def bench_session(scene=None, **more):
         "lamp": noisy_path((0, 0.3, 0.4), (0.0, 0.12, 0.0), (0, 0.3, 0.4)),
         **more,
     }
-    top = MeshData(np.array([2.0, 0.04, 1.0]) * cube(1.0).vertices - [0, 0.02, 0], cube(1.0).faces)
+    top = MeshData(np.array([2.0, 0.04, 1.0]) * cube(edge=1.0).vertices - [0, 0.02, 0], cube(edge=1.0).faces)
     scene = scene or Scene(bodies=(SceneBody("top", fixed=Pose(), tags=("bench",)),))
     tracks["rod"] = (tracks["hand-right"][0] - [0, 0.11, 0], tracks["rod"][1])
     return Session.from_arrays(np.arange(COUNT) * STEP, tracks, {"top": top, **dict.fromkeys(tracks, small)}, scene)
@@ -86,7 +86,7 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
             "a": (np.zeros((2, 3)), bare.frames.quaternion_xyzw[:, 0]),
             "b": (np.array([[9.0, 0, 0], [8.0, 0, 0]]), bare.frames.quaternion_xyzw[:, 0]),
         },
-        dict.fromkeys("ab", cube(0.1)),
+        dict.fromkeys("ab", cube(edge=0.1)),
     )
     assert parse_scene(draft_text(separate, draft_scene(separate), {}, "x")).pairs is None
 

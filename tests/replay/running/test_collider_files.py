@@ -44,7 +44,11 @@ def as_data(mesh):
 @pytest.fixture(scope="module")
 def session():
     """A rod that stirs in a beaker: free in its middle most of the time, at its wall now and then; a cube beside."""
-    meshes = {"beaker": as_data(revolved_mesh(WALL, 24)), "rod": as_data(revolved_mesh(ROD, 8)), "cube*": cube(0.02)}
+    meshes = {
+        "beaker": as_data(revolved_mesh(WALL, 24)),
+        "rod": as_data(revolved_mesh(ROD, 8)),
+        "cube*": cube(edge=0.02),
+    }
     axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
     side = (axis + 1) % 3
     count = 45

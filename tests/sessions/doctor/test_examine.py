@@ -42,7 +42,7 @@ def test_torn_file_finding_counts_unreadable_bytes(tmp_path):
 
 
 def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
-    (tmp_path / "cube.glb").write_bytes(mesh_to_glb(cube(0.1), "cube"))
+    (tmp_path / "cube.glb").write_bytes(mesh_to_glb(cube(edge=0.1), "cube"))
     (tmp_path / "scene.toml").write_text('[[body]]\nid = "cube"\nmesh = "cube.glb"\n')
     assert finding_codes(tmp_path / "cube.glb") == [] == finding_codes(tmp_path / "scene.toml")
 
@@ -134,7 +134,7 @@ def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
 
 def test_unlisted_bodies_and_foreign_frames_are_examined(tmp_path):
     draft = clean_draft()
-    unknown_frame(draft, 1, 300)
+    unknown_frame(draft, body=1, at=300)
     path = draft.write(tmp_path / "a.mcap")
     names = bodies_record(BODIES)["names"].encode()
     listed = bodies_record(("flask", *(f"{name[:-1]}_" for name in BODIES[1:])))["names"].encode()

@@ -56,7 +56,11 @@ def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, pieces, nam
     values = {"PositionX": 0.1, "PositionY": 0.2, "PositionZ": 0.3, "OrientationA": 1.0}
     described = [{"label": piece, "type": piece, "object": "cup", "unit": "m"} for piece in pieces]
     rows = np.array([[values.get(piece, 0.0) for piece in pieces]] * 3)
-    path = xdf_file(tmp_path, stream_header(1, name, "MoCap", described), samples(1, np.array([1.0, 1.1, 1.2]), rows))
+    path = xdf_file(
+        tmp_path,
+        stream_header(number=1, name=name, kind="MoCap", channels=described),
+        samples(number=1, stamps=np.array([1.0, 1.1, 1.2]), rows=rows),
+    )
     session = import_session("xdf", path)
     assert session.tracks["cup"].positions[0].tolist() == [0.1, 0.2, 0.3]
     assert session.tracks["cup"].quaternions_xyzw[0].tolist() == [0, 0, 0, 1]

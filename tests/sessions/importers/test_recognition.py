@@ -46,7 +46,7 @@ def test_binary_mutants_of_usd_end_in_session_or_sentence(tmp_path):
     source = tmp_path / "lid.usdc"
     shutil.copy(HERE / "samples/lid.usdc", source)
     # Each starts a process of its own, which may die of the mutant.
-    survive("usd", source, 20, source)
+    survive("usd", source, count=20, source=source)
 
 
 @pytest.mark.parametrize(

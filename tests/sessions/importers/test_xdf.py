@@ -46,8 +46,13 @@ def mocap_chunks(*, unit="meters", scale=1.0, pairs=(), head=None):
     rows = rows_of_both_bodies()
     rows[:, [0, 1, 2, 7, 8, 9]] *= scale
     half = COUNT // 2
-    head = stream_header(1, "Mocap", "MoCap", channel_headers(unit)) if head is None else head
-    return (head, samples(1, STAMPS[:half], rows[:half]), offsets(1, pairs), samples(1, STAMPS[half:], rows[half:]))
+    head = stream_header(number=1, name="Mocap", kind="MoCap", channels=channel_headers(unit)) if head is None else head
+    return (
+        head,
+        samples(number=1, stamps=STAMPS[:half], rows=rows[:half]),
+        offsets(number=1, pairs=pairs),
+        samples(number=1, stamps=STAMPS[half:], rows=rows[half:]),
+    )
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("meters", 1.0), ("mm", 1000.0), ("centimeters", 100.0), ("", 1.0)])
@@ -81,17 +86,17 @@ def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kin
     position, rotation = POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()
     rows = [rotation, 0 * position, position] if described is TRANSFORM_OUTLET else [position, rotation]
     pieces = (
-        stream_header(1, "tool", kind, described),
-        samples(1, STAMPS, np.column_stack(rows)),
-        stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]),
-        samples(3, STAMPS, position[:, :1]),
+        stream_header(number=1, name="tool", kind=kind, channels=described),
+        samples(number=1, stamps=STAMPS, rows=np.column_stack(rows)),
+        stream_header(number=3, name="Pupil", kind="Unity.Float", channels=[{"label": "mm"}]),
+        samples(number=3, stamps=STAMPS, rows=position[:, :1]),
     )
     session = import_session("xdf", xdf_file(tmp_path, *pieces))
     assert session.names == ("tool",) and list(session.scalars) == ["Pupil"]
     assert has_poses(session.tracks["tool"], position, ROTATIONS["Cup"], axes)
     if axes is UNITY:
         assert "axes unity (left-handed, +Y up, +Z forward)" in session.facts["assumed"]
-        mixed = xdf_file(tmp_path, *pieces, stream_header(4, "M", "MoCap", channel_headers()))
+        mixed = xdf_file(tmp_path, *pieces, stream_header(number=4, name="M", kind="MoCap", channels=channel_headers()))
         assert_import_refused("xdf", mixed, "poses of Unity and others are in it; name the axes of all by --conv")
 
 
@@ -120,7 +125,11 @@ def test_mistakes_in_a_stream_mapping_are_named(tmp_path, old, new, text):
     labels = [{"label": f"l_{item}"} for item in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
     angles = ROTATIONS["Cup"].as_euler("zxy", degrees=True)
     rows = np.column_stack([1000 * POSITIONS["Cup"], angles, np.arange(COUNT) != 7])
-    path = xdf_file(tmp_path, stream_header(1, "Controllers", "VR", labels), samples(1, STAMPS, rows))
+    path = xdf_file(
+        tmp_path,
+        stream_header(number=1, name="Controllers", kind="VR", channels=labels),
+        samples(number=1, stamps=STAMPS, rows=rows),
+    )
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace(old, new) if old else STREAM_MAP)
     if text:
         with pytest.raises(ImportFileError, match=text):
@@ -137,15 +146,17 @@ def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
     brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
     ahead = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
     pieces = (
-        stream_header(2, "Stim", "Markers", [], "string"),
-        samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"]),
-        stream_header(3, "Cap", "EEG", [{"label": item, "unit": "microvolts"} for item in ("Fz", "Cz")]),
-        samples(3, STAMPS, brain),
-        offsets(3, [(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
-        stream_header(4, "Heart rate", "HR", [{"label": "rate", "unit": "1/min"}]),
-        samples(4, STAMPS, heart),
-        stream_header(5, "Bare", "Markers", [{}, {}]),
-        samples(5, STAMPS[:2], [[1, 2], [3, 4]]),
+        stream_header(number=2, name="Stim", kind="Markers", channels=[], form="string"),
+        samples(number=2, stamps=[STAMPS[3], STAMPS[9]], rows=["grasp", "pour"]),
+        stream_header(
+            number=3, name="Cap", kind="EEG", channels=[{"label": item, "unit": "microvolts"} for item in ("Fz", "Cz")]
+        ),
+        samples(number=3, stamps=STAMPS, rows=brain),
+        offsets(number=3, pairs=[(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
+        stream_header(number=4, name="Heart rate", kind="HR", channels=[{"label": "rate", "unit": "1/min"}]),
+        samples(number=4, stamps=STAMPS, rows=heart),
+        stream_header(number=5, name="Bare", kind="Markers", channels=[{}, {}]),
+        samples(number=5, stamps=STAMPS[:2], rows=[[1, 2], [3, 4]]),
     )
     session = import_session("xdf", xdf_file(tmp_path, *pieces, *mocap_chunks(pairs=ahead)), convention="unity")
     assert session.names == ("Rod", "Cup") and session.facts["handedness"] == "left"
@@ -169,8 +180,10 @@ def test_rows_of_confidence_0_are_lost(tmp_path):
     rod_poses = rows_of_both_bodies()[:, :7]
     confidence = np.arange(COUNT) % 2  # 0, 1, 0, 1 ...
     rows = np.column_stack([rod_poses, confidence])
-    head = stream_header(1, "M", "MoCap", channel_headers(names=("Rod",), types=(*TYPES, "Confidence")))
-    track = import_session("xdf", xdf_file(tmp_path, head, samples(1, STAMPS, rows))).tracks["Rod"]
+    head = stream_header(
+        number=1, name="M", kind="MoCap", channels=channel_headers(names=("Rod",), types=(*TYPES, "Confidence"))
+    )
+    track = import_session("xdf", xdf_file(tmp_path, head, samples(number=1, stamps=STAMPS, rows=rows))).tracks["Rod"]
     assert track.valid.tolist() == (confidence == 1).tolist()
 
 
@@ -258,23 +271,27 @@ def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
 
 
 def mocap_with(*types, **more):
-    return lambda: mocap_chunks(head=stream_header(1, "M", "MoCap", channel_headers(types=types, **more)))
+    return lambda: mocap_chunks(
+        head=stream_header(number=1, name="M", kind="MoCap", channels=channel_headers(types=types, **more))
+    )
 
 
 BROKEN = {
     "no objects": (mocap_with(*TYPES, object=""), "'M' has two channels PositionX; name an <object>"),
     "angles": (mocap_with("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
                r"no stream of type MoCap .*there are: M \(MoCap\); say which channels are a pose with --mapping"),
-    "a stamp": (lambda: (stream_header(1, "M", "MoCap", channel_headers()),
-                         samples(1, [np.nan], rows_of_both_bodies()[:1])),
+    "a stamp": (lambda: (stream_header(number=1, name="M", kind="MoCap", channels=channel_headers()),
+                         samples(number=1, stamps=[np.nan], rows=rows_of_both_bodies()[:1])),
                 "stream 'M': row 1 has no time"),
-    "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
-    "poses of text": (lambda: [stream_header(1, "M", "MoCap", channel_headers(), "string"), samples(1, [1.0], ["a"])],
+    "bad xml": (lambda: [chunk(tag=2, content=struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
+    "poses of text": (lambda: [stream_header(
+                                   number=1, name="M", kind="MoCap", channels=channel_headers(), form="string"),
+                               samples(number=1, stamps=[1.0], rows=["a"])],
                       "stream 'M': its samples are not the numbers its channels describe"),
-    "a claim": (lambda: [chunk(3, struct.pack("<IBI", 1, 4, 5_000_000) + bytes(9))],
+    "a claim": (lambda: [chunk(tag=3, content=struct.pack("<IBI", 1, 4, 5_000_000) + bytes(9))],
                 r"a chunk claims 5,000,000 samples of at least a byte.; record it again"),
     "two units": (lambda: mocap_chunks(head=stream_header(
-                      1, "M", "MoCap", channel_headers("m")[:7] + channel_headers("mm")[7:])),
+                      number=1, name="M", kind="MoCap", channels=channel_headers("m")[:7] + channel_headers("mm")[7:])),
                   "lengths are in m, mm; record all in one of m, cm, mm"),
 }  # fmt: skip
 
@@ -333,14 +350,18 @@ def test_mapping_that_contradicts_the_units_of_channels_is_refused(tmp_path):
 def test_positions_in_mixed_units_are_refused(tmp_path):
     described = channel_headers()
     described[1]["unit"] = "mm"
-    path = xdf_file(tmp_path, *mocap_chunks(head=stream_header(1, "Mocap", "MoCap", described)))
+    path = xdf_file(
+        tmp_path, *mocap_chunks(head=stream_header(number=1, name="Mocap", kind="MoCap", channels=described))
+    )
     assert_import_refused("xdf", path, "lengths are in meters, mm")
 
 
 def test_channels_beside_poses_that_are_not_read_are_named(tmp_path):
     described = channel_headers()
     described[7]["object"] = "Other"  # of the cup's place X, so that neither has a whole pose
-    path = xdf_file(tmp_path, *mocap_chunks(head=stream_header(1, "Mocap", "MoCap", described)))
+    path = xdf_file(
+        tmp_path, *mocap_chunks(head=stream_header(number=1, name="Mocap", kind="MoCap", channels=described))
+    )
     session = import_session("xdf", path)
     assert session.names == ("Rod",)
     assert "stream 'Mocap': channels that are not read: Cup_PositionX, Cup_PositionY" in session.facts["conversions"]

@@ -16,14 +16,16 @@ def read_catalogue(path):
 @pytest.fixture
 def session_file(tmp_path):
     """A session of 3,000 frames and six bodies."""
-    write_session(session_of(random_frames(1, 3000, 6), meshes={"a": tetrahedron()}), tmp_path / "s.mcap")
+    write_session(
+        session_of(random_frames(seed=1, count=3000, bodies=6), meshes={"a": tetrahedron()}), tmp_path / "s.mcap"
+    )
     return tmp_path / "s.mcap"
 
 
 def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
     from mcap.writer import IndexType
 
-    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1)), index_types=IndexType.NONE)
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=1)), index_types=IndexType.NONE)
     assert [region.channels for region in read_catalogue(path).regions] == [None]
 
 
@@ -43,7 +45,7 @@ def test_tear_is_at_first_incomplete_record(session_file):
 )
 def test_oversized_declarations_are_refused_before_reading(session_file, tmp_path, monkeypatch, kind, limit):
     if kind == "message":
-        session_file = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1)), use_chunking=False)
+        session_file = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=1)), use_chunking=False)
     monkeypatch.setattr(module, limit, 500 if kind == "attachment" else 5)
     with pytest.raises(SessionFileError, match=rf"a {kind} record declares \d+ bytes, more than the 5(00)?"):
         read_catalogue(session_file)

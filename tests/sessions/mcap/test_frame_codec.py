@@ -60,7 +60,9 @@ def test_frames_survive_any_chunk_boundary(frames, every):
 @given(st.data())
 def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
     """Messages one by one go through the protobuf library."""
-    frames = random_frames(data.draw(st.integers(0, 9)), 40, 2, absent=data.draw(st.sampled_from([0.0, 0.3])))
+    frames = random_frames(
+        data.draw(st.integers(0, 9)), count=40, bodies=2, absent=data.draw(st.sampled_from([0.0, 0.3]))
+    )
     records = encoded_records(frames)
     for row in data.draw(st.lists(st.integers(0, 39), max_size=4)):
         payload = bytearray(records[row][4])
@@ -84,7 +86,7 @@ def tracking_payload(status, **header):
 @pytest.mark.parametrize(("sequence", "log", "publish"), [(8, 6, 5), (7, 9, 5), (7, 6, 9)])
 def test_note_without_matching_frame_changes_nothing(sequence, log, publish):
     """Records: (channel, sequence, log, publish time, payload); channel 2 notes what channel 1's frame lost."""
-    payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
+    payload = protobuf_messages(random_frames(seed=0, count=1, bodies=1))[0][2]
     good = [(2, 7, 6, 5, tracking_payload(Status.LOST)), (1, 7, 6, 5, payload)]
     wrong = [(2, sequence, log, publish, tracking_payload(Status.LOST)), (1, 7, 6, 5, payload)]
     assert decoded_frames([frame_messages(*good)]).status.tolist() == [[Status.LOST]]
@@ -93,7 +95,7 @@ def test_note_without_matching_frame_changes_nothing(sequence, log, publish):
 
 def test_note_adds_no_sample_or_unknown_status():
     """Status 0 is absent, 1 valid, 9 unknown: none changes a recorded pose; and no pose is made of a note alone."""
-    payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
+    payload = protobuf_messages(random_frames(seed=0, count=1, bodies=1))[0][2]
     for status in (0, 1, 9):
         records = (2, 7, 6, 5, tracking_payload(status)), (1, 7, 6, 5, payload)
         assert decoded_frames([frame_messages(*records)]).status.tolist() == [[Status.VALID]]
@@ -102,7 +104,7 @@ def test_note_adds_no_sample_or_unknown_status():
 
 
 def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
-    frames, tolerant = random_frames(0, 2, 1), decoder_of_frames((), strict=False)
+    frames, tolerant = random_frames(seed=0, count=2, bodies=1), decoder_of_frames((), strict=False)
     for publish, log, payload in protobuf_messages(frames):
         assert len([*tolerant.decode(frame_messages((1, 0, log, publish, payload)))]) == 1
     (met,), (first, last) = tolerant.met.values(), frames.stamp_ns.tolist()
@@ -111,7 +113,7 @@ def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
 
 def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
     """The limits are lowered to two bodies, and to 10 bytes a message."""
-    payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
+    payload = protobuf_messages(random_frames(seed=0, count=1, bodies=3))[0][2]
     monkeypatch.setattr(frame_codec, "MAX_BODIES", 2)
     with pytest.raises(SessionFileError, match="more than 2 bodies"):
         decoded_frames([frame_messages((1, 0, 0, 0, payload))])

@@ -21,7 +21,7 @@ from sessions.model.session import Frames
 @pytest.mark.parametrize("length", [1, 7, 800, 10_000])
 def test_blocks_are_full_but_the_last(tmp_path, length):
     """``length``: frames in a block, of 800."""
-    frames = random_frames(1, 30 if length == 1 else 800, 6, odd=0.02)
+    frames = random_frames(seed=1, count=30 if length == 1 else 800, bodies=6, odd=0.02)
     write_session(session_of(frames, scene=Scene(name="bench")), tmp_path / "s.mcap")
     blocks = [*McapFrames(McapFile(tmp_path / "s.mcap"), frames.names).blocks(length)]
     assert all(len(block) == length for block in blocks[:-1])
@@ -68,7 +68,7 @@ def entities_by_id(meshes, scene=None):
 
 
 def test_body_is_drawn_by_its_triangles():
-    mesh = tetrahedron(1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
+    mesh = tetrahedron(size=1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
     entity = entities_by_id({"cup": mesh})["cup"]
     (piece,) = entity.triangles
     points = np.array([[p.x, p.y, p.z] for p in piece.points])

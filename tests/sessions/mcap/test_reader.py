@@ -30,14 +30,14 @@ BARE = {"use_statistics": False, "repeat_channels": False, "repeat_schemas": Fal
     [{"compression": CompressionType.LZ4}, {"compression": CompressionType.NONE}, {"use_chunking": False}, BARE],
 )
 def test_any_compression_is_read_with_or_without_chunks_and_index(tmp_path, options):
-    messages = protobuf_messages(random_frames(2, 200, 5, absent=0.3))
+    messages = protobuf_messages(random_frames(seed=2, count=200, bodies=5, absent=0.3))
     path = write_foreign(tmp_path / "f.mcap", messages, chunk_size=1 << 14, **options)
     assert_same_frames(read_session(path).frames, read_frames_plainly(path))
     assert len(read_session(path).frames) == 200
 
 
 def test_foreign_file_is_identified_and_keeps_its_text(tmp_path):
-    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)))
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=2)))
     session = read_session(path)
     assert session.facts["profile"] == "none" and session.facts["handedness"] == "not stated"
     assert session.names == ("body 0", "body 1", "body 2") and session.events == ()
@@ -49,7 +49,7 @@ def test_foreign_file_is_identified_and_keeps_its_text(tmp_path):
 
 def test_stream_is_decoded_once_on_first_use(tmp_path, monkeypatch):
     heart, requested = ScalarTrack([1, 2], [70, 71]), []
-    write_session(session_of(random_frames(1), scalars={"heart": heart}), tmp_path / "s.mcap")
+    write_session(session_of(random_frames(seed=1), scalars={"heart": heart}), tmp_path / "s.mcap")
     monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: requested.append(prefix) or heart)
     scalars = read_session(tmp_path / "s.mcap").scalars
     assert [*scalars] == ["heart"] and "heart" in scalars and "pulse" not in scalars and requested == []
@@ -66,7 +66,7 @@ def damaged(path, offset, byte=None):
 def session_file(tmp_path):
     """A session of 3,000 frames and six bodies."""
     path = tmp_path / "s.mcap"
-    write_session(session_of(random_frames(4, 3000, 6), meshes={"body 0": tetrahedron()}), path)
+    write_session(session_of(random_frames(seed=4, count=3000, bodies=6), meshes={"body 0": tetrahedron()}), path)
     return path
 
 
@@ -96,7 +96,7 @@ def test_mesh_with_another_hash_is_reported(tmp_path, monkeypatch):
             return "0" * 64
 
     monkeypatch.setattr(writer.hashlib, "sha256", lambda data: Wrong())
-    write_session(session_of(random_frames(1), meshes={"body 0": tetrahedron()}), tmp_path / "s.mcap")
+    write_session(session_of(random_frames(seed=1), meshes={"body 0": tetrahedron()}), tmp_path / "s.mcap")
     monkeypatch.undo()
     with pytest.raises(SessionFileError, match=r"mesh of 'body 0' is not the one that was recorded"):
         read_session(tmp_path / "s.mcap")
@@ -111,13 +111,13 @@ def test_missing_file_and_folder_are_refused_in_a_sentence(tmp_path):
 
 @pytest.mark.parametrize(("profile", "text"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
 def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, text):
-    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile=profile)
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=2)), profile=profile)
     with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{text}"):
         read_session(path)
 
 
 def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
-    frames = random_frames(2)
+    frames = random_frames(seed=2)
     two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
     with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):
         read_session(write_foreign(tmp_path / "f.mcap", two))
@@ -149,7 +149,7 @@ print(count, peak_bytes() // 1024)
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="peak memory is measured in KiB of Linux")
 def test_block_reading_memory_is_independent_of_session_length(tmp_path):
-    frames = random_frames(1, 3000, 12)
+    frames = random_frames(seed=1, count=3000, bodies=12)
 
     class Repeated:
         names = frames.names

@@ -48,7 +48,7 @@ def session_once_written(partial):
 
 def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
     """Read twice: by this package and by a plain loop over the protobuf messages."""
-    frames = random_frames(5, 400, 4, absent=0.2, odd=0.2)
+    frames = random_frames(seed=5, count=400, bodies=4, absent=0.2, odd=0.2)
     with Recorder(tmp_path / "s.mcap", meshes={"body 1": tetrahedron()}, facts={"vr_type": "desktop"}) as recorder:
         recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, UPRIGHT_POSE))
         record_frames(recorder, frames)

@@ -43,7 +43,7 @@ def listed(*names):
     return bodies_record(names)["names"].encode()
 
 
-def record(opcode, change=lambda data, start, end: flipped(data, start, end, 4, 1), skipped=9):
+def record(opcode, change=lambda data, start, end: flipped(data, start, end, count=4, seed=1), skipped=9):
     """A change of the first record of a kind, behind its head or further."""
 
     def damage(data):
@@ -55,7 +55,7 @@ def record(opcode, change=lambda data, start, end: flipped(data, start, end, 4, 
 
 DAMAGE = {
     "none": lambda data: data,
-    "a chunk": lambda data: flipped(data, chunks(data)[4][1] - 40, chunks(data)[4][1], 5, 0),
+    "a chunk": lambda data: flipped(data, chunks(data)[4][1] - 40, chunks(data)[4][1], count=5, seed=0),
     "a chunk that declares too much": record(
         Opcode.CHUNK, lambda data, start, end: data[: start + 22] + b"\1" + data[start + 23 :]
     ),
@@ -128,11 +128,13 @@ def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_p
 
 
 def test_foreign_file_is_recovered_with_its_channels(tmp_path):
-    frames = random_frames(3, 200, 2)
+    frames = random_frames(seed=3, count=200, bodies=2)
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames), chunk_size=4096)
     data = path.read_bytes()
     start, end = chunks(data)[3]
-    result = recover(damaged_file(tmp_path, flipped(data, (start + end) // 2, end, 5, 0)), tmp_path / "out.mcap")
+    result = recover(
+        damaged_file(tmp_path, flipped(data, (start + end) // 2, end, count=5, seed=0)), tmp_path / "out.mcap"
+    )
     assert 150 < result.frames < 200
     assert read_session(tmp_path / "out.mcap").facts["format"] == "foreign"
 
@@ -148,7 +150,7 @@ def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, tex
 
 def test_recover_drops_an_undecodable_pose_message(tmp_path):
     """One of 200 messages starts with a byte that protobuf cannot decode, and no checksum betrays it."""
-    messages = protobuf_messages(random_frames(3, 200, 2))
+    messages = protobuf_messages(random_frames(seed=3, count=200, bodies=2))
     messages[7] = (*messages[7][:2], b"\xff" + messages[7][2][1:])
     path = write_foreign(tmp_path / "f.mcap", messages, enable_crcs=False)
     result = recover(path, tmp_path / "out.mcap")

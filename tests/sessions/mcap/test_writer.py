@@ -38,8 +38,8 @@ def full_session():
     times = np.arange(400, dtype=np.int64) * 1_000_000
     rng = np.random.default_rng(5)
     return session_of(
-        random_frames(3, odd=0.1, absent=0.1),
-        meshes={"body 0": tetrahedron(), "a/b": tetrahedron(1 / 3)},
+        random_frames(seed=3, odd=0.1, absent=0.1),
+        meshes={"body 0": tetrahedron(), "a/b": tetrahedron(size=1 / 3)},
         scene=Scene(),
         events=(Event(7, "start"), Event(9, "drop: it", "the glass: fell", "body 0", "warning"), Event(9, "a", "a")),
         intervals=(
@@ -95,7 +95,7 @@ class Ragged:
 
 def test_bytes_do_not_depend_on_block_sizes(tmp_path):
     """4,000 frames whole, or cut after frames 1, 2, 700 and 3,999."""
-    frames = random_frames(8, 4000, 6, odd=0.05)
+    frames = random_frames(seed=8, count=4000, bodies=6, odd=0.05)
     write_session(session_of(frames), tmp_path / "a.mcap")
     write_session(Session(Ragged(frames, [1, 2, 700, 3999]), {}), tmp_path / "b.mcap")
     assert (tmp_path / "a.mcap").stat().st_size > 1_000_000
@@ -103,7 +103,7 @@ def test_bytes_do_not_depend_on_block_sizes(tmp_path):
 
 
 def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
-    frames = random_frames(0)
+    frames = random_frames(seed=0)
     early = Frames(
         frames.names,
         frames.stamp_ns * 0 - 5,
@@ -127,7 +127,7 @@ def test_scene_text_survives_and_changed_scene_gets_new_text(tmp_path):
     scene = parse_scene(SCENE)
     changed = replace(scene, bodies=(*scene.bodies, SceneBody("cup", shape="sphere", size={"radius": 0.1})))
     for item in (scene, changed, replace(changed, text="")):
-        write_session(session_of(random_frames(0), scene=item), tmp_path / "s.mcap")
+        write_session(session_of(random_frames(seed=0), scene=item), tmp_path / "s.mcap")
         result = read_session(tmp_path / "s.mcap").scene
         assert replace(result, text="") == replace(item, text="")
         assert (result.text == scene.text) == (item is scene)

@@ -46,17 +46,17 @@ def test_frames_are_loaded_once_and_blocks_then_come_from_memory():
 
         def blocks(self, length):
             Counted.requested += 1
-            yield from random_frames(3).blocks(length)
+            yield from random_frames(seed=3).blocks(length)
 
     session = Session(Counted(), {})
-    assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(3))
-    assert_same_frames(session.frames, random_frames(3))
-    assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(3))
+    assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(seed=3))
+    assert_same_frames(session.frames, random_frames(seed=3))
+    assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(seed=3))
     assert Counted.requested == 2
 
 
 def test_repeated_device_stamp_keeps_the_first_sample():
-    frames = random_frames(3, 4, 1)
+    frames = random_frames(seed=3, count=4, bodies=1)
     twice = Frames(frames.names, frames.stamp_ns, frames.log_ns, np.array([[10], [10], [30], [20]]), frames.position,
                    frames.quaternion_xyzw, np.array([[1], [2], [1], [3]], dtype=np.uint8))  # fmt: skip
     track = session_of(twice).tracks["body 0"]

@@ -10,10 +10,10 @@ from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.tree_kinds import TREE_KINDS
 
 MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}
-MESHES["plate"] = grid_plate(8)
-MESHES["one face"] = grid_plate(1)[:1]
+MESHES["plate"] = grid_plate(size=8)
+MESHES["one face"] = grid_plate(size=1)[:1]
 MESHES["one point"] = np.zeros((20, 3, 3))
-MESHES["far"] = grid_plate(4) + 1e6
+MESHES["far"] = grid_plate(size=4) + 1e6
 MESHES["tiny point"] = np.full((1, 3, 3), 1e-200)
 MESHES["large point"] = np.full((2, 3, 3), 1e70)
 by_mesh = pytest.mark.parametrize("name", MESHES)
@@ -27,7 +27,7 @@ def test_leaves_hold_every_face_once(name):
     assert sizes.sum() == len(MESHES[name])
     assert sizes.min() >= 1
     assert sizes.max() <= TREE_KINDS["exact"].leaf_faces
-    assert faces_below(tree, 0).tolist() == list(range(len(MESHES[name])))
+    assert faces_below(tree, node=0).tolist() == list(range(len(MESHES[name])))
 
 
 @by_mesh

@@ -93,7 +93,7 @@ def test_certain_face_pairs_meet_wherever_rounding_may_have_moved_them(pad, grai
     One mesh is shifted by almost the pad in 14 directions: faces that meet after some shift must be candidates, and
     faces called certain must meet after every shift.
     """
-    scene = EightFrames(1, size=0.6, grains=grains)
+    scene = EightFrames(seed=1, size=0.6, grains=grains)
     shape = [len(mesh) for mesh in scene.meshes]
     lanes, certain = np.zeros((2, *shape), dtype=int)
     for face_a, face_b, possible, meet in faces_left(scene, pad):

@@ -63,7 +63,7 @@ def gap_of(row, frame, pad):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("separation", [0.0, 3.0, 30.0])
 def test_no_two_corners_are_nearer_than_the_gap(separation):
-    scene = EightFrames(1, separation=separation)
+    scene = EightFrames(seed=1, separation=separation)
     for frame in range(8):
         gap = gap_of(scene.row, frame, scene.pad)
         first, second = (world.reshape(-1, 3) for world in scene.world(frame))

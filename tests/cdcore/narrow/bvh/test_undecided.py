@@ -13,7 +13,7 @@ BEYOND_SUMS = 2.0**-210
 
 def sliding_grids_at(scale):
     """Two grids that slide over each other in one plane, at a scale that is a power of two."""
-    bodies, motion, _meets = sliding_grids(6, 12)
+    bodies, motion, _meets = sliding_grids(cells=6, frames=12)
     scaled = [Body(body.name, TriangleMesh(body.mesh.vertices * scale, body.mesh.faces)) for body in bodies]
     return scaled, Motion(motion.times, motion.translations * scale, motion.rotations)
 
@@ -33,7 +33,7 @@ def test_integers_decide_as_sums_do_at_another_scale(faces):
 
 def test_sums_and_integers_decide_each_face_pair_once():
     """One row of corners is raised by 2^-210 m, too small for exact sums: those faces are decided in integers."""
-    bodies, motion, _meets = sliding_grids(6, 12)
+    bodies, motion, _meets = sliding_grids(cells=6, frames=12)
     motion = Motion(motion.times, -motion.translations, motion.rotations)
     corners = bodies[0].mesh.vertices.copy()
     corners[corners[:, 1] == 0.0, 1] = BEYOND_SUMS

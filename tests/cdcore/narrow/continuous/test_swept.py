@@ -45,7 +45,7 @@ PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
 def spheres_and_random_poses(seed, frames=120):
     rng = np.random.default_rng(seed)
     meshes = [ball_mesh(0.1), shift_mesh(ball_mesh(0.05), (0.3, 0, 0)), shift_mesh(ball_mesh(0.2), (0, -0.5, 0.2))]
-    rotation = np.stack([random_walk_of_rotations(rng, frames, 1.5) for _ in meshes], axis=1)
+    rotation = np.stack([random_walk_of_rotations(rng, frames, step=1.5) for _ in meshes], axis=1)
     move = rng.normal(size=(frames, 3, 3)) * 0.4
     return [sphere_best(mesh) for mesh in meshes], rotation, move
 

@@ -24,7 +24,7 @@ each_mesh = pytest.mark.parametrize("name", MESHES)
 
 @each_kind
 def test_published_trees_built_together_equal_trees_built_singly(kind):
-    row, meshes = TREE_KINDS[kind], [*MESHES.values(), np.zeros((20, 3, 3)), grid_plate(1)[:1] * 1e70]
+    row, meshes = TREE_KINDS[kind], [*MESHES.values(), np.zeros((20, 3, 3)), grid_plate(size=1)[:1] * 1e70]
     for corners, (tree, depth) in zip(meshes, build_trees(meshes, row.rule, row.leaf_faces), strict=True):
         alone, its_depth = tree_of(corners, kind)
         assert depth == its_depth
@@ -105,7 +105,7 @@ def test_rapid_axes_do_not_depend_on_tessellation():
     """The covariance is of the surface: a plate of 2 faces, and the same plate cut into many, give one box."""
     coarse = np.array([[[0.0, 0, 0], [6, 0, 0], [6, 6, 0]], [[0, 0, 0], [6, 6, 0], [0, 6, 0]]])
     stretched = np.array([3.0, 1.0, 1.0])
-    first, second = (tree_of(plate * stretched, "rapid-style")[0] for plate in (coarse, grid_plate(6)))
+    first, second = (tree_of(plate * stretched, "rapid-style")[0] for plate in (coarse, grid_plate(size=6)))
     assert np.allclose(np.abs(first.axes[0]), np.abs(second.axes[0]), atol=1e-9)
     assert np.allclose(first.half[0], [9.0, 3.0, 0.0], atol=1e-9)
     assert np.allclose(second.half[0], [9.0, 3.0, 0.0], atol=1e-9)

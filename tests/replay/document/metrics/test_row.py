@@ -153,9 +153,9 @@ class Unread(dict):
 
 
 def test_a_scene_of_effects_counts_no_grasp_or_breakage():
-    glasses = (glass("a", 60.0), glass("b"))
+    glasses = (glass("a", volume_ml=60.0), glass("b"))
     session = session_with_effects(
-        {"a": poses_of_tilted_glass([0.0, 60.0, 60.0]), "b": poses_at_rest(3)},
+        {"a": poses_of_tilted_glass([0.0, 60.0, 60.0]), "b": poses_at_rest(count=3)},
         glasses,
         ("pour", {"from": ["a"], "into": ["b"]}),
     )

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_tap_degrees, glass
 
 from replay.effects.chemistry.assumed import assumption_events
 from replay.effects.chemistry.processes import Process
@@ -18,11 +18,11 @@ PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
 
 def reaction(burette, flask, equation):
     """Output of the reaction of a burette's liquid that runs into 2 mL."""
-    titrant = glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
-    sample = glass("flask", 2.0, solutes=flask)
-    return effects_of_burette(OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=titrant, acid=sample)[
-        "reaction"
-    ].output
+    titrant = glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN)
+    sample = glass("flask", volume_ml=2.0, solutes=flask)
+    return effects_of_tap_degrees(
+        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=titrant, acid=sample
+    )["reaction"].output
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import phreeqc
 import pytest
-from support.liquid_worlds import MIXING_IN_FLASK, effects_of_burette, glass
+from support.liquid_worlds import MIXING_IN_FLASK, effects_of_tap_degrees, glass
 
 from replay.effects.chemistry.components import dissolved_components
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, SALTING_OUT_KG_MOL
@@ -81,9 +81,11 @@ HALITE = ("reaction", {"equation": "NaCl(s) -> Na+ + Cl-"})
 
 def salted_out(molar):
     """Effects of acid that runs into a strong solution of salt."""
-    acid = glass("burette", 50.0, solute="HCl", molar=molar, cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})
-    brine = glass("flask", 2.0, solute="NaCl", molar=5.4)
-    return effects_of_burette(
+    acid = glass(
+        "burette", volume_ml=50.0, solute="HCl", molar=molar, cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
+    )
+    brine = glass("flask", volume_ml=2.0, solute="NaCl", molar=5.4)
+    return effects_of_tap_degrees(
         [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIXING_IN_FLASK, HALITE, base=acid, acid=brine
     )["reaction"].output
 
@@ -101,12 +103,12 @@ def test_dilute_salt_solution_is_not_reported_as_brine():
 
 def test_gypsum_in_a_brine_is_named_in_the_warning():
     """Gypsum in 3 mol/kg of NaCl: 0.058 mol/kg dissolve by Pitzer's equations, 0.025 by minteq.v4."""
-    lime = glass("burette", 50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0},
+    lime = glass("burette", volume_ml=50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0},
                  cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})  # fmt: skip
-    sulfate = glass("flask", 2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
+    sulfate = glass("flask", volume_ml=2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
     gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-    (event,) = effects_of_burette(degrees, MIXING_IN_FLASK, gypsum, base=lime, acid=sulfate)[
+    (event,) = effects_of_tap_degrees(degrees, MIXING_IN_FLASK, gypsum, base=lime, acid=sulfate)[
         "reaction"
     ].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text
@@ -125,10 +127,10 @@ ACID_COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, solid, equation):
     """The acid decides: soda dissolves to its last grain, of a gram of marble 5 mmol are used up by 10 mmol of acid."""
     formula, grams = solid
-    burette = glass("burette", 50.0, solute=acid, molar=molar, cavity=ACID_COLUMN)
-    flask = glass("flask", 0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
+    burette = glass("burette", volume_ml=50.0, solute=acid, molar=molar, cavity=ACID_COLUMN)
+    flask = glass("flask", volume_ml=0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-    output = effects_of_burette(
+    output = effects_of_tap_degrees(
         degrees, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=burette, acid=flask
     )["reaction"].output
     assert not output.events_named("brine")

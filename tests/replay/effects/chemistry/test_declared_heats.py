@@ -72,8 +72,8 @@ def test_reactions_give_their_declared_heat(a, b, equation, heat):
 def test_scene_is_accepted_after_following_advice_on_missing_heat(solid):
     """The fault proposes an equation; with that equation and a heat the scene has no fault."""
     properties = {"solid": {"formula": solid, "mass_g": 2.0, "solubility_g_100g": 50.0}}
-    bodies = (glass("a", 60.0), glass("b", 0.0, properties=properties))
-    poses = {"a": poses_at_rest(2), "b": poses_at_rest(2)}
+    bodies = (glass("a", volume_ml=60.0), glass("b", volume_ml=0.0, properties=properties))
+    poses = {"a": poses_at_rest(count=2), "b": poses_at_rest(count=2)}
 
     def faults(*effects):
         return plan_faults(session_with_effects(poses, bodies, ("mixing", {"in": ["a", "b"]}), CALM, *effects).scene)
@@ -88,8 +88,17 @@ def test_scene_is_accepted_after_following_advice_on_missing_heat(solid):
 @pytest.mark.parametrize("solid", ["Na3PO4.12H2O", "C6H12O6", "I2", "K2S2O8"])
 def test_solids_of_unknown_solubility_are_refused(solid):
     """They once stood in the water as if they were sand, without a word."""
-    bodies = (glass("a", 60.0), glass("b", 0.0, properties={"solid": {"formula": solid, "mass_g": 2.0}}))
+    bodies = (
+        glass("a", volume_ml=60.0),
+        glass("b", volume_ml=0.0, properties={"solid": {"formula": solid, "mass_g": 2.0}}),
+    )
     effects = (("mixing", {"in": ["a", "b"]}), CALM, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
-    bodies = (*bodies, glass("c", 10.0, solute="HCl", molar=0.1), glass("d", 10.0, solute="NaOH", molar=0.1))
-    faults = plan_faults(session_with_effects({name: poses_at_rest(2) for name in "abcd"}, bodies, *effects).scene)
+    bodies = (
+        *bodies,
+        glass("c", volume_ml=10.0, solute="HCl", molar=0.1),
+        glass("d", volume_ml=10.0, solute="NaOH", molar=0.1),
+    )
+    faults = plan_faults(
+        session_with_effects({name: poses_at_rest(count=2) for name in "abcd"}, bodies, *effects).scene
+    )
     assert any(f"body 'b': nothing says how much {solid!r} dissolves" in fault for fault in faults)

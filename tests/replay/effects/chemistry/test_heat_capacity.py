@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.liquid_worlds import WIDE_BEAKER, effects_of_pouring, glass
+from support.liquid_worlds import WIDE_BEAKER, effects_of_tilt_degrees, glass
 
 HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0}
 NEUTRAL = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"})
@@ -11,11 +11,11 @@ NEUTRAL = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"})
 def neutralised(molar, per_ml=None):
     """The effect heat of 50 mL of hydrochloric acid poured on 50 mL of lye."""
     a, b = (
-        glass(name, 50.0, solute=solute, molar=molar, cavity=WIDE_BEAKER)
+        glass(name, volume_ml=50.0, solute=solute, molar=molar, cavity=WIDE_BEAKER)
         for name, solute in (("a", "HCl"), ("b", "NaOH"))
     )
     heat = ("heat", HEAT if per_ml is None else {**HEAT, "heat_capacity_j_per_ml_k": per_ml})
-    effects = effects_of_pouring([0.0, *([120.0] * 60)], (a, b), ("mixing", {"in": ["b"]}), NEUTRAL, heat)
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 60)], (a, b), ("mixing", {"in": ["b"]}), NEUTRAL, heat)
     return effects["heat"]
 
 
@@ -38,9 +38,9 @@ STRONG = [
 @pytest.mark.parametrize(("solutes", "per_ml", "tolerance"), STRONG)
 def test_concentrated_solution_cools_by_its_own_heat_capacity(solutes, per_ml, tolerance):
     """By Newton's law at 100 W/K; with 4.18 J/K for every millilitre all but lye are farther off."""
-    beaker = glass("b", 50.0, solutes=solutes, properties={"temperature_c": 30.0}, cavity=WIDE_BEAKER)
+    beaker = glass("b", volume_ml=50.0, solutes=solutes, properties={"temperature_c": 30.0}, cavity=WIDE_BEAKER)
     heat = ("heat", {**HEAT, "loss_w_per_k": 100.0})
-    effects = effects_of_pouring([0.0] * 60, (glass("a", 1.0), beaker), ("mixing", {"in": ["b"]}), heat)
+    effects = effects_of_tilt_degrees([0.0] * 60, (glass("a", volume_ml=1.0), beaker), ("mixing", {"in": ["b"]}), heat)
     series = effects["heat"].series["b/temperature"]
     seconds = series.times[-1] - series.times[0]
     capacity = 100.0 * seconds / np.log((series.values[0] - 20.0) / (series.values[-1] - 20.0)) / 50.0

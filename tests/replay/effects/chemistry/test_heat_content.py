@@ -109,7 +109,7 @@ DILUTED = [
 def test_a_strong_solution_gives_off_its_heat_of_dilution(formula, strong, weak, joule_mol, within):
     volume = 50.0 * weak / (strong - weak)
     acid = {"volume_ml": volume, "solutes": {formula: strong}}
-    joule, *_ = heat_of_pouring({"volume_ml": 50.0}, acid, None)
+    joule, *_ = heat_of_pouring({"volume_ml": 50.0}, acid, equation=None)
     assert joule / (volume * strong * 1e-3) == pytest.approx(joule_mol, rel=within)
 
 
@@ -157,7 +157,9 @@ def test_undissolved_solid_leaves_the_capacity_of_its_solution_alone():
 def test_solid_that_does_not_dissolve_is_warmed():
     """143 g of silver chloride keep 52 J/K by Kopp's rule: hot water on it cools by that of both."""
     chloride = {"properties": {"solid": {"formula": "AgCl", "mass_g": 143.32}}, "volume_ml": 0.0}
-    joule, _, warmest = heat_of_pouring({"volume_ml": 100.0}, chloride, None, solids={"b": 52.0}, excess={"a": 40.0})
+    joule, _, warmest = heat_of_pouring(
+        {"volume_ml": 100.0}, chloride, equation=None, solids={"b": 52.0}, excess={"a": 40.0}
+    )
     assert joule == pytest.approx(100.0 * 4.18 * 40.0, rel=1e-4)
     assert warmest == pytest.approx(20.0 + joule / (418.0 + 52.0), abs=0.1)
 

@@ -35,7 +35,7 @@ def test_dissolving_solid_has_its_tabled_heat_without_an_equation(row):
     """Each row of HEATS is a solid, its moles in 100 mL of water and the kJ/mol of the literature."""
     formula, moles = row["b"]["solid"], row["b"].get("moles", row.get("moles"))
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
-    joule, *_ = heat_of_pouring({"volume_ml": 100.0}, solid, None, steps=5)
+    joule, *_ = heat_of_pouring({"volume_ml": 100.0}, solid, equation=None, steps=5)
     assert -joule / moles / 1e3 == pytest.approx(row["kj"], rel=0.03)
 
 

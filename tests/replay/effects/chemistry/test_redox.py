@@ -3,7 +3,7 @@
 import numpy as np
 import phreeqc
 import pytest
-from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_burette, glass
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_tap_degrees, glass
 from support.second_opinions import minteq
 
 from replay.effects.chemistry.redox import couples_of
@@ -21,12 +21,12 @@ NO_OXYGEN = "SOLUTION_SPECIES\n2H2O = O2 + 4H+ + 4e-\n log_k -200\n"
 def curves(flask, burette, equation, rate=None):
     """Curves of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
     reaction = ("reaction", {"equation": equation} | ({} if rate is None else {"rate_per_s": rate}))
-    effects = effects_of_burette(
+    effects = effects_of_tap_degrees(
         [0.0, 0.0, *([90.0] * 8 * HZ), 0.0],
         MIXING_IN_FLASK,
         reaction,
-        acid=glass("flask", 10.0, solutes=flask),
-        base=glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN),
+        acid=glass("flask", volume_ml=10.0, solutes=flask),
+        base=glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN),
         step_ns=round(1e9 / HZ),
         settings={"full_area_m2": 1.2e-6},
     )

@@ -2,7 +2,7 @@
 
 import phreeqc
 import pytest
-from support.liquid_worlds import effects_of_pouring, glass
+from support.liquid_worlds import effects_of_tilt_degrees, glass
 from support.second_opinions import minteq
 
 MARBLE = "CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"
@@ -17,11 +17,11 @@ def acid_poured_on(solid, acid, *, molar, equation, rate_per_s=None):
     Without a rate the equation runs at once.
     """
     bodies = (
-        glass("a", 60.0, solute=acid, molar=molar),
+        glass("a", volume_ml=60.0, solute=acid, molar=molar),
         glass("b", WATER_ML, properties={"solid": {"formula": solid, "mass_g": 1.0}}),
     )
     reaction = ("reaction", {"equation": equation} | ({} if rate_per_s is None else {"rate_per_s": rate_per_s}))
-    effects = effects_of_pouring([0.0, 60.0, 60.0, *([0.0] * 100)], bodies, ("mixing", {"in": ["b"]}), reaction)
+    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0, *([0.0] * 100)], bodies, ("mixing", {"in": ["b"]}), reaction)
     gas = sum(event.values["moles"] for event in effects["reaction"].output.events_named("gas"))
     return {name: series.values[-1] for name, series in effects["reaction"].series.items()}, gas, effects
 

@@ -26,10 +26,10 @@ CALM = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
 def dissolved(solid, celsius, grams):
     """g of a solid that dissolve in 100 mL of water at a temperature, of three times as much."""
     contents = {"solid": {"formula": solid, "mass_g": 3.0 * grams}, "temperature_c": float(celsius)}
-    flask = glass("flask", 100.0, cavity={"radius": 0.05, "height": 0.08}, properties=contents)
+    flask = glass("flask", volume_ml=100.0, cavity={"radius": 0.05, "height": 0.08}, properties=contents)
     effects = compute(
         session_with_effects(
-            {"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, CALM, ("precipitation", {"solid": solid})
+            {"flask": poses_at_rest(count=2)}, (flask,), MIXING_IN_FLASK, CALM, ("precipitation", {"solid": solid})
         )
     ).effects
     return effects["precipitation"].output.events_named("dissolved")[0].values["mass_g"]
@@ -44,10 +44,12 @@ def test_sparing_solubility_agrees_with_tables_hot_and_cold(solid, celsius, gram
 
 @pytest.mark.parametrize(("solid", "is_reported"), [("AgBr", True), ("AgCl", False)])
 def test_a_hot_solid_without_a_course_is_reported(solid, is_reported):
-    flask = glass("flask", 50.0, properties={"solid": {"formula": solid, "mass_g": 0.001}, "temperature_c": 80.0})
+    flask = glass(
+        "flask", volume_ml=50.0, properties={"solid": {"formula": solid, "mass_g": 0.001}, "temperature_c": 80.0}
+    )
     reaction = ("reaction", {"equation": f"{solid} -> Ag+ + {solid[2:]}-"})
     output = (
-        compute(session_with_effects({"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, CALM, reaction))
+        compute(session_with_effects({"flask": poses_at_rest(count=2)}, (flask,), MIXING_IN_FLASK, CALM, reaction))
         .effects["reaction"]
         .output
     )
@@ -58,14 +60,14 @@ def test_a_hot_solid_without_a_course_is_reported(solid, is_reported):
 
 def test_solubility_by_temperature_needs_ions_of_the_data_base():
     """An author may give PHREEQC's ``-analytic`` for lead chloride and its ions, not for an equation without ions."""
-    flask = glass("flask", 50.0, solutes={"PbCl2": 0.01})
+    flask = glass("flask", volume_ml=50.0, solutes={"PbCl2": 0.01})
     course = "PHASES\nMine\n PbCl2 = Pb+2 + 2 Cl-\n log_k -4.78\n -analytic {}\n"
     falls = ("precipitation", {"solid": "PbCl2"})
 
     def faults(text):
         reaction = ("reaction", {"equation": "Pb2+ + 2 Cl- -> PbCl2", "phreeqc": text})
         return plan_faults(
-            session_with_effects({"flask": poses_at_rest(2)}, (flask,), MIXING_IN_FLASK, reaction, falls).scene
+            session_with_effects({"flask": poses_at_rest(count=2)}, (flask,), MIXING_IN_FLASK, reaction, falls).scene
         )
 
     assert faults(course.format("-4.78 0 0 0")) == ()

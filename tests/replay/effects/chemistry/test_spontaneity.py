@@ -35,12 +35,12 @@ ENERGIES = [
 
 
 def flask(solutes, molar=0.1):
-    return glass("flask", 50.0, solutes=dict.fromkeys(solutes, molar))
+    return glass("flask", volume_ml=50.0, solutes=dict.fromkeys(solutes, molar))
 
 
 def scene_with(equation, solutes):
     return session_with_effects(
-        {"flask": poses_at_rest(4)}, (flask(solutes),), MIXING_IN_FLASK, ("reaction", {"equation": equation})
+        {"flask": poses_at_rest(count=4)}, (flask(solutes),), MIXING_IN_FLASK, ("reaction", {"equation": equation})
     )
 
 
@@ -84,9 +84,9 @@ def test_equations_that_stop_at_an_equilibrium_are_reported(equation, solutes, i
 def test_halogens_react_with_lye(equation):
     """All of 0.01 mol/L does; their free energy in water, +62 kJ/mol of chlorine, forbade it before."""
     solutes = {"Br2" if "Br2" in equation else "Cl2": 0.01, "NaOH" if "NaOH" in equation else "KOH": 0.1}
-    body = glass("flask", 50.0, solutes=solutes)
+    body = glass("flask", volume_ml=50.0, solutes=solutes)
     session = session_with_effects(
-        {"flask": poses_at_rest(4)}, (body,), MIXING_IN_FLASK, ("reaction", {"equation": equation})
+        {"flask": poses_at_rest(count=4)}, (body,), MIXING_IN_FLASK, ("reaction", {"equation": equation})
     )
     extent = compute(session).effects["reaction"].series["flask/extent"].values[-1]
     halogen = 0.01 * 50e-3  # mol in 50 mL; the equation of bromine takes three at a time
@@ -105,7 +105,7 @@ def test_reaction_with_a_rate_ends_at_its_equilibrium():
     def extent_after_12_s(**rate):
         reaction = ("reaction", {"equation": "2 Fe3+ + 2 I- -> 2 Fe2+ + I2", **rate})
         session = session_with_effects(
-            {"flask": poses_at_rest(120)}, (flask,), MIXING_IN_FLASK, reaction, step_ns=100_000_000
+            {"flask": poses_at_rest(count=120)}, (flask,), MIXING_IN_FLASK, reaction, step_ns=100_000_000
         )
         return compute(session).effects["reaction"].series["flask/extent"].values[-1]
 
@@ -116,7 +116,10 @@ def test_reaction_with_a_rate_ends_at_its_equilibrium():
 
 def test_an_equilibrium_takes_five_questions_a_composition():
     """Silver runs into iron(II): each of 60 rows is at the constant of the potentials, by PHREEQC's activities."""
-    bodies = (glass("burette", 50.0, solute="AgNO3", molar=0.1), glass("flask", 0.5, solutes={"Fe(NO3)2": 0.05}))
+    bodies = (
+        glass("burette", volume_ml=50.0, solute="AgNO3", molar=0.1),
+        glass("flask", volume_ml=0.5, solutes={"Fe(NO3)2": 0.05}),
+    )
     effects = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect("reaction", {"equation": ENERGIES[0][0]}))
     scene = Scene(bodies=bodies, effects=effects)
     tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
@@ -139,10 +142,10 @@ def test_an_equilibrium_takes_five_questions_a_composition():
 @pytest.mark.parametrize(("base", "is_reported"), [("NH3", True), ("NaOH", False)])
 def test_aluminium_that_ammonia_dissolves_is_reported(base, is_reported):
     """Textbooks leave it; of the fresh hydroxide two thirds dissolve in 0.5 mol/L by PHREEQC."""
-    body = glass("flask", 50.0, solutes={"AlCl3": 0.025, base: 0.5})
+    body = glass("flask", volume_ml=50.0, solutes={"AlCl3": 0.025, base: 0.5})
     reaction = ("reaction", {"equation": "Al3+ + 3 OH- -> Al(OH)3"})
     output = (
-        compute(session_with_effects({"flask": poses_at_rest(2)}, (body,), MIXING_IN_FLASK, reaction))
+        compute(session_with_effects({"flask": poses_at_rest(count=2)}, (body,), MIXING_IN_FLASK, reaction))
         .effects["reaction"]
         .output
     )
@@ -159,9 +162,9 @@ def test_aluminium_that_ammonia_dissolves_is_reported(base, is_reported):
     ],
 )
 def test_chlorine_is_reported_and_known_products_are_not_refused(equation, solutes, name):
-    body = glass("flask", 50.0, solutes=solutes)
+    body = glass("flask", volume_ml=50.0, solutes=solutes)
     session = session_with_effects(
-        {"flask": poses_at_rest(2)}, (body,), MIXING_IN_FLASK, ("reaction", {"equation": equation})
+        {"flask": poses_at_rest(count=2)}, (body,), MIXING_IN_FLASK, ("reaction", {"equation": equation})
     )
     events = compute(session).effects["reaction"].output.events_named("assumed")
     assert bool(events) == (name is not None)

@@ -7,8 +7,8 @@ import pytest
 from support.liquid_worlds import (
     BURETTE_COLUMN,
     MIXING_IN_FLASK,
-    effects_of_burette,
-    effects_of_pouring,
+    effects_of_tap_degrees,
+    effects_of_tilt_degrees,
     glass,
     poses_at_rest,
     session_with_effects,
@@ -37,10 +37,10 @@ IODINE = {"I2": 0.0005, "KI": 0.1}
 def run(flask, burette, *equations):
     """The reaction of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
     reactions = [("reaction", {"equation": equation}) for equation in equations]
-    base = glass("burette", 50.0, solutes=burette, cavity=BURETTE_COLUMN)
+    base = glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN)
     degrees = [0.0, 0.0, *([90.0] * 240), 0.0]
-    acid = glass("flask", 10.0, solutes=flask)
-    return effects_of_burette(
+    acid = glass("flask", volume_ml=10.0, solutes=flask)
+    return effects_of_tap_degrees(
         degrees,
         MIXING_IN_FLASK,
         *reactions,
@@ -110,8 +110,8 @@ METALS = [
 def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
     """0.1 mmol of the solid, and more of the solution than it needs; by stoichiometry 0.2 mmol, 21.6 mg, of silver."""
     powder = {"solid": {"formula": solid, "mass_g": 1e-4 * molar_mass(solid)}}
-    bodies = (glass("a", 60.0, solutes=solutes), glass("b", 1.0, properties=powder))
-    effects = effects_of_pouring(
+    bodies = (glass("a", volume_ml=60.0, solutes=solutes), glass("b", volume_ml=1.0, properties=powder))
+    effects = effects_of_tilt_degrees(
         [0.0, *([60.0] * 20)], bodies, ("mixing", {"in": ["b"]}), ("reaction", {"equation": equation})
     )
     names = ("reacted", "solid-change", "no-reaction")
@@ -138,13 +138,13 @@ def test_permanganate_in_too_little_acid_is_reported(acid, is_reported):
 def test_a_cold_solution_is_saturated_by_its_own_temperature():
     """At 10 degC 21 g of KNO3 saturate 100 g of water and 1 mol/kg of KCl is beside; at 25 degC 38 g would."""
     powder = {"solid": {"formula": "KNO3", "mass_g": 5.0}, "temperature_c": 10.0}
-    body = glass("flask", 20.0, solutes={"KNO3": 1.8, "KCl": 1.0}, properties=powder)
+    body = glass("flask", volume_ml=20.0, solutes={"KNO3": 1.8, "KCl": 1.0}, properties=powder)
     tables = (
         ("reaction", {"equation": "KNO3(s) -> K+ + NO3-", "rate_per_s": 0.5}),
         ("heat", {"of": "liquids", "ambient_c": 25.0, "loss_w_per_k": 0.0}),
     )
     output = (
-        compute(session_with_effects({"flask": poses_at_rest(4)}, (body,), MIXING_IN_FLASK, *tables))
+        compute(session_with_effects({"flask": poses_at_rest(count=4)}, (body,), MIXING_IN_FLASK, *tables))
         .effects["reaction"]
         .output
     )

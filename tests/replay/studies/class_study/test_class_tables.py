@@ -211,7 +211,7 @@ def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
 
 
 def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
-    made_class(tmp_path / "runs", 1, 1)
+    made_class(tmp_path / "runs", sessions=1, students=1)
     rows = [{"detector": "slow", "what": "samples at 20 Hz"}, {"detector": "bare", "what": None}]
     pq.write_table(pa.Table.from_pylist(rows), tmp_path / "runs" / "run000" / "ranking.parquet")
     assert read_class(tmp_path / "runs").titles == {"slow": "samples at 20 Hz"}

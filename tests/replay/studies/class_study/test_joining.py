@@ -17,8 +17,8 @@ BOOK = codebook()
 
 
 def test_questionnaire_is_sorted_by_student_with_reversed_items_flipped(tmp_path):
-    answers, _ = a_class(12)
-    file = write_answers(tmp_path / "q.csv", answers[::-1], names(12)[::-1])
+    answers, _ = a_class(count=12)
+    file = write_answers(tmp_path / "q.csv", answers[::-1], names(count=12)[::-1])
     read = read_questionnaire(file, BOOK)
     assert read.equals(questionnaire(answers))
 
@@ -33,7 +33,7 @@ def test_student_id_like_a_name_is_refused_without_repeating_it(student):
 
 
 def test_a_group_that_was_not_declared_is_refused(tmp_path):
-    answers, _ = a_class(4)
+    answers, _ = a_class(count=4)
     book = codebook(groups=("arm", ("first", "second")))
     file = write_answers(tmp_path / "q.csv", answers, extra={"arm": ["first", "second", "third", "first"]})
     with pytest.raises(StudyRefusedError) as refused:
@@ -114,7 +114,7 @@ def test_student_missing_in_a_file_is_named(answering, recorded, meant):
 
 
 def test_students_are_joined_by_pseudonym_and_never_by_order():
-    answers, contacts = a_class(8)
+    answers, contacts = a_class(count=8)
     table = metrics(contacts)
     result = means_of_students(table[::-1], questionnaire(answers), ["contacts_per_min"])
     assert result["contacts_per_min"].to_numpy() == pytest.approx(contacts)
@@ -123,7 +123,7 @@ def test_students_are_joined_by_pseudonym_and_never_by_order():
 @pytest.mark.parametrize(("answer", "is_refused"), [(1.0, False), (5.0, False), (0.9, True), (5.1, True)])
 def test_answer_beyond_its_scale_is_refused_with_its_row(tmp_path, answer, is_refused):
     """Items are answered from 1 to 5."""
-    answers, _ = a_class(4)
+    answers, _ = a_class(count=4)
     answers[1, 0] = answer
     file = write_answers(tmp_path / "q.csv", answers)
     if is_refused:

@@ -52,7 +52,7 @@ def rules_of_refusals(result):
 
 
 def test_study_finds_only_the_planted_association():
-    answers, contacts = a_class(52, seed=3)
+    answers, contacts = a_class(count=52, seed=3)
     result = analyse(REQUESTED, questionnaire(answers), metrics(contacts))
     ease, moved = result.coefficients
     assert ease.associated and ease.low < ease.beta < ease.high and ease.beta > 0.3
@@ -196,7 +196,7 @@ def test_undecided_is_defined_by_the_result_that_is():
 
 
 def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
-    answers, contacts = a_class(30)
+    answers, contacts = a_class(count=30)
     table = metrics(contacts, detectors=("hull50", "hybrid"), recall=(0.5, 0.8))
     assert analyse(REQUESTED, questionnaire(answers), table).detector == "hybrid"
     assert analyse(REQUESTED, questionnaire(answers), table, detector="hull50").recall == pytest.approx(0.5)
@@ -207,7 +207,7 @@ def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
 
 
 def test_behaviour_of_unknown_recall_is_not_analysed(class_runs):
-    answers, contacts = a_class(30)
+    answers, contacts = a_class(count=30)
     strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
     for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
         result = analyse(REQUESTED, questionnaire(answers), table)
@@ -219,7 +219,7 @@ def test_behaviour_of_unknown_recall_is_not_analysed(class_runs):
 
 
 def test_misspelt_student_leaves_the_others_in_the_study():
-    answers, contacts = a_class(30)
+    answers, contacts = a_class(count=30)
     table = metrics(contacts).replace({"student": {"S07": "s7"}})
     result = analyse(REQUESTED, questionnaire(answers), table)
     assert [(finding.variables, finding.students) for finding in result.coefficients] == [(EASE, 30), (CONTACTS, 29)]
@@ -257,7 +257,7 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
     ],
 )
 def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(question, text):
-    answers, contacts = a_class(40)
+    answers, contacts = a_class(count=40)
     with pytest.raises(StudyError, match=text):
         analyse(
             codebook((question,), groups=("arm", GROUP_NAMES)),
@@ -269,7 +269,7 @@ def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(question, text)
 @pytest.mark.parametrize("left", [4, 5])
 def test_group_with_fewer_than_five_answers_is_not_compared(left):
     """``left``: students of the second group, of 20, who answered."""
-    answers, contacts = a_class(40)
+    answers, contacts = a_class(count=40)
     answers[1 : 40 - 2 * left : 2, 3] = np.nan
     result = analyse(
         codebook(groups=("arm", GROUP_NAMES)), questionnaire(answers, GROUP_OF_EACH_STUDENT), metrics(contacts)
@@ -283,7 +283,7 @@ def test_group_with_fewer_than_five_answers_is_not_compared(left):
 
 
 def test_a_construct_that_only_four_students_answered_has_no_figure():
-    answers, contacts = a_class(20)
+    answers, contacts = a_class(count=20)
     answers[4:, 0] = np.nan
     result = analyse(codebook(), questionnaire(answers), metrics(contacts))
     assert "ease of use" not in result.reliabilities and "motivation" in result.reliabilities
@@ -293,7 +293,7 @@ def test_a_construct_that_only_four_students_answered_has_no_figure():
 
 def test_student_with_several_sessions_counts_once_by_mean():
     """30 students with two sessions each, about the same mean, and one student with 18 more: 78 rows."""
-    answers, contacts = a_class(30)
+    answers, contacts = a_class(count=30)
     plain, table = metrics(contacts), metrics(contacts, sessions=2)
     separate = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
     table["contacts_per_min"] += separate
@@ -305,7 +305,7 @@ def test_student_with_several_sessions_counts_once_by_mean():
 
 
 def test_detector_of_constant_contacts_counts_as_not_tested():
-    answers, contacts = a_class(40, seed=1)
+    answers, contacts = a_class(count=40, seed=1)
     table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
     table["grasps"] = np.arange(80) // 2 % 7
     result = analyse(codebook((EASE, CONTACTS, ("motivation", "grasps"))), questionnaire(answers), table)
@@ -324,7 +324,7 @@ def class_runs(tmp_path_factory):
 
 def test_the_page_of_a_study_reads_so(class_runs, snapshot):
     """With the n of the rows used, not of the questionnaire; with what is refused, and warned of."""
-    answers, contacts = a_class(40, seed=3)
+    answers, contacts = a_class(count=40, seed=3)
     answers[:5, 3] = np.nan
     table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9), sessions=2)
     requested = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=("arm", GROUP_NAMES))
@@ -351,7 +351,7 @@ def test_counts_of_students_are_integers_in_the_files(class_runs, tmp_path):
 
 def test_study_folder_needs_force_and_holds_no_pseudonym(class_runs, tmp_path):
     result = study_of_class()
-    pseudonym = names(8)[-1]
+    pseudonym = names(count=8)[-1]
     out = write_study(class_runs, result, tmp_path / "study", inputs={})
     for file in out.iterdir():
         assert pseudonym not in file.read_text("utf-8"), file.name
