@@ -16,11 +16,11 @@ WITH_EQUILIBRIUM = ("titration", "silver-chloride", "carbonate-titration", "marb
 SENTENCE = "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
 
 WITHOUT_CHEMISTRY = {
-    "a pour": "effects_of_pouring([0.0, 60.0, 60.0])",
-    "a pour that is mixed": "effects_of_pouring([0.0, 60.0, 60.0], None, ('mixing', {'in': ['b']}))",
-    "a burette": "effects_of_burette([0.0, 90.0, 90.0], MIXING_IN_FLASK)",
+    "a pour": "effects_of_tilt_degrees([0.0, 60.0, 60.0])",
+    "a pour that is mixed": "effects_of_tilt_degrees([0.0, 60.0, 60.0], None, ('mixing', {'in': ['b']}))",
+    "a burette": "effects_of_tap_degrees([0.0, 90.0, 90.0], MIXING_IN_FLASK)",
     "a reaction with a rate": (
-        "effects_of_pouring([0.0, 60.0, 60.0], (glass('a', 60.0, solute='H2O2', molar=0.1), glass('b', 10.0)), "
+        "effects_of_tilt_degrees([0.0, 60.0, 60.0], (glass('a', 60.0, solute='H2O2', molar=0.1), glass('b', 10.0)), "
         "('mixing', {'in': ['b']}), ('reaction', {'equation': '2 H2O2 -> 2 H2O + O2', 'rate_per_s': 0.1}))"
     ),
 }
@@ -31,11 +31,11 @@ def test_only_scenes_with_an_equilibrium_import_phreeqc():
     runs = "\n".join(WITHOUT_CHEMISTRY.values())
     loaded = proofs.modules_after(
         "from support.liquid_worlds import MIXING_IN_FLASK, NEUTRALISATION\n"
-        "from support.liquid_worlds import effects_of_burette, effects_of_pouring, glass\n"
+        "from support.liquid_worlds import effects_of_tap_degrees, effects_of_tilt_degrees, glass\n"
         f"{runs}\n"
         "assert {'replay.effects.pour', 'replay.effects.burette'} <= set(sys.modules)\n"
         "assert not {name for name in sys.modules if name.partition('.')[0] in ('phreeqc', '_phreeqc')}\n"
-        "effects_of_burette([0.0, 90.0, 90.0], MIXING_IN_FLASK, NEUTRALISATION)"
+        "effects_of_tap_degrees([0.0, 90.0, 90.0], MIXING_IN_FLASK, NEUTRALISATION)"
     )
     assert "phreeqc" in loaded
 
