@@ -15,14 +15,12 @@ from sessions.importers.hands.joint_names import (
 )
 
 
-def name_by_pattern(joint, *, finger, segment_words, root="Wrist"):
+def name_by_pattern(joint, *, finger, segments, root="Wrist"):
     """A name by a pattern of finger and segment."""
     if joint == "wrist":
         return root
     digit, segment = joint.split()
-    return (
-        finger.format(digit.capitalize() if digit != "little" else "Pinky") + segment_words[digit == "thumb"][segment]
-    )
+    return finger.format(digit.capitalize() if digit != "little" else "Pinky") + segments[digit == "thumb"][segment]
 
 
 SEGMENTS = ("metacarpal", "proximal", "intermediate", "distal", "tip")
@@ -66,13 +64,13 @@ def test_every_joint_of_every_exporter_is_known(pattern, side):
 @pytest.mark.parametrize(
     "name", ["index card", "ring_stand", "middle_glass", "cup", "left", "head", "thumb", "palm tree"]
 )
-def test_names_of_objects_are_not_read_as_hand_joints(name_by_pattern):
-    assert joint_of(tokens_of(name_by_pattern)) is None
+def test_names_of_objects_are_not_read_as_hand_joints(name):
+    assert joint_of(tokens_of(name)) is None
 
 
 @pytest.mark.parametrize("name", ["Hand_Thumb0", "ForearmStub", "left_elbow"])
-def test_joints_that_no_capsule_needs_are_known(name_by_pattern):
-    assert joint_of(tokens_of(name_by_pattern)).joint == ""
+def test_joints_that_no_capsule_needs_are_known(name):
+    assert joint_of(tokens_of(name)).joint == ""
 
 
 def test_bones_connect_every_finger_up_to_its_tip():
