@@ -1,6 +1,7 @@
 """Tables of a run in a terminal."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from support.report_states import RUN_OF_STATE, run_with_steady_times
@@ -9,7 +10,7 @@ from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 from cdcore.detectors.detector_table import settings_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import answer_cited
-from replay.cli.run_tables import answer_lines
+from replay.cli.run_tables import answer_lines, effect_renderables
 from replay.cli.terminal import MARK_STYLES, Paragraph
 from replay.detection.detector_spec import parse_detectors
 from replay.document.citations import sources_behind
@@ -81,3 +82,17 @@ def test_markdown_gives_every_heading_of_the_answer():
         assert f"- **{reason.heading}** {markdown_text(reason.text)}" in page
         assert markdown_text(reason.figures) in page
         assert f"`{reason.command}`" in page or not reason.command
+
+
+def test_line_of_effects_names_those_with_events_but_contact():
+    """A run with a detector: of three kinds of effect, two have events, and contacts have tables of their own."""
+    events_of_kind = {"contact": {"contact": 2}, "breakage": {}, "pour": {"spill": 3}}
+    effects = {kind: SimpleNamespace(events=events) for kind, events in events_of_kind.items()}
+    result = SimpleNamespace(detections={"exact": None}, effects=effects, document=SimpleNamespace(effects=effects))
+    (paragraph,) = effect_renderables(result)
+    assert "pour (spill: 3)" in paragraph.text and "contact" not in paragraph.text and "breakage" not in paragraph.text
+
+
+def test_run_without_detectors_and_effects_lists_no_events():
+    result = SimpleNamespace(detections={}, effects={}, document=SimpleNamespace(effects={}))
+    assert effect_renderables(result) == []

@@ -2,14 +2,16 @@
 
 import os
 import sys
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from numba import njit
 
 from cdcore.kernels.compiling import engine_compiles
 from replay.detection import compile_notice
-from replay.detection.compile_notice import compiling_announced
+from replay.detection.compile_notice import NOTICE_INTERVAL_S, compiling_announced
 from replay.detection.progress import Silent
 
 
@@ -83,6 +85,23 @@ def test_engine_compilation_is_announced_at_its_start(started):
         assert heard.sentences == ["Compiling Newton's kernels for this machine, once; this can take minutes"]
     assert heard.sentences[1].endswith("; later starts load it from cache/warp")
     assert started == [], "no kernels of ours are needed beside"
+
+
+def test_long_compiling_is_announced_again_after_each_interval(monkeypatch):
+    """The compiler tells how many seconds it has worked: 0, just below an interval, and an interval."""
+    heard, listeners = Heard(), []
+
+    @contextmanager
+    def reported(tell):
+        listeners.append(tell)
+        yield SimpleNamespace(engine="Newton", kernels=0)
+
+    monkeypatch.setattr("cdcore.kernels.compiling.compiling_reported", reported)
+    with compiling_announced(heard):
+        for seconds in (0.0, NOTICE_INTERVAL_S - 0.1, NOTICE_INTERVAL_S):
+            listeners[0](seconds)
+    first, second = heard.sentences
+    assert "so far" not in first and second == f"{first} ({NOTICE_INTERVAL_S:g} s so far)"
 
 
 @pytest.mark.parametrize("cores", [1, None])

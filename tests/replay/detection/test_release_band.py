@@ -1,10 +1,15 @@
 """A contact lasts while the shapes are within the release distance."""
 
+from dataclasses import make_dataclass
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from cdcore import Verdict
-from replay.detection.release_band import ReleaseBand
+from cdcore.detectors.detector_table import settings_of
+from replay.detection.recorded import RECORDED_DETECTOR
+from replay.detection.release_band import ReleaseBand, shape_settings
 
 VERDICTS = {
     "c": Verdict.CONTACT, "-": Verdict.CLEAR, "n": Verdict.NOT_FOUND, "?": Verdict.NO_POSE, "u": Verdict.UNRESOLVED,
@@ -27,3 +32,20 @@ def test_contact_lasts_while_samples_are_near(samples, near, expected):
     sampled_frames = np.arange(2 * len(near)) % 2 == 0
     prolonged = ReleaseBand(is_near).prolonged_verdicts(verdict, sampled_frames)
     assert prolonged[:, 0].tolist() == [VERDICTS[letter] for letter in expected]
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "shape"),
+    [
+        (RECORDED_DETECTOR, {"shape": ""}, "shipped"),
+        (RECORDED_DETECTOR, {"shape": "box"}, "box"),
+        ("collider", {"shape": "box"}, "box"),
+        ("collider", {}, "hull"),
+        ("exact", {}, "mesh"),
+    ],
+)
+def test_release_distance_is_measured_between_the_detectors_shapes(name, settings, shape):
+    """An engine's reports are of the colliders it shipped, where its settings name no shape."""
+    is_recorded = name == RECORDED_DETECTOR
+    values = make_dataclass("Reports", settings)(**settings) if is_recorded else settings_of(name, settings)
+    assert shape_settings(SimpleNamespace(name=name, settings=values))["shape"] == shape

@@ -8,6 +8,7 @@ from replay import run
 from replay.cli.main import main
 from replay.show.results.run_folder import read_run_folder
 from replay.studies.diff.answer import answer_of
+from replay.studies.diff.diff_words import change_lines
 from replay.studies.diff.runs import diff_runs
 
 BEFORE = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
@@ -155,3 +156,14 @@ def test_first_line_on_the_screen_is_the_answer(before_and_after, capsys):
     assert "wide50 -> exact" in capsys.readouterr().out
     assert main(["diff", *runs, "--compare", "wide50=nothing"]) == 1
     assert "no detector 'nothing'; there are: collider-shipped-50, exact" in capsys.readouterr().err
+
+
+def test_screen_lists_the_first_changes_and_counts_the_rest(before_and_after, capsys, monkeypatch):
+    runs = [before_and_after / name for name in ("coarse", "fine")]
+    changes = {label: [*change_lines(detector)] for label, detector in diff_runs(*runs).detectors.items()}
+    label = max(changes, key=lambda label: len(changes[label]))
+    for fewer, rest in ((0, ""), (1, f"{label}: … and 1 more with --format json")):
+        monkeypatch.setattr("replay.cli.diff.MOST_ROWS", len(changes[label]) - fewer)
+        assert main(["diff", *map(str, runs)]) == 0
+        lines = [line.strip() for line in capsys.readouterr().out.splitlines() if " more with" in line]
+        assert lines == ([rest] if rest else [])
