@@ -22,3 +22,16 @@ def test_error_of_a_run_folder_counts_and_lists_problems(count, words, rest):
         f"run.json {words}: {'; '.join(problems[:MOST_PROBLEMS])}{rest}. Run its session again"
     )
     assert error.problems == tuple(problems)
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (PermissionError(13, "Permission denied"), "cannot be opened (Permission denied)"),
+        (OSError("no footer"), "is damaged"),
+        (ValueError("no footer"), "is damaged"),
+    ],
+)
+def test_reason_of_the_system_is_told_from_a_damaged_file(error, reason):
+    """An error of the system has a reason of its own; a library that cannot read a file has none."""
+    assert str(RunFolderError.unreadable(Path("run.json"), error)).startswith(f"run.json {reason}; ")

@@ -7,6 +7,7 @@ from hypothesis.extra import numpy as hnp
 from support.small_worlds import verdict_column, verdicts
 
 from replay.auditing.episodes import column_runs, episodes
+from replay.auditing.outcome import Episode
 from replay.prepare.frame_times import frame_ends
 
 tables = hnp.arrays(np.bool_, st.tuples(st.integers(0, 30), st.integers(0, 4)))
@@ -60,3 +61,10 @@ def test_a_jump_between_known_poses_joins_no_contacts():
 def test_a_frame_before_a_gap_lasts_the_median_step():
     """Steps of 1.0, 1.5 and 6.5 s: the frame before the gap, and the last, last the median, 1.5 s."""
     assert frame_ends(np.array([0.0, 1.0, 2.5, 9.0])).tolist() == [1.0, 2.5, 4.0, 10.5]
+
+
+def test_lost_frames_within_part_of_a_contact_are_counted():
+    """Poses are lost in frames 3 to 5 and 8; the parts hold all of them, some, one and none."""
+    contact = Episode(0, 0, 9, 0.0, 0.1, lost=((3, 5), (8, 8)), cuts=2)
+    assert [contact.lost_within(*part) for part in ((0, 9), (4, 8), (5, 5), (0, 2), (6, 7))] == [4, 3, 1, 0, 0]
+    assert (contact.frames_lost, contact.frames) == (4, 6)

@@ -10,7 +10,7 @@ import pytest
 from cdcore import Detection, Verdict
 from replay.auditing.compare import compare
 from replay.auditing.episodes import episodes
-from replay.auditing.loss import loss, lost_contact
+from replay.auditing.loss import fraction_of, loss, lost_contact
 from replay.auditing.sampling_offsets import offset_counts
 from replay.auditing.wilson import proportion
 
@@ -107,3 +107,8 @@ def test_a_loss_adds_contacts_missed_time_missed_and_time_false(missed, time_mis
 def test_a_missed_tap_outweighs_missed_frames_of_long_contacts():
     frames = proportion(1, 1000)
     assert loss(proportion(1, 18), frames, proportion(0, 0)) > loss(proportion(0, 18), frames, proportion(0, 0))
+
+
+def test_fraction_of_nothing_is_zero():
+    """Nothing was counted, there is no whole to count of, and a quarter."""
+    assert [fraction_of(counted) for counted in (None, proportion(0, 0), proportion(1, 4))] == [0.0, 0.0, 0.25]

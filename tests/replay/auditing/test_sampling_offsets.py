@@ -8,7 +8,10 @@ from support.small_worlds import unit_cubes_on_x, verdict_column
 
 from replay.auditing.compare import compare
 from replay.auditing.outcome import Outcome
-from replay.auditing.sampling_offsets import OFFSET_COUNT, offset_counts
+from replay.auditing.sampling_offsets import OFFSET_COUNT, OffsetCounts, has_offsets, offset_counts
+from replay.auditing.wilson import proportion
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY
 from replay.engine import compute
 
 
@@ -80,3 +83,42 @@ def test_false_contacts_of_each_offset_are_counted():
     assert counts.false_contacts.tolist() == [2] * OFFSET_COUNT
     assert counts.false_fractions == pytest.approx([4 / 5] * OFFSET_COUNT)
     assert (counts.false_contact.count, counts.false_contact.of, counts.false_contact.clusters) == (64, 80, 3)
+
+
+def counts_at_offsets(missed, both, false_fractions):
+    """Counts of one contact: frames missed and reported at each offset; the offsets are 0, 1, 2, ... seconds."""
+    frames_by_outcome = np.zeros((len(missed), 1, len(Outcome)), dtype=int)
+    frames_by_outcome[:, 0, Outcome.MISSED], frames_by_outcome[:, 0, Outcome.BOTH] = missed, both
+    offsets = np.arange(len(missed))
+    return OffsetCounts(frames_by_outcome, proportion(0, 1), offsets, np.array(false_fractions), offsets.astype(float))
+
+
+@pytest.mark.parametrize(
+    ("missed", "both", "false_fractions", "typical"),
+    [
+        # Missed are 0.5, 0.6 and 0.2 of the contact, 0.43 in the mean.
+        ((5, 3, 2), (5, 2, 8), (0.0, 0.0, 0.0), 0),
+        # The mean of what is false is 0.43.
+        ((0, 0, 0), (9, 9, 9), (0.1, 0.4, 0.8), 1),
+        # The mean is nearest to no fault, and a fault is displayed.
+        ((0, 0, 0, 4), (4, 4, 4, 0), (0.0, 0.0, 0.0, 0.0), 3),
+        ((0, 0, 0, 0), (4, 4, 4, 4), (0.0, 0.0, 0.4, 0.0), 2),
+        # A quarter of the contacts and of their time is missed, more than the 0.3 of the reports that are false.
+        ((0, 0, 0, 4), (4, 4, 4, 0), (0.4, 0.4, 0.4, 0.0), 3),
+        # More is false, 0.6, than missed.
+        ((0, 0, 0, 4), (4, 4, 4, 0), (0.8, 0.8, 0.8, 0.0), 0),
+        ((0, 0), (4, 4), (0.0, 0.0), 0),
+    ],
+)
+def test_typical_offset_displays_the_larger_fault_nearest_its_mean(missed, both, false_fractions, typical):
+    counts = counts_at_offsets(missed, both, false_fractions)
+    assert counts.typical_offset == typical
+    assert counts.proportions()["missed"].value == pytest.approx(sum(missed) / sum(missed + both))
+
+
+def test_only_detectors_of_a_rate_are_counted_at_offsets():
+    """A detector that is none of the table and a recording of more than an hour keep the offset they have."""
+    rated, hour = {"rate_hz": 20.0}, MOST_FRAMES_IN_MEMORY
+    requests = [("discrete", rated, hour), ("discrete", rated, hour + 1), ("discrete", {}, 9), ("own.Own", rated, 9)]
+    answers = [has_offsets(DetectorSpec("slow", name, settings), frames) for name, settings, frames in requests]
+    assert answers == [True, False, False, False]
