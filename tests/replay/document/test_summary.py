@@ -9,10 +9,10 @@ from cdcore import Detection
 from replay.document.coding import document_of, json_of
 from replay.document.run_document import SCHEMA
 from replay.document.session import DroppedFrames
-from replay.document.summary import frame_seconds
+from replay.document.summary import frame_seconds, session_name
 from replay.engine import compute
 from replay.show.report.page import report_html
-from sessions import Status
+from sessions import Scene, Status
 
 
 @pytest.fixture(scope="module")
@@ -68,3 +68,13 @@ def test_facts_about_a_person_stay_in_the_session_file():
     assert "3 facts withheld" in text
     for arguments in (str(result.document), text):
         assert not any(word in arguments.lower() for word in ("muster", "anna", "lhr"))
+
+
+@pytest.mark.parametrize(
+    ("scene", "pseudonym", "name"),
+    [("Titration", "S07", "Titration"), ("", "S07", "S07"), ("", "not stated", "session 1f"), ("", None, "session 1f")],
+)
+def test_session_is_called_by_scene_then_pseudonym_then_id(scene, pseudonym, name):
+    facts = {} if pseudonym is None else {"pseudonym": pseudonym}
+    session = cubes({"a": [0.0], "b": [3.0]}, scene=Scene(name=scene), facts=facts)
+    assert session_name(session, "1f") == name

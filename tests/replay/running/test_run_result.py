@@ -76,6 +76,7 @@ def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump, tmp_pa
     written = result_of_bump.write(tmp_path / "run", picture=False)
     links = Tags(written._repr_html_()).links
     assert [link.rpartition("/")[2] for link in links] == ["report.html"]
+    assert page.links == [] and "Nothing was written" in " ".join(page.words)
     *_, answer, position = repr(replace(result_of_bump, out=Path("f" * 150))).split("\n")
     assert (
         position == f"Written to {'f' * 86}..." and not answer.endswith("...") and "more in" not in repr(result_of_bump)

@@ -114,6 +114,22 @@ def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fix_of_stirred_c
     assert marks["mean ms"] == ("worse" if fraction == 1.0 else "")
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "change"),
+    [
+        (2.0, 2.02, ""),
+        (2.0, 2.03, "worse"),
+        (2.0, 1.97, "better"),
+        (0.0, 2.0, "worse"),
+        (None, 2.0, ""),
+        (2.0, None, ""),
+    ],
+)
+def test_figure_changed_by_over_one_percent_is_marked(before, after, change):
+    (figure,) = comparison([Column("gap", float)], {"gap": before}, {"gap": after}, is_busy=False)
+    assert figure.change == change
+
+
 def test_new_columns_of_a_fix_reach_terminal_and_page(fix_of_stirred_cup, monkeypatch):
     tables = ("before_after", "pieces_front", "cards")
     for table in tables:

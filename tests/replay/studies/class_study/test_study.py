@@ -4,13 +4,16 @@ import csv
 import json
 import re
 from dataclasses import replace
+from io import StringIO
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from pandas import concat
+from rich.console import Console
 from support.study_samples import a_class, codebook, made_class, metrics, names, questionnaire
 
+from replay.cli.study_tables import study_tables as study_tables_screen
 from replay.errors import OutputError, StudyError
 from replay.studies.class_study.analysis import Sensitivity, analyse
 from replay.studies.class_study.class_runs import read_class
@@ -24,6 +27,7 @@ from replay.studies.class_study.tables import (
     families_text,
     headlines,
     opening_sentence,
+    result_name,
     study_tables,
     undecided_text,
 )
@@ -339,6 +343,18 @@ def test_the_page_of_a_study_reads_so(class_runs, snapshot):
         class_runs, places(class_runs, class_runs.top), replace(result, bartlett=None), Heading("Class of 2026")
     )
     assert "All items together" in page and "All items together" not in few_students
+
+
+def test_verbose_terminal_lists_associated_results_first(class_runs, tmp_path):
+    """Of the two planted results only that of contacts is an association; the codebook names it second."""
+    study = study_of_class()
+    assert [finding.conclusion == "associated" for finding in study.findings] == [False, True]
+    short, long = (Console(width=200, file=StringIO()) for _ in range(2))
+    short.print(study_tables_screen(study, class_runs, tmp_path, verbose=False))
+    long.print(study_tables_screen(study, class_runs, tmp_path, verbose=True))
+    table = long.file.getvalue().partition("conclusion")[2]
+    assert table.index(result_name(study.findings[1])) < table.index(result_name(study.findings[0]))
+    assert "conclusion" not in short.file.getvalue()
 
 
 def test_counts_of_students_are_integers_in_the_files(class_runs, tmp_path):
