@@ -1,12 +1,16 @@
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from msgspec import structs
 from support.report_states import MATCHING, audit_of, zeros
-from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
+from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x, verdict_column
 
 from replay.auditing.matching import EpisodeMatch, EpisodeMatches
+from replay.auditing.outcome import Outcome
 from replay.auditing.wilson import proportion, wilson_interval
 from replay.document.audit import OffsetProportions, PairFrames, TimeErrors
-from replay.document.scores import matching_of, pooled_audits
+from replay.document.scores import matching_of, pooled_audits, undecided_alone
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody
 
@@ -28,6 +32,15 @@ def test_excused_contacts_count_in_no_fraction():
     assert figures.missed_proportion.of == 3 - 1  # contact 3 is excused
     assert figures.false_proportion.of == 2 - 1  # report 2 is excused
     assert structs.astuple(figures.onset_error) == pytest.approx([0.5] * 4)
+
+
+def test_pair_frames_only_the_detector_left_undecided_are_counted():
+    """Of four frames left out the reference decided the first, clear, and the third, contact."""
+    reference = verdict_column(".uC-C")
+    left_out, both = Outcome.LEFT_OUT, Outcome.BOTH
+    comparison = SimpleNamespace(outcome=np.array([[left_out], [left_out], [left_out], [left_out], [both]]))
+    run = SimpleNamespace(oracle="exact", detections={"exact": reference}, comparisons={"slow": comparison})
+    assert undecided_alone(run, "slow") == 2
 
 
 ERRORS = TimeErrors(mean=0.1, median=0.1, p95_absolute=0.1, largest_absolute=0.1)

@@ -6,6 +6,7 @@ import pytest
 from support.small_worlds import session_of_frames, unit_cubes_on_x, verdicts
 
 from cdcore import Detection
+from replay.document import summary
 from replay.document.coding import document_of, json_of
 from replay.document.run_document import SCHEMA
 from replay.document.session import DroppedFrames
@@ -47,6 +48,18 @@ def test_dropped_frames_are_counted_by_reason():
     assert len(reported.notes) == 2
 
 
+def test_verdicts_that_rest_on_a_flagged_pose_are_counted(monkeypatch):
+    """Of six frames in blocks of four, body a has a quaternion of length 1.5 in frames 1, 3 and 4; it touches in 4."""
+    monkeypatch.setattr(summary, "VERDICT_FRAMES", 4)
+    positions, quaternions = np.zeros((6, 2, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (6, 2, 1))
+    positions[:, 1, 0] = [1.03, 1.02, 1.01, 1.01, 0.99, 1.01]
+    quaternions[[1, 3, 4], 0] *= 1.5
+    valid = np.full((6, 2), int(Status.VALID))
+    session = session_of_frames(np.arange(6) * 10_000_000, valid, positions, quaternions)
+    document = compute(session, detectors="hybrid", oracle="none", policy=["non-unit-quaternion=hold"]).document
+    assert document.flagged_verdicts == {"hybrid": {"clear": 2, "contact": 1}}
+
+
 def test_seconds_of_a_frame_are_the_sum_of_stages():
     head = verdicts(["..", ".."])
     online = Detection(**{**vars(head), "seconds": {"x": np.array([1.0, 2.0]), "y": np.array([0.5, 0.25])}})
@@ -76,5 +89,5 @@ def test_facts_about_a_person_stay_in_the_session_file():
 )
 def test_session_is_called_by_scene_then_pseudonym_then_id(scene, pseudonym, name):
     facts = {} if pseudonym is None else {"pseudonym": pseudonym}
-    session = cubes({"a": [0.0], "b": [3.0]}, scene=Scene(name=scene), facts=facts)
+    session = unit_cubes_on_x({"a": [0.0], "b": [3.0]}, scene=Scene(name=scene), facts=facts)
     assert session_name(session, "1f") == name

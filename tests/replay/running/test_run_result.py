@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -15,6 +16,7 @@ from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from cdcore import Body, TriangleMesh, create_detector
+from replay.show.notebook import SCATTER_SIZE
 from sessions import write_session
 
 SLOW = "slow=discrete[rate_hz=20]"
@@ -100,8 +102,25 @@ def test_plot_draws_every_detector_over_cost_and_time(result_of_bump):
     assert any(text.startswith("slow: ") for text in texts) and any(text.startswith("exact: 0") for text in texts)
     assert {"slow", "exact"} <= {text.split(":")[0].split(" ")[0] for text in texts}
     assert len([*tree.iter("{http://www.w3.org/2000/svg}svg")]) == 3 and "slow: " in tree.get("aria-label")
-    lowest_text = max(float(node.get("y", 0)) for node in tree.findall("{http://www.w3.org/2000/svg}text"))
-    assert lowest_text < float(tree.get("viewBox").split()[3]) < lowest_text + 40
+
+
+def test_plot_stacks_answer_scatter_legend_lanes_and_ticks(result_of_bump):
+    svg = "{http://www.w3.org/2000/svg}"
+    tree = ElementTree.fromstring(result_of_bump.plot()._repr_svg_())
+    titles = [float(text.get("y")) for text in tree.findall(f"{svg}text[@font-size='17']")]
+    scatter_top = float(re.search(r"translate\(0 (.*)\)", tree.find(f"{svg}g").get("transform"))[1])
+    legend = [(float(box.get("x")), float(box.get("y"))) for box in tree.findall(f"{svg}rect[@rx='3']")]
+    lanes = [float(lane.get("y")) for lane in tree.findall(f"{svg}svg")]
+    lane_height, letter_height = 18.0, 13.0
+    *_, tick = [float(text.get("y")) for text in tree.findall(f"{svg}text")]
+    height = float(tree.get("viewBox").split()[3])
+    assert titles[-1] < scatter_top < titles[-1] + 40
+    legend_top = legend[0][1]
+    assert scatter_top + SCATTER_SIZE[1] < legend_top < scatter_top + SCATTER_SIZE[1] + 40
+    assert all(right - left > 12 for (left, _), (right, _) in pairwise(legend))
+    assert legend_top + 12 + letter_height < lanes[0] < legend_top + 80
+    assert all(lower - upper > lane_height + letter_height for upper, lower in pairwise(lanes))
+    assert lanes[-1] + lane_height + letter_height < tick < height < lanes[-1] + 80
 
 
 @pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"])

@@ -21,7 +21,7 @@ from replay.document.columns import screen_columns
 from replay.document.tables import Column, text_of
 from replay.running.collider_files import before_after_page, fix_colliders
 from replay.show.fix_page import pictures
-from replay.show.fix_page.page import comparison, cure_sentences, seam_line
+from replay.show.fix_page.page import BodyShape, body_card, comparison, cure_sentences, seam_line
 from replay.show.fix_page.pictures import Shape, beyond_mesh, colour_numbers, reach_picture, scale_colour
 from replay.show.fix_table import before_after_table, card_table
 from replay.show.palette import SERIES_COLOURS
@@ -188,11 +188,43 @@ def test_report_cards_list_pieces_of_cut_bodies_only():
     assert rows == [("cup", "hull", 1), ("", "planes", 4), ("rod", "hull", 1), ("", "box", 1)]
 
 
-def test_farthest_piece_has_the_end_of_the_scale(monkeypatch):
-    """A piece as large as the mesh has the colour of no distance, one 50 mm beyond it that of the farthest."""
+def colours_of_reach(monkeypatch, mesh, pieces):
+    """Colours of the picture of these pieces, whose scale ends at 50 mm."""
     colours = []
     monkeypatch.setattr(pictures, "Shape", lambda triangles, colour: colours.append(colour) or Shape(triangles, colour))
+    reach_picture(mesh, pieces, largest_distance=0.05, alternative_text="pieces")
+    return colours
+
+
+def test_farthest_piece_has_the_end_of_the_scale(monkeypatch):
+    """A piece as large as the mesh has the colour of no distance, one 50 mm beyond it that of the farthest."""
     mesh = box_mesh((0.1, 0.1, 0.1))
-    for piece in (mesh, shift_mesh(mesh, (0.15, 0.0, 0.0))):
-        reach_picture(mesh, [piece], largest_distance=0.05, alternative_text="pieces")
-    assert colours == [scale_colour(0.0), scale_colour(1.0)]
+    assert colours_of_reach(monkeypatch, mesh, [mesh]) == [scale_colour(0.0)]
+    assert colours_of_reach(monkeypatch, mesh, [shift_mesh(mesh, (0.15, 0.0, 0.0))]) == [scale_colour(1.0)]
+
+
+def test_piece_20_mm_beyond_has_the_nearest_of_24_colours(monkeypatch):
+    """A triangle that lies 20 mm beside a box: 20/50 of the scale's 23 steps are 9.2."""
+    triangle = TriangleMesh([[0.07, -0.01, -0.01], [0.07, 0.01, -0.01], [0.07, 0.0, 0.01]], [[0, 1, 2]])
+    assert colours_of_reach(monkeypatch, box_mesh((0.1, 0.1, 0.1)), [triangle]) == [scale_colour(9 / 23)]
+
+
+@pytest.mark.parametrize(
+    ("pieces", "reason", "text"),
+    [
+        (1, "it is convex", "keeps its hull: it is convex"),
+        (1, "", "keeps its hull"),
+        (2, "it is convex", "2 pieces: planes"),
+        (2, "", "2 pieces: planes"),
+    ],
+)
+def test_card_states_why_a_body_keeps_its_hull(pieces, reason, text):
+    box = box_mesh((0.1, 0.1, 0.1))
+    figures = dict.fromkeys(
+        ("triangles", "beyond", "missing", "reach_mm", "overlap_mm", "slit_mm", "false", "missed", "ms"), 0.0
+    )
+    before, after = {**figures, "pieces": 1}, {**figures, "pieces": pieces, "seams": []}
+    row = {"body": "cup", "how": "planes", "reason": reason, "before": before, "after": after}
+    card = body_card(row, BodyShape(box, [box], [box] * pieces), busy=False)
+    assert card.what == text and card.farthest == "" and len(card.pictures) == pieces
+    assert card.after == ("pieces" if pieces > 1 else "") and all((f.after != "") == (pieces > 1) for f in card.figures)

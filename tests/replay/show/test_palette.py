@@ -8,8 +8,9 @@ from replay.auditing.outcome import Outcome
 from replay.cli.terminal import MARK_STYLES
 from replay.document.tables import IN_RED, PARTLY
 from replay.show import palette
-from replay.show.palette import albedo
-from replay.show.words import LANES_LEGEND
+from replay.show.palette import albedo, see_through, tags_of
+from replay.show.words import LANES_LEGEND, PINK_LEGEND, lane_legend
+from sessions.model.scene import Scene, SceneBody
 
 
 def hue_distance(a, b):
@@ -94,3 +95,27 @@ def test_pages_picture_and_terminal_share_the_colours():
         palette.DARK_COLOURS[kind] for kind in ("missed", "false", "right")
     ]
     assert palette.DARK_COLOURS["missed"] in MARK_STYLES[IN_RED] and palette.DARK_COLOURS["late"] in MARK_STYLES[PARTLY]
+
+
+@pytest.mark.parametrize(
+    ("missing_detector", "has_late", "legend"),
+    [
+        ("", False, ["red: missed", "blue: both"]),
+        ("hull50", False, ["red: missed by hull50", "blue: both"]),
+        ("hull50", True, ["red: missed by hull50", PINK_LEGEND, "blue: both"]),
+    ],
+)
+def test_lane_legend_names_present_outcomes_and_who_missed(missing_detector, has_late, legend):
+    outcomes = [Outcome.BOTH, Outcome.MISSED, Outcome.NEITHER]
+    assert lane_legend(outcomes, missing_detector, has_late=has_late).split("    ") == legend
+
+
+def test_body_without_declared_tags_has_the_words_of_its_name():
+    scene = Scene(bodies=(SceneBody("Glass rod 2"), SceneBody("tool", tags=("metal",))))
+    names = ("Glass rod 2", "tool", "left_hand")
+    assert [tags_of(name, scene) for name in names] == [("glass", "rod"), ("metal",), ("left", "hand")]
+
+
+def test_body_before_a_contact_is_see_through_but_not_the_bench():
+    assert see_through(("rod",))[3] < albedo(("rod",))[3] == 255
+    assert see_through(("bench",)) == albedo(("bench",))

@@ -31,10 +31,12 @@ def test_two_approaches_count_twice_and_a_flicker_once():
 
 
 def test_near_miss_needs_half_a_second_without_contact():
-    """The bodies are closest at 2 s: a contact at 2.5 s is within half a second, at 2.7 s or of another pair is not."""
+    """The bodies are close from 1.9 to 2.1 s: what ends at 1.6 or begins at 2.5 s is within half a second of them."""
     result = near(approach(least=0.004))
     assert without_contact(result, np.array([[0, 2.5, 2.6]])) == ()
+    assert without_contact(result, np.array([[0, 1.5, 1.6]])) == ()
     assert without_contact(result, np.array([[0, 2.7, 2.8]])) == result
+    assert without_contact(result, np.array([[0, 1.2, 1.3]])) == result
     assert without_contact(result, np.array([[1, 2.0, 2.1]])) == result
     assert without_contact(result, np.zeros((0, 3))) == result
 

@@ -3,6 +3,7 @@
 import io
 import socket
 import time
+from contextlib import nullcontext
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -10,9 +11,10 @@ import psutil
 import pytest
 from support.viewers import pixels, viewer_or_skip
 
+from replay.errors import RunFolderError
 from replay.show.rerun_log import viewer as module
 from replay.show.rerun_log.moments import Bookmark, read_bookmarks
-from replay.show.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer
+from replay.show.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer, target_ns
 
 
 def test_missing_viewer_is_one_clear_error(monkeypatch, tmp_path):
@@ -45,6 +47,32 @@ def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
     monkeypatch.setattr(module, "read_bookmarks", lambda _: bookmarks)
     monkeypatch.setattr(module, "start_viewer", Mock())
     open_viewer(tmp_path).seek.assert_called_once_with(7)
+
+
+@pytest.mark.parametrize(
+    ("requested", "nanoseconds"),
+    [
+        ({}, 7),
+        ({"by": "hull"}, 0),
+        ({"by": "mesh"}, 7),
+        ({"miss": 1}, 5),
+        ({"miss": 1, "by": "mesh"}, 7),
+        ({"miss": 2}, 8),
+        ({"false": 1}, 6),
+        ({"miss": 3}, None),
+        ({"miss": 2, "by": "hull"}, None),
+    ],
+)
+def test_cursor_goes_to_the_requested_fault(monkeypatch, tmp_path, requested, nanoseconds):
+    """Without a number to the moment that leads, of that detector; a number to the first detector that has it."""
+    bookmarks = [
+        Bookmark("hull", "miss", 1, 5, leads=False), Bookmark("hull", "false", 1, 6, leads=False),
+        Bookmark("mesh", "miss", 1, 7, leads=True), Bookmark("mesh", "miss", 2, 8, leads=False),
+    ]  # fmt: skip
+    monkeypatch.setattr(module, "read_bookmarks", lambda _: bookmarks)
+    arguments = {"miss": None, "false": None, "by": ""} | requested
+    with nullcontext() if nanoseconds is not None else pytest.raises(RunFolderError, match="there is no miss"):
+        assert target_ns(tmp_path, **arguments) == nanoseconds
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,41 @@
+"""Lists of moments in the picture, and which moment is nearest to a frame."""
+
+from math import nan
+from types import SimpleNamespace
+
+import pytest
+
+from replay.auditing.fault import Fault, FaultKind
+from replay.show.rerun_log.moments import log_moment_lists, nearest_moments
+
+
+@pytest.mark.parametrize(
+    ("kind", "metres", "depth", "size"),
+    [
+        (FaultKind.NEVER_REPORTED, 0.002, 0.004, "4 mm deep"),
+        (FaultKind.NEVER_REPORTED, 0.002, nan, "2 mm curve"),
+        (FaultKind.NEVER_REPORTED, nan, nan, ""),
+        (FaultKind.NO_CONTACT, 0.002, nan, "2 mm apart"),
+        (FaultKind.NO_CONTACT, 0.002, 0.004, "2 mm apart"),
+        (FaultKind.NO_CONTACT, 0.0, nan, ""),
+    ],
+)
+def test_moment_list_ends_in_depth_curve_or_gap(kind, metres, depth, size):
+    fault = Fault(
+        1, "hull", 0, ("cup", "rod"), kind, first=3, last=4, start=0.03, end=0.05, frame=3, metres=metres, depth=depth
+    )
+    lists = {}
+    writer = SimpleNamespace(
+        session_ns=lambda time: 10_000_000 * time[0], log_lines=lambda path, times, lines: lists.update({path: lines})
+    )
+    result = SimpleNamespace(assembly=SimpleNamespace(pair_name=lambda pair: "cup-rod"))
+    log_moment_lists(writer, result, {(3, 0): fault})
+    (((line, _, _),),) = lists.values()
+    assert line.partition("cup-rod")[2].strip() == size and line.strip().startswith("0.03")
+
+
+def test_nearest_moment_changes_half_way_or_at_a_moment_between_frames():
+    """Moments in frames 2, 6 and 9, and one 5 ns after frame 9."""
+    times = [(2, 0), (6, 0), (9, 0), (9, 5)]
+    assert nearest_moments(times) == [(0, 0, (2, 0)), (4, 0, (6, 0)), (8, 0, (9, 0)), (9, 5, (9, 5))]
+    assert nearest_moments([]) == []

@@ -1,0 +1,48 @@
+"""Pictures of a scene: which moments, and the grid below the bodies."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from replay.show.scene_look import GRID_M, MOST_LINES, guides_of, moments_to_show
+
+
+def assembly_of(posed, pairs=()):
+    """An assembly of two bodies, of which the first has a pose in these frames alone."""
+    valid = np.zeros((6, 2), dtype=bool)
+    valid[posed, 0] = True
+    return SimpleNamespace(motion=SimpleNamespace(valid=valid), pairs=np.array(pairs, dtype=int).reshape(-1, 2))
+
+
+@pytest.mark.parametrize(("posed", "frames"), [([1, 3, 4], [1, 3]), ([1, 2, 4, 5], [1, 4]), ([], [0, 0])])
+def test_first_and_middle_picture_have_poses(posed, frames):
+    moments = moments_to_show(assembly_of(posed), closest_frame=2, closest_pair=0)
+    assert [moment.frame for moment in moments] == [*frames, 2] and moments[2].bodies == ()
+
+
+def test_closest_picture_names_its_two_bodies():
+    moments = moments_to_show(assembly_of([1], pairs=[(0, 1)]), closest_frame=2, closest_pair=0)
+    assert [moment.bodies for moment in moments] == [(), (), (0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("direction", "corner"),
+    [((1.0, 0.0, 1.0), (0.4, 0.3)), ((-1.0, 0.0, 1.0), (-0.1, 0.3)), ((1.0, 0.0, -1.0), (0.4, -0.2))],
+)
+def test_axes_stand_at_the_grid_corner_in_that_direction(direction, corner):
+    """Points from -0.05 to 0.31 m on X and -0.15 to 0.25 m on Z: the grid of 0.1 m reaches out to the next line."""
+    points = np.array([[-0.05, 0.7, -0.15], [0.31, 2.0, 0.25]])
+    guides = guides_of(points, np.array(direction))
+    assert guides.spacing == GRID_M == 0.1
+    assert guides.axes[:, 0] == pytest.approx(np.tile([corner[0], 0.7, corner[1]], (3, 1)))
+    assert guides.axes[:, 1] - guides.axes[:, 0] == pytest.approx(0.1 * np.eye(3))
+    ends = guides.grid.reshape(-1, 3)
+    assert len(guides.grid) == 6 + 6 and ends.min(axis=0) == pytest.approx([-0.1, 0.7, -0.2])
+    assert ends.max(axis=0) == pytest.approx([0.4, 0.7, 0.3])
+
+
+@pytest.mark.parametrize(("lengths", "spacing"), [(MOST_LINES - 2, GRID_M), (MOST_LINES - 1, 10 * GRID_M)])
+def test_grid_of_too_many_lines_is_coarser(lengths, spacing):
+    points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.999 * lengths * GRID_M]])
+    assert guides_of(points, np.ones(3)).spacing == pytest.approx(spacing)
