@@ -45,7 +45,7 @@ def sound():
 def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, sound):
     draft = touching_session()
     name, at = FAULTY[kind]
-    planted = FAULTS[name](draft, 1, at)
+    planted = FAULTS[name](draft, body=1, frame=at)
     text = f"{action}:2" if action in ("hold", "interpolate") else action
     result = verdicts(draft, policy=[f"{kind}={text}"])
     verdict, flag = result.detections["hybrid"].verdict, result.flags.of_pairs(result.assembly.pairs)
@@ -68,7 +68,7 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
 
 def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
     draft = touching_session()
-    FAULTS["frozen pose"](draft, 1, 400)
+    FAULTS["frozen pose"](draft, body=1, frame=400)
     file = draft.write(tmp_path / "frozen.mcap")
     out = tmp_path / "run"
     assert main(["run", str(file), "--out", str(out), "--detector", "hybrid", "--oracle", "none", "--no-picture"]) == 0
@@ -89,7 +89,7 @@ def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
 
 def test_dropped_poses_are_data_loss_and_refusals_are_sentences(tmp_path, capsys):
     draft = touching_session()
-    FAULTS["nan position"](draft, 1, 400)
+    FAULTS["nan position"](draft, body=1, frame=400)
     file = draft.write(tmp_path / "nan.mcap")
     usual = ["run", str(file), "--detector", "hybrid", "--oracle", "none", "--no-picture", "--out"]
     assert main([*usual, str(tmp_path / "a"), "--policy", "not-finite=drop"]) == 3

@@ -64,7 +64,7 @@ def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed
 @pytest.mark.parametrize("body", [0, 1])
 def test_planted_fault_is_reported_with_body_and_interval(name, body, tmp_path):
     draft = clean_draft()
-    planted = FAULTS[name](draft, body, 300)  # from this frame on
+    planted = FAULTS[name](draft, body, frame=300)
     findings = examine(draft.write(tmp_path / "one.mcap"))
     assert planted.is_found(findings, draft), [(item.code, item.body, item.message) for item in findings]
     result = next(item for item in findings if item.code == planted.code)

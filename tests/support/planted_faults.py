@@ -78,12 +78,12 @@ def clean_draft():
 
 
 def fault(code, last=0, *, of_body=True, first=0):
-    """A function that plants a fault of a body or of the session, found from row ``at + first`` to ``at + last``."""
+    """A function that plants a fault, found in frames ``frame + first`` to ``frame + last``."""
 
     def planting(plant):
-        def planted(draft, body, at):
-            plant(draft, body, at)
-            rows = None if last is None else (at + first, min(at + last, FRAMES - 1))
+        def planted(draft, body, frame):
+            plant(draft, body, frame)
+            rows = None if last is None else (frame + first, min(frame + last, FRAMES - 1))
             return Planted(code, BODIES[body] if of_body else "", rows)
 
         return planted
@@ -92,70 +92,70 @@ def fault(code, last=0, *, of_body=True, first=0):
 
 
 @fault("not-finite", 2)
-def nan_position(draft, body, at):
-    draft.arrays["position"][at : at + 3, body, 1] = np.nan
+def nan_position(draft, body, frame):
+    draft.arrays["position"][frame : frame + 3, body, 1] = np.nan
 
 
 @fault("zero-quaternion")
-def zero_quaternion(draft, body, at):
-    draft.arrays["quaternion_xyzw"][at, body] = 0.0
+def zero_quaternion(draft, body, frame):
+    draft.arrays["quaternion_xyzw"][frame, body] = 0.0
 
 
 @fault("non-unit-quaternion", 4)
-def non_unit_quaternion(draft, body, at):
-    draft.arrays["quaternion_xyzw"][at : at + 5, body] *= 1.1
+def non_unit_quaternion(draft, body, frame):
+    draft.arrays["quaternion_xyzw"][frame : frame + 5, body] *= 1.1
 
 
 @fault("time-backwards", 3, of_body=False)
-def time_backwards(draft, body, at):
-    draft.shift(slice(at, at + 4), -500_000_000)
+def time_backwards(draft, body, frame):
+    draft.shift(slice(frame, frame + 4), -500_000_000)
 
 
 @fault("duplicate-stamps", 1, of_body=False)
-def duplicate_stamps(draft, body, at):
+def duplicate_stamps(draft, body, frame):
     for name in FIELDS[:3]:
-        draft.arrays[name][at : at + 2] = draft.arrays[name][at - 1]
+        draft.arrays[name][frame : frame + 2] = draft.arrays[name][frame - 1]
 
 
 @fault("gap", first=-1, of_body=False)
-def gap(draft, body, at):
-    draft.shift(slice(at, None), 1_000_000_000)
+def gap(draft, body, frame):
+    draft.shift(slice(frame, None), 1_000_000_000)
 
 
 @fault("frozen", 59)
-def frozen(draft, body, at):
+def frozen(draft, body, frame):
     for name in ("position", "quaternion_xyzw"):
-        draft.arrays[name][at : at + 60, body] = draft.arrays[name][at - 1, body]
+        draft.arrays[name][frame : frame + 60, body] = draft.arrays[name][frame - 1, body]
 
 
 def teleport(size):
     """A jump of so many metres that stays."""
 
     @fault("teleport")
-    def jump(draft, body, at):
-        draft.arrays["position"][at:, body] += size * np.array([0.6, 0.0, 0.8])
+    def jump(draft, body, frame):
+        draft.arrays["position"][frame:, body] += size * np.array([0.6, 0.0, 0.8])
 
     return jump
 
 
-def millimetres(draft, body, at):
+def millimetres(draft, body, frame):
     draft.arrays["position"][:, body] *= 1000.0
     return Planted("unit-suspect", BODIES[body], (0, FRAMES - 1))
 
 
 @fault("clock-skew", FRAMES, of_body=False)
-def log_skew(draft, body, at):
-    draft.arrays["log_ns"][at:] += 5_000_000_000
+def log_skew(draft, body, frame):
+    draft.arrays["log_ns"][frame:] += 5_000_000_000
 
 
 @fault("clock-skew", FRAMES)
-def device_skew(draft, body, at):
-    draft.arrays["sample_ns"][at:, body] -= 5_000_000_000
+def device_skew(draft, body, frame):
+    draft.arrays["sample_ns"][frame:, body] -= 5_000_000_000
 
 
 @fault("unknown-frame", 49)
-def unknown_frame(draft, body, at):
-    stamps = set(draft.arrays["stamp_ns"][at : at + 50].tolist())
+def unknown_frame(draft, body, frame):
+    stamps = set(draft.arrays["stamp_ns"][frame : frame + 50].tolist())
 
     def renamed(content):
         message = FrameTransforms.FromString(content[MESSAGE.size :])
@@ -168,26 +168,26 @@ def unknown_frame(draft, body, at):
 
 
 @fault("mesh-mirrored", None)
-def mirrored_mesh(draft, body, at):
+def mirrored_mesh(draft, body, frame):
     mesh = draft.meshes[BODIES[body]]
     draft.meshes[BODIES[body]] = MeshData(mesh.vertices * [-1.0, 1.0, 1.0], mesh.faces)
 
 
 @fault("mesh-hash", None)
-def wrong_hash(draft, body, at):
+def wrong_hash(draft, body, frame):
     stated = re.compile(rb"(mesh\.sha256/%s....)[0-9a-f]{64}" % BODIES[body].encode(), re.DOTALL)
     draft.changes.append(lambda data: stated.sub(rb"\g<1>" + b"0" * 64, data))
 
 
 @fault("identity-while-lost", 19)
-def identity_while_lost(draft, body, at):
-    draft.arrays["position"][at : at + 20, body] = 0.0
-    draft.arrays["quaternion_xyzw"][at : at + 20, body] = [0.0, 0.0, 0.0, 1.0]
+def identity_while_lost(draft, body, frame):
+    draft.arrays["position"][frame : frame + 20, body] = 0.0
+    draft.arrays["quaternion_xyzw"][frame : frame + 20, body] = [0.0, 0.0, 0.0, 1.0]
 
 
 @fault("out-of-space", 1)
-def out_of_space(draft, body, at):
-    draft.arrays["position"][at : at + 2, body, 0] = 1e200, -1001.0
+def out_of_space(draft, body, frame):
+    draft.arrays["position"][frame : frame + 2, body, 0] = 1e200, -1001.0
 
 
 FAULTS = {

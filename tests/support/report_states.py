@@ -279,8 +279,8 @@ def traded(*rows, cut=()):
 def doubtful():
     """A frozen hand that is filled in, and a pose that is no number and left out."""
     draft = clean_draft()
-    FAULTS["frozen pose"](draft, 1, 300)
-    FAULTS["nan position"](draft, 0, 500)
+    FAULTS["frozen pose"](draft, body=1, frame=300)
+    FAULTS["nan position"](draft, body=0, frame=500)
     return compute(
         draft.session(), detectors="sphere", oracle="none", policy=["frozen=interpolate:2", "not-finite=drop"]
     )

@@ -134,7 +134,7 @@ def test_bodies_with_parents_and_offsets_are_decided_where_they_stand(distance):
 
 
 def test_bodies_that_never_move_make_no_pair():
-    """The rods of the test above, but the scene names no pair: of all pairs, those that rest are left out."""
+    """Two rods at rest in a scene that names no pair: of all pairs, those that rest are left out."""
     session, row = bodies_at_rest([[0, 0, 0], [0.1, 0, 0]], ROD_ALONG_X)
     assert alternatives_differ(replace(session, scene=Scene()), row) is False
 

@@ -178,10 +178,10 @@ def folder(tmp_path_factory):
         write_session(session, day / f"{name}.mcap")
     rounded, frozen = clean_draft(), clean_draft()
     rounded.arrays["quaternion_xyzw"][:, 0] *= 1 + 1e-5
-    FAULTS["frozen pose"](frozen, 1, 300)
+    FAULTS["frozen pose"](frozen, body=1, frame=300)
     rounded.write(day / "clean.mcap")
     frozen.write(day / "frozen.mcap")
-    FAULTS["nan position"](frozen, 0, 500)
+    FAULTS["nan position"](frozen, body=0, frame=500)
     frozen.write(day / "nan.mcap")
     whole, recorded = (day / "clean.mcap").read_bytes(), (day / "p.mcap").read_bytes()
     first, last = chunks(whole)[1]

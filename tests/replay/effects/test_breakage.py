@@ -13,13 +13,13 @@ GRAVITY, RATE, FLOOR = 9.80665, 90.0, 0.5
 """A cube of 0.2 m falls from rest on a cube of 1 m whose top is at 0.5 m."""
 
 
-def scene(**limits):
+def breakable_scene(**limits):
     given = limits or {"speed_m_s": 1.0}
     bodies = (SceneBody("cup", extra={"mass": 0.1}), SceneBody("top"))
     return Scene(bodies=bodies, effects=(SceneEffect("breakage", {"between": ["cup", "top"], **given}),))
 
 
-def world(heights, times=None, valid=None, aside=0.0, **limits):
+def cup_over_block(heights, times=None, valid=None, aside=0.0, **limits):
     """The cube's underside at these heights over the top, its middle so far aside of it."""
     count = len(heights)
     stamps = np.round(np.arange(count) / RATE * 1e9 if times is None else times * 1e9).astype(np.int64)
@@ -27,13 +27,13 @@ def world(heights, times=None, valid=None, aside=0.0, **limits):
     point[:, 0], point[:, 1] = aside, FLOOR + 0.1 + np.asarray(heights)
     rotation = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     tracks = {"cup": Track(stamps, point, rotation, valid), "top": Track(stamps, np.zeros((count, 3)), rotation)}
-    return Session.from_tracks(tracks, {"cup": cube(edge=0.2), "top": cube()}, scene(**limits))
+    return Session.from_tracks(tracks, {"cup": cube(edge=0.2), "top": cube()}, breakable_scene(**limits))
 
 
-def falling(height, phase=0.0, rest=-0.0005, count=60, **more):
+def cup_that_falls(height, phase=0.0, rest=-0.0005, count=60, **more):
     times = np.arange(count) / RATE
     fall = np.maximum(0.0, times - 0.1 - phase)
-    return world(np.maximum(rest, height - 0.5 * GRAVITY * fall**2), **more)
+    return cup_over_block(np.maximum(rest, height - 0.5 * GRAVITY * fall**2), **more)
 
 
 def breakage_of(session):
@@ -45,7 +45,8 @@ def breakage_of(session):
 @pytest.mark.parametrize("height", [0.06, 0.1, 0.25])
 @pytest.mark.parametrize("phase", [0.0, 0.003, 0.007])
 def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
-    (crash,), (impact,), run = breakage_of(falling(height, phase))
+    """A cup of 0.1 kg falls from rest 0.1 s after the start; ``phase``: seconds between its start and a frame."""
+    (crash,), (impact,), run = breakage_of(cup_that_falls(height, phase))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * height), rel=0.005)
     assert impact.values["energy_j"] == pytest.approx(0.1 * GRAVITY * height, rel=0.01)
     assert crash.time == pytest.approx(0.1 + phase + np.sqrt(2 * height / GRAVITY), abs=0.001)
@@ -58,19 +59,20 @@ def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
 def test_impact_point_lies_on_the_body_hit_despite_noise(side):
     """A fall of 0.1 m ends at the speed root of 2 g h; noise of 0.5 mm moves the glass in and out of the wall."""
     fallen = np.arange(60) / RATE >= 0.1 + np.sqrt(2 * 0.1 / GRAVITY)
-    (crash,), (impact,), _ = breakage_of(falling(height=0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
+    (crash,), (impact,), _ = breakage_of(cup_that_falls(height=0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * 0.1), rel=0.01)
     assert crash.point == pytest.approx((side * 0.5, FLOOR, 0.0), abs=0.002)
 
 
 def test_a_body_set_down_gently_meets_and_does_not_break():
-    crash, (impact,), _ = breakage_of(world(np.maximum(-0.0005, 0.02 - 0.1 * np.arange(60) / RATE)))
+    """Set down at 0.1 m/s; a cup breaks from 1 m/s on."""
+    crash, (impact,), _ = breakage_of(cup_over_block(np.maximum(-0.0005, 0.02 - 0.1 * np.arange(60) / RATE)))
     assert not crash and impact.values["speed_m_s"] == pytest.approx(0.1, rel=0.01) and not impact.values["broken"]
 
 
 def test_impact_speed_is_the_component_perpendicular_to_the_surface():
     """A glass slides at 1 m/s and sinks at 0.1 m/s."""
-    session = world(np.maximum(-0.0005, 0.03 - 0.1 * np.arange(60) / RATE))
+    session = cup_over_block(np.maximum(-0.0005, 0.03 - 0.1 * np.arange(60) / RATE))
     frames = session.frames
     frames.position.setflags(write=True)
     frames.position[:, 0, 0] = -0.35 + 2.0 * np.arange(60) / RATE * 0.5
@@ -79,27 +81,29 @@ def test_impact_speed_is_the_component_perpendicular_to_the_surface():
 
 
 FRAMES = np.arange(60)
-BACK = np.arange(120) / RATE - 50 / RATE
+SINCE_POSE = np.arange(120) / RATE - 50 / RATE
 """Since a pose came back after a loss, seconds."""
 GAP = "not judged: gap, loss or jump before it"
 
 
 @pytest.mark.parametrize("step", [0.005, 0.03, 0.2, 3.0])
 def test_a_tracking_jump_into_contact_breaks_nothing(step):
-    assert not breakage_of(world(np.where(FRAMES < 30, step - 0.0005, -0.0005)))[0]
+    """In one frame it is ``step`` metres lower, and in contact."""
+    assert not breakage_of(cup_over_block(np.where(FRAMES < 30, step - 0.0005, -0.0005)))[0]
 
 
 @pytest.mark.parametrize(
     ("session", "counted"),
     [
         # A jump shortly before a gentle contact.
-        (world(np.maximum(0.0385 - 0.02 * FRAMES / RATE - 0.03 * (FRAMES >= 30), -0.001), speed_m_s=0.3), None),
-        (falling(height=0.25, valid=(FRAMES < 26) | (FRAMES >= 29)), GAP),
-        (world(np.where(FRAMES < 30, 0.3, -0.0005), FRAMES / RATE + 0.3 * (FRAMES >= 30)), GAP),
-        (world(np.full(20, -0.0005)), "not judged: in contact from the start"),
+        (cup_over_block(np.maximum(0.0385 - 0.02 * FRAMES / RATE - 0.03 * (FRAMES >= 30), -0.001),
+                        speed_m_s=0.3), None),
+        (cup_that_falls(height=0.25, valid=(FRAMES < 26) | (FRAMES >= 29)), GAP),
+        (cup_over_block(np.where(FRAMES < 30, 0.3, -0.0005), FRAMES / RATE + 0.3 * (FRAMES >= 30)), GAP),
+        (cup_over_block(np.full(20, -0.0005)), "not judged: in contact from the start"),
         # It drifts back after a loss.
-        (world(np.where(BACK < 0, 0.04, 0.03 * np.exp(-np.maximum(BACK, 0) / 0.02) - 0.001),
-               valid=(BACK < -0.1) | (BACK >= 0), speed_m_s=0.2), GAP),
+        (cup_over_block(np.where(SINCE_POSE < 0, 0.04, 0.03 * np.exp(-np.maximum(SINCE_POSE, 0) / 0.02) - 0.001),
+                        valid=(SINCE_POSE < -0.1) | (SINCE_POSE >= 0), speed_m_s=0.2), GAP),
     ],
     ids=["jump", "lost before the impact", "gap", "from the start", "drifts back"],
 )  # fmt: skip
@@ -137,7 +141,7 @@ def check_fall(height, rate, restitution, depth, noise, phase):
     speed = np.sqrt(2 * GRAVITY * height)
     heights = bouncing(height, restitution, depth, rate, phase, noise)
     times = np.arange(len(heights)) / rate
-    crash, impacts, _ = breakage_of(world(heights, times, speed_m_s=speed / 0.8))
+    crash, impacts, _ = breakage_of(cup_over_block(heights, times, speed_m_s=speed / 0.8))
     hard = [impact.values["speed_m_s"] for impact in impacts if impact.values["speed_m_s"] > speed / 1.2]
     assert hard and not crash, (restitution, depth, noise, phase)
     if height >= 0.5 and not noise:

@@ -19,16 +19,17 @@ from replay.effects.models.outflow import volume_run_out
 from replay.engine import compute
 from sessions.model.scene import SceneBody
 
-OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
+TAP_OPEN_FOR_2_S = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
 
 
 def test_an_open_tap_runs_at_the_rate_of_torricelli():
-    run = effects_of_tap_degrees(OPEN)["burette"]
+    """Discharge 0.6, opening 0.6 mm2, the level 0.65 m over the tip, g in m/s2, 1e6 mL in a cubic metre; 2 s open."""
+    run = effects_of_tap_degrees(TAP_OPEN_FOR_2_S)["burette"]
     (event,) = run.events
     rate = 0.6 * 6e-7 * np.sqrt(2 * 9.80665 * 0.65) * 1e6
     # Linear between frames: the turn to and from open adds half a frame on each side.
     assert event.name == "run-in" and event.values["volume_ml"] == pytest.approx(rate * 2.0, rel=0.01)
-    (higher,) = effects_of_tap_degrees(OPEN, settings={"tip": [0.0, 0.1, 0.0]})["burette"].events
+    (higher,) = effects_of_tap_degrees(TAP_OPEN_FOR_2_S, settings={"tip": [0.0, 0.1, 0.0]})["burette"].events
     assert higher.values["volume_ml"] == pytest.approx(rate * np.sqrt(0.55 / 0.65) * 2.0, rel=0.02)
     assert event.bodies == ("burette", "flask") and run.frames_run == 201
     left, gone = run.series["burette/volume"], run.series["burette/delivered"]
@@ -37,9 +38,10 @@ def test_an_open_tap_runs_at_the_rate_of_torricelli():
 
 
 def test_two_burettes_keep_separate_volumes():
-    poses = {name: poses_at_rest(len(OPEN), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
+    """Both run out of one tap; the second has only 5 mL."""
+    poses = {name: poses_at_rest(len(TAP_OPEN_FOR_2_S), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
     bodies = [glass(name, fill, cavity=BURETTE_COLUMN) for name, fill in (("burette", 50.0), ("other", 5.0))]
-    poses |= {"tap": tap_rotations(OPEN), "flask": poses_at_rest(len(OPEN))}
+    poses |= {"tap": tap_rotations(TAP_OPEN_FOR_2_S), "flask": poses_at_rest(len(TAP_OPEN_FOR_2_S))}
     settings = [("burette", {**TAP, "body": name}) for name in ("burette", "other")]
     series = (
         compute(session_with_effects(poses, [*bodies, glass("flask"), SceneBody("tap")], *settings))
@@ -52,6 +54,7 @@ def test_two_burettes_keep_separate_volumes():
 
 @pytest.mark.parametrize(("degrees", "fraction"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
 def test_a_tap_opens_with_its_angle_to_either_side(degrees, fraction):
+    """90 degrees are open; more than that stay open."""
     partial, whole = (
         effects_of_tap_degrees([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"]
         for x in (degrees, 90.0)
@@ -60,11 +63,12 @@ def test_a_tap_opens_with_its_angle_to_either_side(degrees, fraction):
 
 
 def test_a_lost_tap_or_flask_keeps_its_last_pose():
-    lost = np.ones(len(OPEN), dtype=bool)
+    """Lost in frames 50 to 59 of the 200 in which the tap is open."""
+    lost = np.ones(len(TAP_OPEN_FOR_2_S), dtype=bool)
     lost[50:60] = False
-    whole = effects_of_tap_degrees(OPEN)["burette"].events[0].values["volume_ml"]
+    whole = effects_of_tap_degrees(TAP_OPEN_FOR_2_S)["burette"].events[0].values["volume_ml"]
     for name in ("tap", "flask"):
-        (event,) = effects_of_tap_degrees(OPEN, valid={name: lost})["burette"].events
+        (event,) = effects_of_tap_degrees(TAP_OPEN_FOR_2_S, valid={name: lost})["burette"].events
         assert event.values["volume_ml"] == pytest.approx(whole, rel=1e-9)
 
 
@@ -72,6 +76,7 @@ OUTFLOW = {"discharge": 0.6, "section": 1e-4, "head": 0.5, "available": 4e-5}
 
 
 def test_outflow_solves_torricellis_equation_with_a_changing_area():
+    """The opening in m2 over 40 s, against SciPy's solver of the level in a tube of 1 cm2."""
     times = np.linspace(0.0, 40.0, 401)
     area = 6e-7 * np.interp(times, [0, 5, 20, 30, 40], [0.0, 1.0, 1.0, 0.1, 0.0])
 

@@ -15,7 +15,7 @@ FLAME = SceneEffect("heat", {
 })  # fmt: skip
 
 
-def run(frames, *more, **limits):
+def effects_of_touch(frames, *more, **limits):
     """A hand is on a pot from 0.2 s on for so many frames of 10 ms."""
     burn = SceneEffect("burn-exposure", {"between": ["hand", "pot"], "threshold_c": 65.0, "seconds": 0.5, **limits})
     heated = {"properties": {"heat_capacity_j_per_k": 2.0}}
@@ -31,7 +31,8 @@ def run(frames, *more, **limits):
     ids=["burn", "not hot enough", "not long enough"],
 )
 def test_a_long_touch_of_hot_glass_is_a_burn(frames, surface_c, names):
-    effect = run(frames, surface_c=surface_c)["burn-exposure"]
+    """A burn takes 0.5 s (50 frames) at more than 65 degC."""
+    effect = effects_of_touch(frames, surface_c=surface_c)["burn-exposure"]
     assert [event.name for event in effect.events] == names and effect.output.lanes["hand-pot"][0].word == names[-1]
     last = effect.events[-1]
     assert last.time == pytest.approx(0.2) and last.values["seconds"] == pytest.approx(frames / 100)
@@ -43,7 +44,7 @@ def test_a_long_touch_of_hot_glass_is_a_burn(frames, surface_c, names):
 def test_a_burn_follows_the_temperature_through_the_contact(within):
     """160 W into 2 J/K without loss: 80 K a second from the first frame on, or the room's 20 degrees."""
     flame = SceneEffect("heat", {**FLAME.settings, "within": within})
-    effects = run(60, flame)
+    effects = effects_of_touch(60, flame)
     felt = effects["burn-exposure"].series["pot/touched at 20"]
     rate = 80.0 if effects["heat"].events else 0.0
     assert felt.values == pytest.approx(20.0 + rate * np.arange(20, 80) / 100)

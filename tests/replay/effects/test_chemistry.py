@@ -25,7 +25,7 @@ from replay.effects.vessels import Vessel
 from replay.engine import compute
 from replay.show.rerun_log.effects import effect_plots
 
-MIXED = ("mixing", {"in": ["b"]})
+MIXED_IN_B = ("mixing", {"in": ["b"]})
 
 
 def reaction(equation, **more):
@@ -33,8 +33,9 @@ def reaction(equation, **more):
 
 
 def test_concentrations_follow_from_volumes_poured_together():
+    """mol/L: 0.2 of HCl comes to 40 mL with 0.1 of NaCl, which is 4 mmol."""
     bodies = (glass("a", volume_ml=60.0, solute="HCl", molar=0.2), glass("b", volume_ml=40.0, solute="NaCl", molar=0.1))
-    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0, 0.0], bodies, MIXED)
+    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0, 0.0], bodies, MIXED_IN_B)
     series, moved = effects["mixing"].series, effects["pour"].events[0].values["volume_ml"]
     assert series["b/volume"].values[-1] == pytest.approx(40.0 + moved, rel=1e-9)
     assert series["b/HCl added"].values[-1] == pytest.approx(0.2 * moved / (40.0 + moved), rel=1e-9)
@@ -48,6 +49,7 @@ def test_concentrations_follow_from_volumes_poured_together():
      ({"solute": "H2SO4", "molar": 18.0, "water_molar": 4.0}, {"H2SO4": 1.8, "H2O": 0.4})],
 )  # fmt: skip
 def test_water_is_counted_where_pure_or_declared(liquid, amounts):
+    """100 mL of water, 18 g/mol; or of an acid with 18 mol/L and 4 mol/L of water."""
     assert contents_of(Vessel(glass("a", volume_ml=100.0, **liquid))).amounts == pytest.approx(amounts)
 
 
@@ -73,15 +75,16 @@ def test_a_stop_inside_the_range_leaves_a_change_open(ends, limits):
 
 
 SILVER = reaction("AgNO3 + NaCl -> AgCl + NaNO3")
-FALLS = ("precipitation", {"solid": "AgCl", "colour": "white"})
+SILVER_CHLORIDE_FALLS_OUT = ("precipitation", {"solid": "AgCl", "colour": "white"})
 
 
 def test_the_scarcer_ion_falls_out_almost_all_at_once():
+    """As many mol of AgCl (143.32 g/mol) as of silver that comes, at 0.1 mol/L."""
     bodies = (
         glass("a", volume_ml=60.0, solute="AgNO3", molar=0.1),
         glass("b", volume_ml=40.0, solute="NaCl", molar=0.1),
     )
-    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED, SILVER, FALLS)
+    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED_IN_B, SILVER, SILVER_CHLORIDE_FALLS_OUT)
     (event,) = effects["precipitation"].events
     moles = 0.1e-3 * effects["pour"].events[0].values["volume_ml"]
     assert event.time == pytest.approx(0.01) and event.values["moles"] == pytest.approx(moles, rel=1e-3)
@@ -92,18 +95,20 @@ def test_the_scarcer_ion_falls_out_almost_all_at_once():
 
 
 def test_dissolved_and_remaining_solid_sum_to_the_initial_mass():
+    """5 g of marble; the acid comes from frame 1 on, 10 ms a frame."""
     bodies = (
         glass("a", volume_ml=60.0, solute="HCl", molar=1.0),
         glass("b", volume_ml=1.0, properties={"solid": {"formula": "CaCO3", "mass_g": 5.0}}),
     )
     marble = reaction("CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"), ("precipitation", {"solid": "CaCO3", "colour": "white"})
-    (event,) = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED, *marble)["precipitation"].events
+    (event,) = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED_IN_B, *marble)["precipitation"].events
     assert event.name == "dissolved" and event.time == 0.02 and 1.0 < event.values["left_g"] < 5.0
     assert event.values["mass_g"] + event.values["left_g"] == pytest.approx(5.0, rel=1e-4)
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.25])
 def test_a_decanted_liquid_leaves_its_solid(fraction):
+    """2 mmol of AgCl are 0.28664 g; glass b is emptied into c, with this fraction of its solid."""
     bodies = (
         glass("a", volume_ml=20.0, solute="AgNO3", molar=0.1),
         glass("b", volume_ml=20.0, solute="NaCl", molar=0.1),
@@ -117,7 +122,7 @@ def test_a_decanted_liquid_leaves_its_solid(fraction):
     pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solid_fraction": fraction})
     # A step in which a glass can be emptied.
     session = session_with_effects(
-        poses, bodies, pour, ("mixing", {"in": ["b", "c"]}), SILVER, FALLS, step_ns=100_000_000
+        poses, bodies, pour, ("mixing", {"in": ["b", "c"]}), SILVER, SILVER_CHLORIDE_FALLS_OUT, step_ns=100_000_000
     )
     series = compute(session).effects["precipitation"].series
     stays, goes = (series[f"{name}/AgCl"].values[-1] for name in "bc")
@@ -127,13 +132,16 @@ def test_a_decanted_liquid_leaves_its_solid(fraction):
 ZINC = "Zn + 2 HCl -> ZnCl2 + H2"
 
 
-def on_zinc(grams, volume=0.0, **more):
+def glass_with_zinc(grams, volume=0.0, **more):
     return glass("b", volume, properties={"solid": {"formula": "Zn", "mass_g": grams}}, **more)
 
 
 def test_a_slow_reaction_uses_up_its_limiting_reagent():
+    """0.05 g of zinc (65.38 g/mol) react at a rate of 2 a second from 0.02 to 1.00 s."""
     acid, slow = glass("a", volume_ml=60.0, solute="HCl", molar=2.0), reaction(ZINC, rate_per_s=2.0)
-    run = effects_of_tilt_degrees([0.0, *([60.0] * 100)], (acid, on_zinc(grams=0.05)), MIXED, slow)["reaction"]
+    run = effects_of_tilt_degrees([0.0, *([60.0] * 100)], (acid, glass_with_zinc(grams=0.05)), MIXED_IN_B, slow)[
+        "reaction"
+    ]
     extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
     assert extent.values[0] == 0.0 and len(extent.times) == run.frames_run == 99 and extent.times[0] == 0.02
     assert extent.values[-1] == pytest.approx(-0.05 / 65.38 * np.expm1(-2.0 * 0.98), rel=1e-9)
@@ -150,7 +158,7 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
 
     def run(base, equation):
         bodies = glass("a", volume_ml=60.0, solute="HCl", molar=1.0), glass("b", volume_ml=10.0, solute=base, molar=0.5)
-        return effects_of_tilt_degrees([0.0, *([60.0] * 50)], bodies, MIXED, reaction(equation))
+        return effects_of_tilt_degrees([0.0, *([60.0] * 50)], bodies, MIXED_IN_B, reaction(equation))
 
     effects = run("NaHCO3", "NaHCO3 + HCl -> NaCl + H2O + CO2")
     volume = effects["mixing"].series["b/volume"].values
@@ -165,28 +173,31 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
 
 
 def test_gas_of_before_the_session_does_not_leave():
+    """Soda and acid stand together at the start; nothing that comes later frees gas."""
     soda = glass("b", volume_ml=10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
-    settings = MIXED, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
+    settings = MIXED_IN_B, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
     effects = effects_of_tilt_degrees([0.0, *([60.0] * 50)], (glass("a", volume_ml=60.0), soda), *settings)
     assert not effects["reaction"].output.events_named("gas") and effects["mixing"].series["b/volume"].values[-1] > 30.0
 
 
 def test_a_ph_without_end_point_is_reported_when_settled():
+    """0.002 - 0.001 mol/L of acid is pH 3; more acid comes for nine frames."""
     bodies = (
         glass("a", volume_ml=60.0, solute="HCl", molar=0.1),
         glass("b", volume_ml=40.0, solutes={"HCl": 0.002, "NaOH": 0.001}),
     )
-    effects = effects_of_tilt_degrees([0.0, *([60.0] * 9), *([0.0] * 90)], bodies, MIXED, NEUTRALISATION)
+    effects = effects_of_tilt_degrees([0.0, *([60.0] * 9), *([0.0] * 90)], bodies, MIXED_IN_B, NEUTRALISATION)
     (event,), volume = effects["reaction"].events, effects["mixing"].series["b/volume"]
     assert event.time == volume.times[np.argmax(volume.values)] and event.values["from_ph"] == pytest.approx(3.0, 0.02)
 
 
 def test_a_solid_without_precipitation_is_a_series():
+    """AgCl of 143.32 g/mol from silver of 0.1 mol/L; little of it stays dissolved in ammonia."""
     bodies = (
         glass("a", volume_ml=60.0, solute="AgNO3", molar=0.1),
         glass("b", volume_ml=40.0, solutes={"NaCl": 0.1, "NH3": 0.01}),
     )
-    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED, SILVER)
+    effects = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED_IN_B, SILVER)
     moved = 1e-4 * effects["pour"].events[0].values["volume_ml"]
     series = effects["reaction"].series
     assert series["b/AgCl"].values[-1] == pytest.approx(143.32 * moved, rel=0.01)

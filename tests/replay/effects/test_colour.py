@@ -8,7 +8,7 @@ import pytest
 from replay.effects.colour import compute
 from replay.effects.output import Series
 
-OWN = {
+RED_TO_BLUE_FROM_6_TO_8 = {
     "in": "flask", "indicator": "mine", "species": "", "from_ph": 6.0, "to_ph": 8.0, "acid_colour": "red",
     "base_colour": "blue", "colour": "", "full_mol_l": None,
 }  # fmt: skip
@@ -28,7 +28,7 @@ def coloured(ph, step_s=0.1):
         "reaction": SimpleNamespace(series={"flask/pH": Series(times, np.array(ph, dtype=float), "pH")}),
         "mixing": SimpleNamespace(liquids={}),
     }
-    return compute(Inputs(declared=[OWN], times=times, output=outputs.get))
+    return compute(Inputs(declared=[RED_TO_BLUE_FROM_6_TO_8], times=times, output=outputs.get))
 
 
 TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns from blue to red"
@@ -49,17 +49,20 @@ TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns f
     ids=["acid to base", "base to acid", "at its ends", "there and back", "halfway", "returns", "from within", "acid"],
 )
 def test_indicator_changes_between_both_ends_of_its_range(ph, events):
+    """``ph``: 0.1 s apart; ``events``: text, start and end in seconds. The range is pH 6 to 8."""
     changes = coloured(ph).events
     assert [(event.text, event.time) for event in changes] == [(text, pytest.approx(time)) for text, time, _ in events]
     assert [event.end for event in changes] == [end if end is None else pytest.approx(end) for *_, end in events]
 
 
 def test_slow_change_states_when_it_is_complete():
+    """The pH is 10 s apart: it leaves red at 10 s and is blue at 40 s."""
     (event,) = coloured([5, 7, 7, 7, 9], step_s=10.0).events
     assert event.text == f"{TO_BLUE}, wholly at 40.000 s" and (event.time, event.end) == (10.0, 40.0)
 
 
 def test_lane_has_both_colours_and_what_is_between():
+    """The range is pH 6 to 8: pH 7 is halfway."""
     lanes = coloured([5, 7, 9]).lanes["flask"]
     assert [span.word for span in lanes] == ["red", "red to blue", "blue"]
     assert coloured([5, 7, 9]).series["flask/mine colour"].values.tolist() == [0.0, 0.5, 1.0]

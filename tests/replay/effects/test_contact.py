@@ -11,7 +11,7 @@ SCENE = Scene(
 NEAR, FAR = 0.9, 3.0
 
 
-def run(points, **more):
+def run_with_cubes_at(points, **more):
     count = len(points)
     return compute(
         unit_cubes_on_x({"a": [0] * count, "b": points, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more
@@ -23,7 +23,7 @@ def test_contact_ends_only_at_two_successive_clear_frames():
 
     A contact that never lasts two frames (frame 9) is flicker and has no end.
     """
-    result = run([FAR, NEAR, FAR, NEAR, NEAR, FAR, NEAR, FAR, FAR, NEAR], detectors=())
+    result = run_with_cubes_at([FAR, NEAR, FAR, NEAR, NEAR, FAR, NEAR, FAR, FAR, NEAR], detectors=())
     contact = result.effects["contact"]
     event, bump = contact.events
     assert (event.name, event.bodies, event.values) == ("contact", ("a", "b"), {"frames": 6, "flicker": False})
@@ -35,8 +35,10 @@ def test_contact_ends_only_at_two_successive_clear_frames():
 
 
 def test_contact_effect_is_independent_of_audited_detectors():
+    """No detector, the exact one, or one that samples too rarely."""
     requested = ({"detectors": ()}, {"detectors": "exact"}, {"detectors": "discrete[rate_hz=25]", "oracle": "exact"})
     answers = {
-        run([FAR, NEAR, NEAR, FAR, FAR, NEAR, NEAR], **touch).effects["contact"].output.digest for touch in requested
+        run_with_cubes_at([FAR, NEAR, NEAR, FAR, FAR, NEAR, NEAR], **touch).effects["contact"].output.digest
+        for touch in requested
     }
     assert len(answers) == 1

@@ -20,6 +20,7 @@ SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(FALLS,))
 
 
 def test_each_effect_has_its_fraction_of_the_time():
+    """Cubes touch five times for four frames; of a whole that is twice the contact's time its fraction is a half."""
     points = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
     result = compute(unit_cubes_on_x({"a": [0] * len(points), "b": points}, scene=SCENE), detectors=())
     records = result.document.effects
@@ -36,7 +37,7 @@ def test_each_effect_has_its_fraction_of_the_time():
     assert len(event_lines(result.effects, every)) == every
 
 
-def run_of(kind, *events, **series):
+def effect_run(kind, *events, **series):
     return EffectRun(
         EffectSpec(kind, "x", lambda i: None),
         (),
@@ -51,10 +52,12 @@ def run_of(kind, *events, **series):
 def test_the_weightiest_result_leads_else_the_last_event():
     names = enumerate(("pour", "end-point", "colour-change"))
     pour, end, changes = (EffectEvent(float(at), name, ("flask",)) for at, name in names)
-    assert leading_event({}) is None and leading_event({"pour": run_of("pour", pour)}) is pour
-    assert leading_event({"pour": run_of("pour", pour), "a": run_of("a", changes)}) is changes
+    assert leading_event({}) is None and leading_event({"pour": effect_run("pour", pour)}) is pour
+    assert leading_event({"pour": effect_run("pour", pour), "a": effect_run("a", changes)}) is changes
     assert (
-        leading_event({"a": run_of("a", changes), "reaction": run_of("reaction", end), "pour": run_of("pour", pour)})
+        leading_event(
+            {"a": effect_run("a", changes), "reaction": effect_run("reaction", end), "pour": effect_run("pour", pour)}
+        )
         is end
     )
 
@@ -66,8 +69,8 @@ def curves_of(ends, **series):
     values = {f"flask/{name}": Series(np.array([0.0, 10.0]), np.zeros(2), unit) for name, unit in series.items()}
     values["beaker/pH"] = Series(np.array([0.0, 10.0]), np.zeros(2), "pH")
     runs = {
-        "mixing": run_of("mixing", **{"flask/volume": volume}),
-        "reaction": run_of("reaction", *end_points, **values),
+        "mixing": effect_run("mixing", **{"flask/volume": volume}),
+        "reaction": effect_run("reaction", *end_points, **values),
     }
     return {curve.quantity: list(curve.ends_ml) for curve in titration_curves(runs)}
 
@@ -89,11 +92,16 @@ METALS = Equivalence.METAL_AND_ANION
     ids=["pH without end", "acid", "redox hides pH", "both end points", "reagent left", "metal"],
 )
 def test_titration_curve_is_of_the_quantity_with_an_end_point(ends, series, expected):
+    """``ends``: kind and second of end points, 1 mL a second; ``series``: name and unit."""
     assert curves_of(ends, **series) == expected
 
 
 def test_titration_curves_need_reaction_and_mixing():
-    assert titration_curves({"reaction": run_of("reaction")}) == titration_curves({"mixing": run_of("mixing")}) == []
+    assert (
+        titration_curves({"reaction": effect_run("reaction")})
+        == titration_curves({"mixing": effect_run("mixing")})
+        == []
+    )
 
 
 def test_the_table_of_costs_names_every_effect_of_each_session():

@@ -19,8 +19,11 @@ from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import HandTrack
 
 
-def ran(*specs, **inputs):
-    steps = {spec.kind: Step(spec, (), (), inputs.get(spec.kind, ()), ("declared",)) for spec in specs}
+def runs_of_specs(*specs, **inputs):
+    steps = {
+        effect_spec.kind: Step(effect_spec, (), (), inputs.get(effect_spec.kind, ()), ("declared",))
+        for effect_spec in specs
+    }
     known = dict.fromkeys(("cup", "hand_left", "lost"), ("it is named",))
     poses = {"cup": along_x([0, 1, 2, 3]), "hand_left": along_x([5, 5, 6, 6])}
     scene = Scene(bodies=tuple(map(SceneBody, known)))
@@ -30,14 +33,16 @@ def ran(*specs, **inputs):
     return run_effects(Plan(steps, (), detection=False, bodies=known), session, assemble(session), {})
 
 
-def spec(kind, compute, **more):
+def effect_spec(kind, compute, **more):
     return EffectSpec(kind, "x", compute, **more)
 
 
-def asking(ask, **more):
+def answer_and_run(ask, **more):
     """Inputs of an effect of such a spec, and its run."""
     actual = []
-    run = ran(spec("pour", lambda inputs: actual.append(ask(inputs)) or EffectOutput(), **more))["pour"]
+    run = runs_of_specs(effect_spec("pour", lambda inputs: actual.append(ask(inputs)) or EffectOutput(), **more))[
+        "pour"
+    ]
     return actual[0], run
 
 
@@ -58,27 +63,30 @@ def asking(ask, **more):
 )
 def test_an_effect_gets_only_inputs_of_its_spec(ask, text):
     with pytest.raises(EffectError, match=text):
-        asking(ask)
+        answer_and_run(ask)
 
 
 def test_a_hand_is_chosen_by_tags_and_name():
-    hand, run = asking(
+    hand, run = answer_and_run(
         lambda inputs: inputs.hand_of("hand_left") is inputs.session.hands["ann/left"], reads=(HANDS_TOPIC,)
     )
     assert hand and run.counters == {"decoded /hands/ann/left": 1}
-    assert asking(lambda inputs: inputs.hand_of("cup"), reads=(HANDS_TOPIC,))[0] is None
+    assert answer_and_run(lambda inputs: inputs.hand_of("cup"), reads=(HANDS_TOPIC,))[0] is None
 
 
 def test_an_effect_gets_only_outputs_of_its_inputs():
     observed = {}
-    effect_run, two = (spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
-    ran(effect_run, two, spec("x", lambda inputs: observed.update(inputs.outputs) or EffectOutput()), x=("two",))
+    effect_run, two = (effect_spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
+    runs_of_specs(
+        effect_run, two, effect_spec("x", lambda inputs: observed.update(inputs.outputs) or EffectOutput()), x=("two",)
+    )
     assert {kind: output.data for kind, output in observed.items()} == {"two": 2}
 
 
 def test_skipped_frames_are_counted_and_displayed():
+    """Of four frames, 10 ms each, the first and the last are skipped."""
     mask = np.array([False, True, True, False])
-    run = ran(spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
+    run = runs_of_specs(effect_spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
     assert (run.frames, run.frames_run) == (4, 2)
     assert [(span.start, span.end) for span in run.output.lanes["skipped"]] == [(0.0, 0.01), (0.03, 0.03)]
 
@@ -113,6 +121,7 @@ def test_any_visible_difference_changes_the_digest(changed):
 
 
 def test_scalars_recorded_outside_the_session_are_left_out():
+    """A pulse in every tenth of 100 frames, 3 ns late; "late" begins 10 s after the session."""
     bare = unit_cubes_on_x({"a": [0.0] * 100, "b": [3.0] * 100}, first_ns=10**9)
     stamps = bare.stamps()
     pulse = ScalarTrack(stamps[::10] + 3, 70 + np.arange(10.0), "1/min")
@@ -128,7 +137,8 @@ def test_scalars_recorded_outside_the_session_are_left_out():
 
 
 def test_a_point_of_a_body_follows_its_pose():
-    point, _ = asking(lambda inputs: inputs.poses("cup").point([0.1, 0.2, 0.3]))
+    """The cup is at x = 3 m in frame 3, unrotated."""
+    point, _ = answer_and_run(lambda inputs: inputs.poses("cup").point([0.1, 0.2, 0.3]))
     assert point[3] == pytest.approx([3.1, 0.2, 0.3])
 
 
@@ -147,6 +157,7 @@ def test_recorded_numbers_count_within_the_frames():
 
 
 def test_last_known_pose_stays_while_a_body_is_lost():
+    """Poses are known in frames 1 and 3."""
     positions = np.arange(12.0).reshape(4, 3)
     valid = np.array([False, True, False, True])
     poses = BodyPoses(np.arange(4.0), positions, np.tile(np.eye(3), (4, 1, 1)), valid, np.ones(4, dtype=bool))

@@ -23,7 +23,7 @@ WITHOUT = ("hydrolysis", "metals", "solids", "copper", "complexes")
 STEPS = 60
 
 
-def poured(a, b, equation, steps=STEPS):
+def end_point_texts(a, b, equation, steps=STEPS):
     """Texts of the end points while a is poured into b in so many steps."""
     scene = Scene(
         bodies=(glass("a", cavity={"radius": 0.05, "height": 0.08}, **a), glass("b", cavity={"radius": 0.05}, **b)),
@@ -45,7 +45,7 @@ def poured(a, b, equation, steps=STEPS):
     return [event.text for event in end_points(matter, "b")]
 
 
-def vessel(row, name):
+def glass_arguments(row, name):
     """Arguments of a glass that holds what a row of the table says."""
     content = row.get(name, {})
     liquid = {"volume_ml": content.get("ml", 0.0), **({"solutes": content["solutes"]} if "solutes" in content else {})}
@@ -62,14 +62,14 @@ def vessel(row, name):
     ids=lambda row: row["name"],
 )
 def test_nothing_is_equivalent_where_nothing_is_titrated(row):
-    assert poured(vessel(row, "a"), vessel(row, "b"), row["equations"][0]) == []
+    assert end_point_texts(glass_arguments(row, "a"), glass_arguments(row, "b"), row["equations"][0]) == []
 
 
 def test_aluminium_in_alkali_has_no_end_point():
     """Metal that dissolves in a base is no titration."""
     metal = {"volume_ml": 0.0, "properties": {"solid": {"formula": "Al", "mass_g": 0.054}}}
     alkali = {"volume_ml": 50.0, "solutes": {"NaOH": 0.2}}
-    assert poured(alkali, metal, "2 Al + 2 NaOH + 6 H2O -> 2 NaAl(OH)4 + 3 H2") == []
+    assert end_point_texts(alkali, metal, "2 Al + 2 NaOH + 6 H2O -> 2 NaAl(OH)4 + 3 H2") == []
 
 
 @pytest.mark.parametrize(
@@ -85,12 +85,13 @@ def test_aluminium_in_alkali_has_no_end_point():
     ],
 )  # fmt: skip
 def test_an_end_point_names_its_two_reagents(a, b, equation, names, millilitres):
-    (text,) = poured({"volume_ml": 50.0, "solutes": a}, {"volume_ml": 50.0, "solutes": b}, equation)
+    """Concentrations in mol/L; 50 mL of a are poured into 50 mL of b, and half of it is enough."""
+    (text,) = end_point_texts({"volume_ml": 50.0, "solutes": a}, {"volume_ml": 50.0, "solutes": b}, equation)
     assert text.startswith(f"{names} are equivalent in b after {millilitres:.2f} mL")
 
 
 def test_a_splash_that_frees_gas_tells_no_end_point():
     """25 mL of acid at once, of which 50 mL are equivalent: CO2 that leaves takes its carbonate along."""
     acid, soda = {"volume_ml": 75.0, "solutes": {"HCl": 1.0}}, {"volume_ml": 50.0, "solutes": {"Na2CO3": 0.5}}
-    texts = poured(acid, soda, "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2", steps=3)
+    texts = end_point_texts(acid, soda, "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2", steps=3)
     assert texts and all("somewhere between" in text and "which came at once" in text for text in texts)

@@ -15,11 +15,11 @@ SCENE = Scene(
     bodies=(SceneBody("hand-left", tags=("hand", "left")), SceneBody("cup"), SceneBody("jar")),
     effects=tuple(SceneEffect("grasp", {"between": ["tag:hand", thing]}) for thing in ("cup", "jar")),
 )
-NARROW = replace(SCENE, effects=(SceneEffect("grasp", {"between": ["tag:hand", "cup"], "window_s": 0.095}),))
-FAR = np.full(200, 9.0)
+WITH_SHORT_WINDOW = replace(SCENE, effects=(SceneEffect("grasp", {"between": ["tag:hand", "cup"], "window_s": 0.095}),))
+FAR_AWAY = np.full(200, 9.0)
 
 
-def run(hand, cup, trigger, jar=FAR, lost=None, degrees=0.0, scene=SCENE):
+def grasps_by_hand(hand, cup, trigger, jar=FAR_AWAY, lost=None, degrees=0.0, scene=SCENE):
     half = np.radians(degrees) * TIMES / 2.0
     spin = np.column_stack([np.zeros((200, 2)), np.sin(half), np.cos(half)])
     poses = {"hand-left": along_x(hand), "cup": (along_x(cup)[0], spin), "jar": along_x(jar)}
@@ -34,13 +34,13 @@ def run(hand, cup, trigger, jar=FAR, lost=None, degrees=0.0, scene=SCENE):
 HAND = np.clip(TIMES - 0.8, 0.0, 0.5)
 PRESSED = np.where((TIMES >= 0.5) & (TIMES < 1.6), 1.0, 0.0)
 WAVERING = np.where(PRESSED > 0, 0.7, 0.2) - 0.2 * ((TIMES > 0.9) & (TIMES < 1.2))
-TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
+GRASP_AND_RELEASE = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
 
 
 @pytest.mark.parametrize(
     ("hand", "cup", "trigger", "more", "expected"),
     [
-        (HAND, HAND + 0.5, WAVERING, {}, TAKEN),
+        (HAND, HAND + 0.5, WAVERING, {}, GRASP_AND_RELEASE),
         (HAND, HAND + 0.5, 0.59 * PRESSED, {}, []),
         (HAND, np.full(200, 0.9), PRESSED, {}, []),
         (HAND, HAND * 0.95 + 0.5, PRESSED, {}, []),
@@ -48,8 +48,8 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
         (np.zeros(200), np.full(200, 0.15), PRESSED, {}, [("failed", "cup", 0.5)]),
         (np.zeros(200), np.where((TIMES < 0.3) | (TIMES > 1.8), 0.15, 0.9), PRESSED, {}, []),
         (HAND, np.full(200, 0.3), PRESSED, {"jar": HAND - 0.4}, [("grasp", "jar", 0.5), ("release", "jar", 1.6)]),
-        (HAND, HAND + 0.5, PRESSED, {"lost": slice(100, 115)}, TAKEN),
-        (HAND, HAND + 0.5, np.where(TIMES >= 0.5, 1.0, 0.0), {}, TAKEN[:1]),
+        (HAND, HAND + 0.5, PRESSED, {"lost": slice(100, 115)}, GRASP_AND_RELEASE),
+        (HAND, HAND + 0.5, np.where(TIMES >= 0.5, 1.0, 0.0), {}, GRASP_AND_RELEASE[:1]),
         (HAND, HAND + 0.5, None, {}, []),
     ],
     ids=["wavers between two levels", "too low", "stays", "slides", "falls out soon", "touched and stays",
@@ -57,7 +57,8 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
          "lost for a moment", "the recording does not end it", "no buttons recorded"],
 )  # fmt: skip
 def test_body_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more, expected):
-    effect = run(hand, cup, trigger, **more)
+    """The trigger is pressed from 0.5 to 1.6 s, and counts from 0.6 up; the hand moves 0.5 m from 0.8 s on."""
+    effect = grasps_by_hand(hand, cup, trigger, **more)
     assert [(event.name, event.bodies[1], round(event.time, 2)) for event in effect.events] == expected
     for event in effect.output.events_named("grasp"):
         assert event.end == (None if len(expected) == 1 else pytest.approx(1.6))
@@ -69,15 +70,17 @@ def test_body_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more,
 
 @pytest.mark.parametrize(("slides", "degrees", "taken"), [(21e-3, 0, 1), (23e-3, 0, 0), (0, 21, 1), (0, 23, 0)])
 def test_body_sliding_or_rotating_in_the_hand_is_not_grasped(slides, degrees, taken):
-    effect = run(HAND, HAND + 0.5 + slides * TIMES, PRESSED, degrees=degrees, scene=NARROW)
+    """``slides``: m/s in the hand, ``degrees``: a second; within a window of 95 ms 2 mm and 2 degrees are allowed."""
+    effect = grasps_by_hand(HAND, HAND + 0.5 + slides * TIMES, PRESSED, degrees=degrees, scene=WITH_SHORT_WINDOW)
     assert len(effect.output.events_named("grasp")) == taken
 
 
 def test_the_longer_of_two_intervals_is_the_grasp():
+    """The cup rides from 0.5 to 0.7 s and from 0.75 to 0.9 s, and slips between and after."""
     limits = {"between": ["tag:hand", "cup"], "window_s": 0.02, "held_s": 0.1}
     scene = replace(SCENE, effects=(SceneEffect("grasp", limits),))
     slips = np.interp(TIMES, [0.7, 0.75, 0.9, 2.0], [0.0, 0.1, 0.1, 1.2])
-    (grasp,) = run(TIMES, TIMES + 0.5 - slips, PRESSED, scene=scene).output.events_named("grasp")
+    (grasp,) = grasps_by_hand(TIMES, TIMES + 0.5 - slips, PRESSED, scene=scene).output.events_named("grasp")
     assert grasp.values["held_s"] == pytest.approx(0.18, abs=0.015)
 
 
@@ -86,6 +89,7 @@ def test_the_longer_of_two_intervals_is_the_grasp():
     [(30, 0.3, 2), (90, 0.1, 2), *(pytest.param(hz, 0.3, 10, marks=pytest.mark.slow) for hz in (30, 90, 250))],
 )
 def test_a_noisy_grasp_is_detected_at_every_frame_rate(hz, millimetres, seeds):
+    """Noise of so many millimetres; the cup is grasped from 0.5 to 1.6 s."""
     stamps = np.round(np.arange(2 * hz) * 1e9 / hz).astype(np.int64)
     times = stamps / 1e9
     hand = np.clip(times - 0.8, 0.0, 0.5)

@@ -12,7 +12,7 @@ NEAR, LEAVE = 0.2, 0.05
 CUBES = (cube(), cube())
 
 
-def run(points, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBES, **more):
+def visit_of_hand(points, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBES, **more):
     """Two unit cubes; the visitor's distance to the hazard is ``place - 1``."""
     settings = {"of": ["hand"], "hazard": "lamp", "distance": NEAR, "leave_by": LEAVE, **more}
     scene = Scene(bodies=(SceneBody("hand"), SceneBody("lamp")), effects=(SceneEffect("hazard-proximity", settings),))
@@ -25,15 +25,17 @@ def run(points, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBES, **more)
 
 
 def test_near_ends_beyond_the_distance_by_the_hysteresis():
-    (event,) = run([3, 1.3, 1.19, 1.1, 1.22, 1.19, 1.24, 1.26, 3]).events
+    """Near below 0.2 m, away above 0.25 m; the distance is 1 m less than x; frames of 10 ms."""
+    (event,) = visit_of_hand([3, 1.3, 1.19, 1.1, 1.22, 1.19, 1.24, 1.26, 3]).events
     assert (event.time, event.end) == pytest.approx((0.02, 0.07))
     assert event.values["least_m"] == pytest.approx(0.1) and event.values["seconds"] == pytest.approx(0.05)
 
 
 def test_far_away_only_balls_are_tested():
-    far = run([3.0] * 50)
+    """2 m away the balls around both bodies decide, 0.1 m away every vertex is tested."""
+    far = visit_of_hand([3.0] * 50)
     assert far.frames_run == 0 and far.counters == {"vertex tests": 0} and far.series == {}
-    assert run([3.0, 1.1, 3.0]).counters["vertex tests"] == len(surface_points(cube()))
+    assert visit_of_hand([3.0, 1.1, 3.0]).counters["vertex tests"] == len(surface_points(cube()))
 
 
 BOARD = MeshData(np.asarray(cube(edge=0.8).vertices) * [1.0, 0.02, 1.0], cube(edge=0.8).faces)
@@ -50,4 +52,4 @@ BOARD = MeshData(np.asarray(cube(edge=0.8).vertices) * [1.0, 0.02, 1.0], cube(ed
     ids=["turned", "in a flame above the mesh", "board"],
 )
 def test_distance_is_from_rotated_surface_to_hazard_and_flame(more, metres):
-    assert run(**more).series["hand-lamp/distance"].values == pytest.approx([metres] * 2, abs=1e-6)
+    assert visit_of_hand(**more).series["hand-lamp/distance"].values == pytest.approx([metres] * 2, abs=1e-6)

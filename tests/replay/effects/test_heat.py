@@ -24,12 +24,12 @@ def heat_of_flame(xs, height=0.2, **more):
     return compute(session).effects["heat"]
 
 
-XS = [1.0] * 5 + [0.01] * 100 + [1.0] * 100
+X_OVER_FLAME_FOR_10_S = [1.0] * 5 + [0.01] * 100 + [1.0] * 100
 
 
 def test_dish_warms_over_the_flame_and_cools_beside():
     """Newton's law with 0.4 W/K and 60 J/K: towards 420 degC over the flame (0.5 to 10.5 s), 20 degC beside."""
-    effect = heat_of_flame(XS)
+    effect = heat_of_flame(X_OVER_FLAME_FOR_10_S)
     (event,) = effect.events
     peak = 20.0 + 400.0 * -np.expm1(-10.0 * 0.4 / 60.0)
     assert event.name == "heated" and (event.time, event.end) == pytest.approx((0.5, 10.5))
@@ -53,6 +53,7 @@ def test_dish_warms_over_the_flame_and_cools_beside():
     ids=["1 mm beside its 2 cm", "level with its base", "over it for one frame", "above its 25 cm"],
 )
 def test_dish_beside_below_or_above_the_flame_stays_cold(where):
+    """``xs``: metres beside the flame, frame by frame."""
     effect = heat_of_flame(**where)
     assert (
         effect.events == ()
@@ -61,7 +62,7 @@ def test_dish_beside_below_or_above_the_flame_stays_cold(where):
     )
 
 
-def over_flame(contents, *tables, xs=XS, **more):
+def over_flame(contents, *tables, xs=X_OVER_FLAME_FOR_10_S, **more):
     """The effects of a dish of 20 mL that is over a flame from 0.5 to 10.5 s, or where else ``xs`` is near 0."""
     points = np.zeros((len(xs), 3))
     points[:, 0], points[:, 1] = xs, 0.2
@@ -87,11 +88,11 @@ def test_followed_water_adds_to_the_heat_capacity(power_w):
     assert len(followed.output.events_named("boil")) == (power_w > 1000.0)
 
 
-AT_A_RATE = ("reaction", {"equation": "KNO3 -> K+ + NO3-", "rate_per_s": 50.0})
+DISSOLVES_AT_A_RATE = ("reaction", {"equation": "KNO3 -> K+ + NO3-", "rate_per_s": 50.0})
 
 
 @pytest.mark.parametrize(
-    "tables", [(), pytest.param((AT_A_RATE,), marks=pytest.mark.slow)], ids=["at once", "at a rate"]
+    "tables", [(), pytest.param((DISSOLVES_AT_A_RATE,), marks=pytest.mark.slow)], ids=["at once", "at a rate"]
 )
 def test_potassium_nitrate_dissolves_when_heated_and_crystallises_when_cooled(tables):
     """The solid left follows the solubility at the dish's temperature, from a table, also where it takes time."""
@@ -116,20 +117,20 @@ def test_potassium_nitrate_dissolves_when_heated_and_crystallises_when_cooled(ta
 
 
 MIX = ("mixing", {"in": ["b"]})
-TILT = [0.0, 60.0, 60.0, 0.0]
+TILT_DEGREES = [0.0, 60.0, 60.0, 0.0]
 
 
 def acid(name, volume):
     return glass(name, volume, solute="H2SO4", molar=18.0, water_molar=4.1)
 
 
-def mixed(bodies, degrees=TILT, **more):
+def effects_of_mixing(bodies, degrees=TILT_DEGREES, **more):
     return effects_of_tilt_degrees(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
 
 
 def test_acid_into_water_gives_off_the_heat_of_the_table():
     """NBS Circular 500: 67.03, 72.3 and 73.34 kJ/mol in 10, 25 and 50 mol of water, 15.73 in a half."""
-    effects = mixed((acid("a", volume=60.0), glass("b", volume_ml=60.0)))
+    effects = effects_of_mixing((acid("a", volume=60.0), glass("b", volume_ml=60.0)))
     moved = effects["pour"].events[0].values["volume_ml"]
     h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * water_molar({})
     # Up to a half mol of water the heat is that of H2SO4 and 1.8 mol of water, n / (n + 1.8).
@@ -145,7 +146,8 @@ def test_acid_into_water_gives_off_the_heat_of_the_table():
 
 
 def test_water_into_acid_is_the_wrong_order():
-    effects = mixed((glass("a", volume_ml=60.0), acid("b", volume=60.0)), boils_c=400.0)
+    """The liquid that comes in frame 1, at 10 ms, is water."""
+    effects = effects_of_mixing((glass("a", volume_ml=60.0), acid("b", volume=60.0)), boils_c=400.0)
     (event,) = effects["heat"].output.events_named("wrong-order")
     assert event.level == "error" and event.bodies == ("a", "b")
     assert event.time == pytest.approx(0.01)
@@ -154,8 +156,9 @@ def test_water_into_acid_is_the_wrong_order():
 
 
 def test_a_boiling_liquid_gets_no_hotter():
-    assert heat_of_flame(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
-    hot = mixed((glass("a", volume_ml=60.0), acid("b", volume=60.0)), [0.0, *([60.0] * 12)])["heat"]
+    """A liquid that boils at 40 degC over a flame, and acid whose heat would bring water above 100 degC."""
+    assert heat_of_flame(X_OVER_FLAME_FOR_10_S, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
+    hot = effects_of_mixing((glass("a", volume_ml=60.0), acid("b", volume=60.0)), [0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.events_named("boil")[0].text
 
 
@@ -163,14 +166,14 @@ COLOUR_CHANGE = {"turns_c": 23.0, "from_colour": "blue", "to_colour": "white"}
 SALT = {"heat_capacity_j_per_k": 60.0, "solid": {"formula": "CuSO4.5H2O", "mass_g": 5.0}}
 
 
-def salted(more, properties=SALT):
+def dish_of_salt(more, properties=SALT):
     dish = SceneBody("dish", instrument="evaporating_dish", extra={"properties": properties})
     poses = {"lamp": poses_at_rest(count=30), "dish": poses_at_rest(count=30, position=(0.0, 0.2, 0.0))}
     return session_with_effects(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
 
 
 def test_a_heated_solid_changes_colour_once():
-    heat = compute(salted(COLOUR_CHANGE)).effects["heat"]
+    heat = compute(dish_of_salt(COLOUR_CHANGE)).effects["heat"]
     (event,) = heat.output.events_named("turned")
     # m c dT/dt = P - k (T - Ta), solved for 3 kelvin.
     seconds = -60.0 / 0.4 * np.log(1.0 - 3.0 * 0.4 / 160.0)
@@ -179,5 +182,5 @@ def test_a_heated_solid_changes_colour_once():
     drawn = heat.output.liquids["dish"]
     assert drawn.rgba.tolist() == [list(COLOURS["blue"]), list(COLOURS["white"])] and drawn.times[1] == event.time
     assert drawn.level[0] > drawn.floor
-    cool = compute(salted({**COLOUR_CHANGE, "turns_c": 90.0})).effects["heat"]
+    cool = compute(dish_of_salt({**COLOUR_CHANGE, "turns_c": 90.0})).effects["heat"]
     assert not cool.output.events_named("turned") and len(cool.output.liquids["dish"].times) == 1

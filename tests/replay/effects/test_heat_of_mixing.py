@@ -16,9 +16,9 @@ from support.liquid_worlds import (
 
 from replay.engine import compute
 
-PER_ML = 4.18
-HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}
-MIX = ("mixing", {"in": ["a", "b"]})
+J_PER_ML_K = 4.18
+HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": J_PER_ML_K}
+MIX_IN_BOTH = ("mixing", {"in": ["a", "b"]})
 FAST = {"full_area_m2": 6e-6}
 
 
@@ -34,7 +34,7 @@ def vessel(name, volume, solute, molar, **properties):
 def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
     """20 mL of one are poured into 20 mL of the other, all of it."""
     bodies = (vessel("a", 20.0, *row["first"]), vessel("b", 20.0, *row["second"]))
-    settings = (MIX, ("reaction", {"equation": row["equation"]}), ("heat", HEAT))
+    settings = (MIX_IN_BOTH, ("reaction", {"equation": row["equation"]}), ("heat", HEAT))
     effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, *settings)
     moved = effects["pour"].events[0].values["volume_ml"]
     series = effects["heat"].series["b/temperature"]
@@ -42,7 +42,7 @@ def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
     kelvin = series.values[-1] - 20.0
     (event,) = [candidate for candidate in effects["heat"].output.events_named("warmest") if candidate.bodies == ("b",)]
     assert event.values["change_k"] == pytest.approx(kelvin) and "b warms from 20.00 to" in event.text
-    per_mol = kelvin * PER_ML * (20.0 + moved) / (row["first"][1] * moved * 1e-3) / 1e3
+    per_mol = kelvin * J_PER_ML_K * (20.0 + moved) / (row["first"][1] * moved * 1e-3) / 1e3
     assert per_mol == pytest.approx(row["kj_mol"], rel=0.01)
 
 
@@ -52,26 +52,27 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
         vessel("a", volume=20.0, solute="HCl", molar=0.5, temperature_c=10.0),
         vessel("b", volume=20.0, solute="NaOH", molar=1.0, temperature_c=30.0, heat_capacity_j_per_k=30.0),
     )
-    celsius = (MIX, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
+    celsius = (MIX_IN_BOTH, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
     effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, *celsius)
     moved = effects["pour"].events[0].values["volume_ml"]
     celsius = effects["heat"].series["b/temperature"].values
-    energy = PER_ML * (20.0 * 10.0 - moved * 10.0) + 30.0 * 10.0 + 0.5e-3 * moved * 55.84e3
+    energy = J_PER_ML_K * (20.0 * 10.0 - moved * 10.0) + 30.0 * 10.0 + 0.5e-3 * moved * 55.84e3
     assert celsius[0] == 30.0 and celsius[-1] == pytest.approx(
-        20.0 + energy / (PER_ML * (20.0 + moved) + 30.0), rel=1e-5
+        20.0 + energy / (J_PER_ML_K * (20.0 + moved) + 30.0), rel=1e-5
     )
 
 
 def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
+    """50 mL of 80 degC lose 100 W/K in a room of 20 degC; a is tilted from frame 20 on."""
     bodies = (
         vessel("a", volume=60.0, solute="", molar=0.0),
         vessel("b", volume=50.0, solute="", molar=0.0, temperature_c=80.0),
     )
     heat = ("heat", {**HEAT, "loss_w_per_k": 100.0})
-    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX_IN_BOTH, heat)
     series = effects["heat"].series["b/temperature"]
     early = series.times < effects["pour"].events[0].time - 0.01
-    expected = 20.0 + 60.0 * np.exp(-100.0 * (series.times[early] - series.times[0]) / (PER_ML * 50.0))
+    expected = 20.0 + 60.0 * np.exp(-100.0 * (series.times[early] - series.times[0]) / (J_PER_ML_K * 50.0))
     assert early.sum() > 10 and series.values[early] == pytest.approx(expected, rel=1e-9)
 
 
@@ -82,7 +83,7 @@ def test_a_vessel_that_drifts_to_the_room_is_no_result():
         vessel("b", volume=50.0, solute="", molar=0.0),
     )
     heat = ("heat", {**HEAT, "loss_w_per_k": 10.0})
-    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX_IN_BOTH, heat)
     assert {event.bodies for event in effects["heat"].events if event.name in ("warmest", "coldest")} == {("b",)}
 
 
@@ -91,7 +92,7 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     solid = {"solid": {"formula": "CaCl2.6H2O", "mass_g": 2.0}}
     bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=solid))
     effects = effects_of_tilt_degrees(
-        [0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT)
+        [0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX_IN_BOTH, ("heat", HEAT)
     )
     (coldest,) = effects["heat"].output.events_named("coldest")
     last = effects["heat"].series["b/temperature"].values[-1]
@@ -103,7 +104,7 @@ def test_solution_that_freezes_states_its_coldest_temperature():
     """40 g of ammonium nitrate take 12.8 kJ, enough to cool 60 mL of water at 5 degC by 50 K."""
     solid = {"solid": {"formula": "NH4NO3", "mass_g": 40.0}}
     bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=solid))
-    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX, ("heat", {**HEAT, "ambient_c": 5.0}))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX_IN_BOTH, ("heat", {**HEAT, "ambient_c": 5.0}))
     (event,) = effects["heat"].output.events_named("freeze")
     coldest = effects["heat"].series["b/temperature"].values.min()
     assert event.values["celsius"] == pytest.approx(coldest) and coldest < -10.0
@@ -121,7 +122,7 @@ def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, dec
     bodies = (vessel("a", volume=30.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=powder))
     products = {"Na2S2O3": "2 Na+ + S2O3^2-", "CO(NH2)2": "CO(NH2)2(aq)", "LiCl": "Li+ + Cl-", "NaNO3": "Na+ + NO3-"}
     equation = [("reaction", {"equation": f"{formula}(s) -> {products[formula]}", **declared})] if declared else []
-    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, MIX_IN_BOTH, *equation, ("heat", HEAT))
     texts = [event.text for event in effects["heat"].output.events_named("strong")]
     assert len(texts) == bool(ions) and all(f"so strong a solution of {ions} as" in text for text in texts)
 
@@ -138,7 +139,7 @@ def test_a_warm_titration_goes_by_drops():
 def test_a_hot_dry_solid_does_not_boil():
     solid = {"solid": {"formula": "KNO3", "mass_g": 10.0}, "temperature_c": 250.0}
     bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=solid))
-    effects = effects_of_tilt_degrees([0.0] * 20, bodies, MIX, ("heat", HEAT))
+    effects = effects_of_tilt_degrees([0.0] * 20, bodies, MIX_IN_BOTH, ("heat", HEAT))
     assert not effects["heat"].output.events_named("boil")
 
 
@@ -146,10 +147,10 @@ def test_hot_copper_warms_the_water_poured_onto_the_metal():
     """100 g of copper have 38.5 J/K by the handbook's 0.385 J/(g K)."""
     metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}
     bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=metal))
-    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 40), 0.0], bodies, MIX_IN_BOTH, ("heat", HEAT))
     moved = effects["pour"].events[0].values["volume_ml"]
     celsius = effects["heat"].series["b/temperature"].values
-    expected = (PER_ML * moved * 20.0 + 38.5 * 90.0) / (PER_ML * moved + 38.5)
+    expected = (J_PER_ML_K * moved * 20.0 + 38.5 * 90.0) / (J_PER_ML_K * moved + 38.5)
     assert celsius[-1] - 20.0 == pytest.approx(expected - 20.0, rel=0.06)
 
 
@@ -159,7 +160,11 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     degrees = np.interp(np.arange(count) / hz, [0.0, 0.2, 0.7, 0.9], [0.0, 0.0, 120.0, 120.0])
     poses = {"a": poses_of_tilted_glass(degrees), "b": poses_at_rest(count)}
     bodies = (vessel("a", volume=20.0, solute="HCl", molar=0.5), vessel("b", volume=20.0, solute="NaOH", molar=1.0))
-    tables = (MIX, ("pour", {"from": ["a"], "into": ["b"]}), ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
+    tables = (
+        MIX_IN_BOTH,
+        ("pour", {"from": ["a"], "into": ["b"]}),
+        ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}),
+    )
     heat = ("heat", {**HEAT, "loss_w_per_k": 5.0})
     series = (
         compute(session_with_effects(poses, bodies, *tables, heat, step_ns=round(1e9 / hz)))
@@ -170,9 +175,9 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     at = np.searchsorted(series.times, 1.0)
     end = np.searchsorted(series.times, 1.0 + seconds - 0.15)
     since = series.times[end] - series.times[at]
-    assert excess[end] == pytest.approx(excess[at] * np.exp(-5.0 * since / (PER_ML * 40.0)), rel=1e-6)
+    assert excess[end] == pytest.approx(excess[at] * np.exp(-5.0 * since / (J_PER_ML_K * 40.0)), rel=1e-6)
     # All heat, less what half of the pour's time takes, within half a hundredth.
-    assert excess.max() == pytest.approx(0.01 * 55.84e3 / (PER_ML * 40.0), rel=0.02)
+    assert excess.max() == pytest.approx(0.01 * 55.84e3 / (J_PER_ML_K * 40.0), rel=0.02)
     assert excess.max() == pytest.approx(3.322, rel=0.005 if hz > 10 else 0.02)
 
 
@@ -208,7 +213,7 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
 def test_water_comes_in_wrong_order_while_the_acid_is_strong():
     """5 mL of 18 mol/L are below 5 mol/L, which is no strong acid, from 18 mL on."""
     bodies = (vessel("a", volume=60.0, solute="", molar=0.0), vessel("b", volume=5.0, solute="H2SO4", molar=18.0))
-    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX, ("heat", HEAT))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX_IN_BOTH, ("heat", HEAT))
     (event,) = effects["heat"].output.events_named("wrong-order")
     volume = effects["mixing"].series["b/volume"].values
     assert event.values["volume_ml"] == pytest.approx(np.diff(volume)[volume[:-1] < 18.0].sum())

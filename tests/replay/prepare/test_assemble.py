@@ -86,7 +86,7 @@ ABSENT_BEFORE[3:5, 0] = int(Status.ABSENT)
     ],
 )
 def test_tracking_jump_unlinks_the_frames_across_the_jump(session, breaks):
-    """A frame that is not linked has no known motion from the frame before; frame 0 never has."""
+    """Body a jumps from frame 4 to 5. A frame that is not linked has no known motion from the frame before."""
     linked = assemble(session).motion.linked
     assert [np.flatnonzero(~column)[1:].tolist() for column in linked.T] == breaks
 

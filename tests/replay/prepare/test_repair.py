@@ -34,7 +34,7 @@ def test_repair_reports_held_and_dropped_samples_per_interval():
 
 def test_the_frame_after_a_gap_is_flagged():
     draft = clean_draft()
-    FAULTS["1 s gap"](draft, 1, 400)
+    FAULTS["1 s gap"](draft, body=1, frame=400)
     (span,) = (item for item in repair_session(draft.session(), parse_policy()).spans if item.kind == "gap")
     assert (span.start_ns, span.end_ns) == (draft.arrays["stamp_ns"][400],) * 2
 
@@ -42,7 +42,7 @@ def test_the_frame_after_a_gap_is_flagged():
 @pytest.mark.parametrize("name", ["frozen pose", "1 s gap", "time backwards", "mirrored mesh", "millimetres"])
 def test_refusal_of_the_policy_stops_the_run_with_a_sentence(name):
     draft = clean_draft()
-    planted = FAULTS[name](draft, 1, 400)
+    planted = FAULTS[name](draft, body=1, frame=400)
     assert repair_session(draft.session(), parse_policy()).findings
     with pytest.raises(RefusedError, match=rf"^the session: {planted.code}.*--policy {planted.code}="):
         repair_session(draft.session(), parse_policy([f"{planted.code}=refuse"]))
@@ -73,7 +73,7 @@ def test_teleport_through_a_wall_is_no_contact_between_frames():
 def lost_hand():
     """A hand that jumps to the origin for 20 frames of 11 ms."""
     draft = clean_draft()
-    FAULTS["identity while lost"](draft, 1, 400)
+    FAULTS["identity while lost"](draft, body=1, frame=400)
     return draft
 
 
@@ -131,13 +131,13 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
 @pytest.mark.parametrize("action", ["hold:9", "interpolate:9"])
 def test_losses_before_the_first_good_sample_stay_lost(action):
     draft = clean_draft()
-    FAULTS["identity while lost"](draft, 0, 0)
+    FAULTS["identity while lost"](draft, body=0, frame=0)
     assert (repaired_session(draft, f"identity-while-lost={action}").frames.status[:20, 0] == LOST).all()
 
 
 def test_no_bridge_leads_beyond_the_last_good_sample():
     draft = clean_draft()
-    FAULTS["identity while lost"](draft, 0, 880)
+    FAULTS["identity while lost"](draft, body=0, frame=880)
     assert (repaired_session(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()
 
 

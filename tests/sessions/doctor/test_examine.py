@@ -134,7 +134,7 @@ def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
 
 def test_unlisted_bodies_and_foreign_frames_are_examined(tmp_path):
     draft = clean_draft()
-    unknown_frame(draft, body=1, at=300)
+    unknown_frame(draft, body=1, frame=300)
     path = draft.write(tmp_path / "a.mcap")
     names = bodies_record(BODIES)["names"].encode()
     listed = bodies_record(("flask", *(f"{name[:-1]}_" for name in BODIES[1:])))["names"].encode()

@@ -22,6 +22,7 @@ def test_the_glass_of_the_bench_has_nothing_above_a_note(name):
 
 
 def test_each_fault_of_a_mesh_is_counted():
+    """A cube of 12 faces: a lost one leaves three open edges, a repeated or reversed one spoils its three edges."""
     mesh = cube()
     assert count_by_code(MeshData(mesh.vertices, mesh.faces[1:])) == {"mesh-open": 3}
     assert count_by_code(MeshData(mesh.vertices, [*mesh.faces, mesh.faces[0, [2, 0, 1]]]))["mesh-duplicate"] == 1

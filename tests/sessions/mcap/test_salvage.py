@@ -30,7 +30,7 @@ def whole_file(tmp_path_factory):
     """Five seconds at 90 Hz of three bodies in many small chunks, a frozen pose, meshes, facts and an event."""
     draft = clean_draft()
     draft.arrays = {name: values[:COUNT] for name, values in draft.arrays.items()}
-    FAULTS["frozen pose"](draft, 0, 30)
+    FAULTS["frozen pose"](draft, body=0, frame=30)
     event = Event(int(draft.arrays["stamp_ns"][7]), "grasp", "takes a beaker", "flask")
     path = tmp_path_factory.mktemp("whole") / "s.mcap"
     with pytest.MonkeyPatch.context() as patch:

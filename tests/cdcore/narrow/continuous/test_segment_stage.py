@@ -168,9 +168,12 @@ def test_gaps_below_rounding_are_too_close_and_located():
 def test_the_effort_ends_only_below_the_tolerance():
     """They touch at a height of 0.011 m. An effort of 0 still decides moves that end 1 mm apart, or deep."""
     touching = (-0.3, 0, 0.011 + 1e-9), (0.3, 0, 0.011 + 1e-9)
-    assert search_of_ball_and_plate(*touching, pad=1e-8, effort=100)[0] == TOO_LONG
-    assert search_of_ball_and_plate((0, 0, 0.1), (0, 0, 0.012), effort=0)[0] == FREE
-    assert search_of_ball_and_plate((0, 0, 0.1), (0, 0, -0.1), effort=0)[0] == HIT
+    state, _ = search_of_ball_and_plate(*touching, pad=1e-8, effort=100)
+    assert state == TOO_LONG
+    state, _ = search_of_ball_and_plate((0, 0, 0.1), (0, 0, 0.012), effort=0)
+    assert state == FREE
+    state, _ = search_of_ball_and_plate((0, 0, 0.1), (0, 0, -0.1), effort=0)
+    assert state == HIT
 
 
 @pytest.mark.parametrize(("end_height", "contact_time"), [(-0.1, 0.5), (0.005, 1.0)])

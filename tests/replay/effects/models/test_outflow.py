@@ -18,7 +18,7 @@ def disc_entered(start, velocity, discs):
 
 
 DROP_S = float(np.sqrt(2 * 0.2 / GRAVITY_M_S2))
-AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
+POINT_HIT_AT_0_3_M_S = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -26,8 +26,8 @@ AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
     [
         *(((x, 0.05, 0.0), REST, [disc()], name) for x, name in ((0.0, "cup"), (0.03, "cup"), (0.0301, ""))),
         # A push carries it as far as the fall takes time.
-        ((0.0, 0.2, 0.0), (0.3, 0.0, 0.0), [AIM], "cup"),
-        ((0.0, 0.2, 0.0), (0.31, 0.0, 0.0), [AIM], ""),
+        ((0.0, 0.2, 0.0), (0.3, 0.0, 0.0), [POINT_HIT_AT_0_3_M_S], "cup"),
+        ((0.0, 0.2, 0.0), (0.31, 0.0, 0.0), [POINT_HIT_AT_0_3_M_S], ""),
         # Above, sideways, overturned, none.
         ((0.0, 0.05, 0.0), REST, [disc(centre=(0.0, 0.06, 0.0))], ""),
         ((0.0, 0.05, 0.0), REST, [disc(normal=(1.0, 0.0, 0.0)), disc(normal=-UP)], ""),
@@ -38,6 +38,7 @@ AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
     ],
 )
 def test_liquid_falls_into_the_upward_opening_below(start, velocity, discs, name):
+    """Openings have a radius of 3 cm unless given; a drop starts at a place with a velocity, in metres and m/s."""
     assert disc_entered(np.array(start), np.array(velocity), discs) == name
 
 
@@ -55,6 +56,7 @@ def stream(times, volumes, source="a", target="b"):
 
 
 def test_only_a_long_pause_splits_a_flow():
+    """Pauses of 0.6 s and 0.8 s."""
     segments = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
     assert [stream.times.tolist() for stream in segments] == [[0.0, 0.6], [1.4]]
 

@@ -19,7 +19,7 @@ SIDES = np.radians(np.arange(8) * 45.0 + 7.0)
 FILLS = (0.25, 0.5, 1.0)
 
 
-def down(tilt, side):
+def gravity_when_tilted(tilt, side):
     """Gravity (3,) in the frame of a vessel tilted by so many radians to a side."""
     return np.array([math.sin(tilt) * math.cos(side), -math.cos(tilt), math.sin(tilt) * math.sin(side)])
 
@@ -43,11 +43,11 @@ def test_onset_and_volume_agree_with_slices_of_another_library(name):
     rim = mesh.vertices[heights == heights.max()]
 
     def truth(degrees, side):
-        gravity = upright * down(math.radians(max(degrees, 0.0)), side)
+        gravity = upright * gravity_when_tilted(math.radians(max(degrees, 0.0)), side)
         return solid.trim_by_plane(gravity, float((rim @ gravity).max())).volume() * 1e6
 
     for side in SIDES:
-        kept = shape.kept_ml(np.array([upright * down(tilt, side) for tilt in np.radians(tilts)]))
+        kept = shape.kept_ml(np.array([upright * gravity_when_tilted(tilt, side) for tilt in np.radians(tilts)]))
         for fill in FILLS:
             first = int(np.argmax(kept <= fill * cavity.capacity_m3 * 1e6))
             assert truth(tilts[first] - 0.5, side) >= fill * cavity.capacity_m3 * 1e6 >= truth(tilts[first] + 0.5, side)
@@ -58,7 +58,7 @@ RADIUS, HEIGHT = 0.03, 0.08
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 
-def integral(tilt, radius, height):
+def volume_by_integral(tilt, radius, height):
     """Columns of liquid over the floor, summed: no formula of the module, and no difference of nearly equal numbers.
 
     A column at distance u from the wall below the lip is ``height - u tan(tilt)`` high and ``2 sqrt(u (2R - u))`` wide;
@@ -79,7 +79,8 @@ TILTS = [1e-9, 0.1, 10, 50, 53, 53.13, 54, 70, 80, 85, 89, 89.9, 89.99, 89.9999,
 
 @pytest.mark.parametrize(("radius", "height"), [(0.03, 0.08), (0.04, 0.006), (0.004, 0.2)])
 def test_the_kept_volume_is_the_integral(radius, height):
+    """A cylinder, upright at 0 and lying at 90 degrees; its radius and height in metres."""
     for degrees in TILTS:
         tilt = math.radians(degrees)
-        volume = integral(tilt, radius, height)
+        volume = volume_by_integral(tilt, radius, height)
         assert volume_kept(tilt, radius, height) == pytest.approx(volume, rel=1e-9), degrees

@@ -63,6 +63,7 @@ def test_kmo_of_uncorrelated_items_is_refused():
 
 
 def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
+    """19 items have 19 x 18 / 2 = 171 pairs."""
     assert kmo(ANSWERS) == pytest.approx(REFERENCE["kmo"], abs=1e-10)
     result = bartlett_test(ANSWERS)
     assert [result.chi_square, result.p] == pytest.approx(REFERENCE["bartlett"], rel=1e-10, abs=1e-10)

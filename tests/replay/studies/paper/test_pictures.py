@@ -73,7 +73,7 @@ def test_figure_7_has_a_panel_for_budgets_time_and_families(drawn_figures):
 
 @pytest.mark.parametrize(("evaluations", "scale"), [(None, "linear"), (50.0, "log")])
 def test_figure_8_has_coverage_misses_and_evaluations_of_covered(drawn_figures, evaluations, scale):
-    """Of 10 poses samples of 50 faces cover all but 0.2, and the search misses 0.25 of those it covers."""
+    """Rows of the tables: samples of 50 faces fail to cover 0.2 of 10 poses; the search misses 0.25 of 8 covered."""
     coverage = [("torus", size, 10, 2, rate, 0.1, 0.4) for size, rate in (("50", 0.2), ("all", 0.0))]
     search = [("torus", "local", size, 8, 2, 0.25, 0.1, 0.6, 0.6, evaluations, 99.0) for size in ("50", "all")]
     shapes = feature_sample_tables([SampleSearches("torus", {size: [1] for size in SAMPLE_SIZES}, defaultdict(list))])

@@ -62,6 +62,7 @@ def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
 
 @pytest.mark.slow
 def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
+    """Cubes with parallel faces: 1.9 um, within the tolerance of 2 um, in each of 27 directions."""
     bodies, motion, case = shrunk_case(tmp_path, cube(), cube(), (0, 0, 0, 1))
     last = motion.take(np.array([len(motion) - 1]))
     for method in itertools.product((-1, 0, 1), repeat=3):
