@@ -82,4 +82,5 @@ def test_a_recording_gives_its_row_of_the_page_again(twin, recordings):
 
 @pytest.fixture(scope="module")
 def recordings():
+    """The first session of recordings that the script compares."""
     return next((name, item) for name, item in command.sessions(DATA) if name == f"`{RECORDINGS[0]}`")

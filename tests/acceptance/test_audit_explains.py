@@ -27,6 +27,7 @@ WINDOWS = {
 
 
 def recorded(scene):
+    """A made-up session of a scene; the meshes of the titration are larger than its glassware, by CLUMSY."""
     session, _ = synthetic_session(scene)
     if scene != "titration":
         return session

@@ -32,11 +32,13 @@ def touching_session():
 
 
 def verdicts(draft, **how):
+    """A run of ``hybrid`` over a draft, without a reference."""
     return run(draft.session(), detectors="hybrid", oracle="none", **how)
 
 
 @pytest.fixture(scope="module")
 def sound():
+    """Verdicts over the session without a fault."""
     return verdicts(touching_session()).detections["hybrid"].verdict
 
 

@@ -25,6 +25,7 @@ DEEP_M = 0.002
 
 
 def stretched(edge, height):
+    """A box with a square base of this edge, and another height."""
     box = cube(edge)
     return MeshData(box.vertices * [1.0, 1.0, height / edge], box.faces)
 

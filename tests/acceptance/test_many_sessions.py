@@ -116,6 +116,7 @@ def sessions_and_digest(tmp_path_factory):
 
 
 def driven(folder, out, every, where="here"):
+    """Output of a program of its own that runs all sessions of a folder."""
     arguments = [sys.executable, __file__, str(folder), str(out), every, where]
     done = subprocess.run(arguments, env=environment(), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]

@@ -54,6 +54,7 @@ print(json.dumps({
 
 
 def rested(*arguments):
+    """Measurements, by a new program, of a glass that rests on a bench."""
     answer = subprocess.run(
         [sys.executable, "-c", RUN, *arguments], env=environment(), capture_output=True, text=True, check=True
     )

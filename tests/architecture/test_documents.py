@@ -113,6 +113,7 @@ def run_cell(body, name, names):
 
 
 def pages():
+    """Each document that a reader can follow from top to bottom: its name and text."""
     for name, text in DOCUMENTS.items():
         runs_a_session = "replay.run(" in "".join(blocks(text, "python")) or any(
             list(commands(block)) for block in blocks(text, "bash")
@@ -231,6 +232,7 @@ def test_the_citation_names_the_version_of_the_package():
 
 
 def links():
+    """Each link of the documents to a file: the document, and the target."""
     for path in [ROOT / "README.md", *OTHERS, *PLAQUES, *PAGES_FOLDER.glob("*.md")]:
         for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", path.read_text("utf-8"))):
             if not target.startswith("http"):

@@ -12,6 +12,7 @@ HEAVY = {
 
 
 def loaded_by(code):
+    """Names of the modules that a program has loaded after this code."""
     program = f"import sys\n{code}\nprint('\\n'.join(sys.modules))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     return set(done.stdout.split())

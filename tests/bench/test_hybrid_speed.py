@@ -65,6 +65,7 @@ def own(work, detector, what):
 
 
 def assert_same(faces, frames, seed):
+    """Fails unless ``exact`` finds the faces of a plain loop over python-fcl."""
     work, loop, detector = session(faces, frames, seed)
     expected = loop.query("faces")
     assert (expected > 0).any()

@@ -34,6 +34,7 @@ print(peak_bytes())
 
 
 def seconds_of(run, repeats=7):
+    """The shortest of several runs, in seconds."""
     spent = []
     for _ in range(repeats):
         start = perf_counter()

@@ -17,6 +17,7 @@ BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
 
 def zeros(shapes):
+    """Arrays of zeros with these shapes; text stays text."""
     return {name: shape if isinstance(shape, str) else np.zeros(shape) for name, shape in shapes.items()}
 
 

@@ -117,6 +117,7 @@ def test_witness_faces_meet_at_the_upper_time():
 
 
 def random_poses_from_to(rng, reach, largest_angle):
+    """Two random poses, the second rotated against the first by about ``largest_angle``."""
     first = Rotation.from_rotvec(rng.normal(size=3))
     second = Rotation.from_rotvec(largest_angle * rng.normal(size=3)) * first
     return np.stack([pose_matrix(rng.normal(size=3) * reach, item.as_rotvec()) for item in (first, second)])

@@ -40,6 +40,7 @@ def corrupted(far):
 
 @cache
 def world_of(key):
+    """The random world, or the corrupted one, of a key (kind, seed or distance)."""
     kind, value = key
     return corrupted(value) if kind == "corrupt" else random_world(value, kind)
 

@@ -123,6 +123,7 @@ def test_all_query_modes_agree_on_jumping_resting_and_lost_bodies(settings):
 
 @cache
 def wands(recording):
+    """Two controllers as a person moved them in a recording of A-Frame."""
     wand = DATA / "webxr-vive-controller" / "htc-vive-none.glb"
     file = DATA / "aframe-motion-capture" / f"{recording}.json"
     return assemble(import_session("aframe", file, meshes={"left": wand, "right": wand}))

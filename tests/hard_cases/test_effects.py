@@ -36,6 +36,7 @@ WORLDS = {
 
 
 def world(positions, valid, kind):
+    """A hand that comes to a pot at rest, in a scene with one kind of effect."""
     stamps = np.arange(len(positions)) * 11_000_000
     tracks = {
         "hand-left": Track(stamps, *along_x(positions), valid),

@@ -21,6 +21,7 @@ FRESH_SEEDS = (20_261, 77_003)
 
 
 def count_wrong(family, count, seed):
+    """How many pairs of a family the product decides other than integers do."""
     pairs = family.pairs(count, seed=seed)
     product = triangles_intersect(pairs)
     integers = np.array([pair_intersects_integers(pair.tolist()) for pair in pairs])
@@ -103,6 +104,7 @@ def proper(pairs):
 
 
 def meets_by_cgal(cgal, pair):
+    """Whether CGAL says that two triangles meet."""
     first, second = (np.ascontiguousarray(corners) for corners in pair)
     return len(cgal.intersect_other(first, FACE, second, FACE, detect_only=True)[0]) > 0
 

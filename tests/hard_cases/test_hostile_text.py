@@ -75,10 +75,12 @@ def hostile(word):
 
 
 def report_of(word):
+    """The report of a run whose names are all this word."""
     return report_html(compute(hostile(word), detectors="slow=discrete[rate_hz=20]"))
 
 
 def study_of(word):
+    """The page of a study whose names are all this word."""
     answers, contacts = a_class(count=40, seed=3)
     requested = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps")))
     study = analyse(requested, questionnaire(answers), metrics(contacts, detectors=("exact", word), recall=(1.0, 0.9)))
@@ -99,11 +101,13 @@ def page_of_class(word, study):
 
 
 def shared_of(word):
+    """A page to be sent, of a run whose names are all this word."""
     result = compute(hostile(word), detectors="slow=discrete[rate_hz=20]")
     return folder.shared_page(replace(view_of(result), pictured=True), word)
 
 
 def list_of(word):
+    """The list of two runs in a shared folder, whose names are all this word."""
     runs = [RunFolder(Path(word), compute(hostile(word), detectors="slow=discrete[rate_hz=20]").document)] * 2
     return folder.list_page(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
 
@@ -119,6 +123,7 @@ PAGES = {
 
 
 def runs_a_script(page, folder):
+    """Marks that scripts of the page left when Chromium had shown it."""
     return re.findall(r"data-owned[0-9]*", re.match(r"(?s).*?<html[^>]*>", page_after_its_scripts(page, folder))[0])
 
 

@@ -11,6 +11,7 @@ FRAMES = 24
 
 
 def scene(kind):
+    """Three bodies of a kind of mesh, and a motion in which they meet now and then."""
     rng = np.random.default_rng(11)
     if kind == "lab":
         bodies, motion = lab_bodies_and_motion(frames=FRAMES, seed=11)
@@ -32,10 +33,12 @@ def exact_detection(bodies, motion, pairs=None):
 
 
 def remade(bodies, change):
+    """The same bodies with changed meshes."""
     return [Body(item.name, change(item.mesh)) for item in bodies]
 
 
 def same_faces(before, after, names=lambda faces: faces):
+    """Fails unless both detections list the same faces, under other names."""
     for frame, pair in np.argwhere(before.face_counts > 0).tolist():
         want = names(before.faces(frame, pair))
         assert np.array_equal(after.faces(frame, pair), want[np.lexsort((want[:, 1], want[:, 0]))])

@@ -33,10 +33,12 @@ OCTAHEDRON = [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)]
 
 @cache
 def scenes(number):
+    """Name -> scene of a numbered hard case."""
     return {scene.name: scene for scene in SCENE_CASES[number][1](np.random.default_rng(3))}
 
 
 def detected(name, scene, **options):
+    """The answer of a detector for a scene."""
     return create_detector(name, scene.bodies).detect(scene.motion, **options)
 
 

@@ -66,6 +66,7 @@ def _names(result, pair):
 
 
 def _overlap(first, other, slack):
+    """Whether two intervals overlap, or are within ``slack`` of it."""
     return first[0] <= other[1] + slack and other[0] <= first[1] + slack
 
 
@@ -97,6 +98,7 @@ def test_misses_at_7_5_hz_match_the_closed_form(name, seed):
 
 
 def _is(miss, episode):
+    """Whether a miss is of a planted contact."""
     lower, upper = episode.possibly
     same_pair = tuple(sorted(miss.bodies)) == episode.pair
     # A contact lasts until the frame after its last.

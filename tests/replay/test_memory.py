@@ -55,6 +55,7 @@ class Wandering:
 
 
 def peak_of(frames, folder, *, picture):
+    """Bytes that a run over so many frames takes at most."""
     mesh = pointed_ball(radius=0.05, splits=4)
     write_session(Session(Wandering(frames), dict.fromkeys(Wandering.names, mesh)), folder / "s.mcap")
     arguments = [str(folder / "s.mcap"), str(folder / "run"), "yes" if picture else "no"]

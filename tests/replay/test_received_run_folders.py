@@ -53,6 +53,7 @@ def good_run_folder(tmp_path_factory):
 
 @pytest.fixture
 def no_window(tmp_path, monkeypatch):
+    """Viewers that would open are replaced; a module lies beside the folders that were sent."""
     (tmp_path / "sent_along.py").touch()  # some mutants name it as a detector
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT_FILE: b"", web_viewer.PROGRAM_FILE: b""})

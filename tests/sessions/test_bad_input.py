@@ -60,6 +60,7 @@ ENDLESS = [
 
 
 def data_of(case):
+    """The bytes of a row of the table: as written, or a good file with a change."""
     if "hex" in case:
         return bytes.fromhex(case["hex"])
     if "text" in case:

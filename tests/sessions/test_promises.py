@@ -23,6 +23,7 @@ EARLIER = Path(__file__).parent / "mcap" / "earlier.mcap"
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
+    """A session file, its frames, and when each was written."""
     frames = random_frames(seed=1, count=900, bodies=3, absent=0.05, odd=0.1)
     first = int(frames.stamp_ns[0])
     path = tmp_path_factory.mktemp("written") / "s.mcap"

@@ -356,6 +356,7 @@ def ten_minutes():
 
 
 def repeated(track):
+    """The track MINUTES times, one after the other."""
     times = track.times_ns
     span = times[-1] - times[0] + int(np.median(np.diff(times)))
     poses = (np.concatenate([piece] * MINUTES) for piece in (track.positions, track.quaternions_xyzw, track.valid))

@@ -51,6 +51,7 @@ def strided(assembly, frames):
 
 
 def of_scene(name, frames, **settings):
+    """Every n-th frame of a made-up scene, so many in all."""
     yield strided(assemble(make_scene_session(name, **settings)[0]), frames)
 
 
@@ -59,17 +60,20 @@ def of_small_scene(name):
 
 
 def of_recording(name, frames):
+    """Frames of a recording of two controllers by a person."""
     wand = DATA / "webxr-vive-controller" / "htc-vive-none.glb"
     file = DATA / "aframe-motion-capture" / f"{name}.json"
     yield strided(assemble(import_session("aframe", file, meshes={"left": wand, "right": wand})), frames)
 
 
 def of_hard_case(number):
+    """The first twelve scenes of a numbered hard case."""
     for scene in islice(HARD[number][1](np.random.default_rng(3)), 12):
         yield World(scene.bodies, scene.motion.frames(0, 12))
 
 
 def of_random(shape, seeds):
+    """Random worlds of a shape."""
     for seed in seeds:
         yield random_world(seed, shape)
 

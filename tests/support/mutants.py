@@ -255,6 +255,7 @@ def damage_what_is_displayed(out, chance):
 
 
 def damage_bytes(file, chance):
+    """Cuts a file or changes some of its bytes."""
     data = bytearray(file.read_bytes())
     if chance.random() < 0.5:
         data = data[: chance.randrange(len(data))]

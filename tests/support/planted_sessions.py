@@ -161,6 +161,7 @@ STATES = {
 
 @cache
 def run(state):
+    """A run of two cubes whose contact and reports are those of a state, letter by letter."""
     truth, answer, _ = STATES[state]
     positions = [0.99 if letter == "C" else 1.01 + 0.02 * (k % 2) for k, letter in enumerate(truth)]
     session = unit_cubes_on_x({"a": [0.0] * len(truth), "b": positions})
@@ -228,6 +229,7 @@ def box(least, greatest):
 
 
 def joined(*solids):
+    """Vertices and faces of several solids in one mesh."""
     vertices, faces, start = [], [], 0
     for points, triangles in solids:
         vertices.append(points)

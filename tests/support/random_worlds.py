@@ -28,10 +28,12 @@ def spread(rng, shape):
 
 
 def soup(rng, count=30):
+    """Triangles of ordinary size at random places."""
     return 1.5 * spread(rng, (count, 1, 3)) + 0.6 * spread(rng, (count, 3, 3))
 
 
 def lattice(rng, count=20):
+    """Triangles of small whole coordinates, many of which touch."""
     return rng.integers(0, 4, (count, 3, 3)).astype(float)
 
 
@@ -62,10 +64,12 @@ def cube(_rng=None):
 
 
 def open_cube(rng):
+    """A cube without some of its faces."""
     return cube()[np.sort(rng.permutation(len(CUBE_FACES))[: rng.integers(3, len(CUBE_FACES))])]
 
 
 def points_and_segments(rng, count=10):
+    """Triangles that are points or segments, and small ones."""
     corners = rng.integers(-1, 2, (count, 3, 3)).astype(float)
     corners[: count // 2, 1] = corners[: count // 2, 0]
     corners[: count // 4, 2] = corners[: count // 4, 0]
@@ -201,6 +205,7 @@ def random_walk_of_rotations(rng, frames, step):
 
 
 def face_soup(rng, count=30, size=0.3):
+    """Small triangles scattered about the origin."""
     return rng.normal(size=(count, 1, 3)) + rng.normal(size=(count, 3, 3)) * size
 
 

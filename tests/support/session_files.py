@@ -51,6 +51,7 @@ def session_of(frames, **fields):
 
 
 def tetrahedron(size=0.1):
+    """A closed mesh of four faces."""
     return MeshData(np.vstack([np.zeros(3), np.eye(3)]) * size, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
@@ -165,6 +166,7 @@ def samples(number, stamps, rows):
 
 
 def offsets(number, pairs):
+    """Chunks of an XDF file that state clock offsets (at, seconds) of a stream."""
     return b"".join(chunk(4, struct.pack("<Idd", number, at, value)) for at, value in pairs)
 
 

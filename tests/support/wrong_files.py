@@ -108,6 +108,7 @@ def named(count, first=0):
 
 
 def plus(*added):
+    """A change that adds records before the last one."""
     return lambda data: with_records(data, lambda entries: [*entries[:-1], *added, entries[-1]])
 
 
@@ -146,10 +147,12 @@ def with_poses(content, path, *values):
 
 
 def of_poses(path, *values):
+    """A change of a field of every pose."""
     return of_messages(lambda content: with_poses(content, path, *values), POSE_CHANNEL)
 
 
 def glb(words, length=None):
+    """A GLB of this JSON that claims a length."""
     body = json.dumps(words).encode()
     body += b" " * (-len(body) % 4)
     size = 20 + len(body) if length is None else length

@@ -23,6 +23,7 @@ BUILDERS = SPHERES["best"]
 
 
 def holds(sphere, points):
+    """Whether no point lies outside the sphere by more than rounding."""
     reach = np.linalg.norm(points - sphere.centre, axis=1)
     size = np.linalg.norm(sphere.centre) + sphere.radius
     return (reach <= sphere.radius + 4 * EPS * size).all()

@@ -48,6 +48,7 @@ def inside_out(mesh):
 
 @cache
 def shapes():
+    """Name -> inner mesh, outer mesh, whether the first is contained in the second."""
     return {
         "ball in box": (ball_mesh(0.1), box_mesh(), True),
         "ball in ball": (ball_mesh(0.2), ball_mesh(1.0), True),

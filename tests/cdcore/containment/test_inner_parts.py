@@ -25,6 +25,7 @@ def bowl_and_open_box():
 
 
 def outer_boxes_of(mesh):
+    """Bounding boxes of a mesh's components and of their holes, as kernels take them."""
     surface = winding_surface(mesh)
     return OuterBoxes(surface.boxes, surface.holes, surface.first_hole)
 

@@ -108,6 +108,7 @@ def lattice_of_boxes(counts, sizes=(1.0, 1.0, 1.0)):
 
 
 def from_both_sides(mesh, *faces):
+    """The mesh, and some of its faces once more with the other winding."""
     return TriangleMesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[list(faces), ::-1]]))
 
 

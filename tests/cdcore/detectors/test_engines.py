@@ -47,6 +47,7 @@ REACH = {
 
 
 def cube_above_plate(gaps):
+    """A cube of 10 cm over a plate, and a motion with a frame for each gap, metres."""
     positions = [[[0.01, 0.02, 0.06 + gap], [0, 0, 0]] for gap in gaps]
     motion = unrotated_motion(positions)
     return [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("plate", box_mesh((1, 1, 0.02)))], motion

@@ -28,6 +28,7 @@ def reversed_faces(mesh):
 
 @cache
 def pairs():
+    """Name -> outer mesh, inner mesh."""
     return {
         "ball in box": (box_mesh(), ball_mesh(0.1)),
         "rod in box": (box_mesh(), rod_mesh()),
@@ -39,6 +40,7 @@ def pairs():
 
 
 def verdicts(name, first, second, seed=0):
+    """The answer of a detector for the second body at random places within the bounds of the first."""
     rng = np.random.default_rng(seed)
     lower, upper = first.bounds
     rotations = random_rotations(rng, FRAMES, 2)

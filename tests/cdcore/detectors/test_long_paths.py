@@ -52,6 +52,7 @@ def scene(positions, step, handle):
 
 
 def jumps(frames):
+    """Positions that alternate between the origin and about JUMP metres."""
     return np.where(np.arange(frames) % 2 == 0, JUMP, 0.0) * np.random.default_rng(1).uniform(0.9, 1.0, frames)
 
 

@@ -24,6 +24,7 @@ def exact_detection():
 
 @cache
 def detection_of_variant(variant):
+    """The answer of ``qaco`` with a variant of its search, over the laboratory's motion."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     budget = 100 if variant == "printed" else 2000  # as printed, it looks at one pair at a time in Python
     return create_detector("qaco", bodies, variant=variant, budget=budget).detect(motion, faces=True)

@@ -18,12 +18,14 @@ def rotated(mesh):
 
 
 def overlap_volume(a, b, pose_a=None, pose_b=None):
+    """The overlap of two bodies at poses (4, 4), measured at 32 pixels."""
     poses = [np.eye(4) if pose is None else pose for pose in (pose_a, pose_b)]
     world = [place_points(m.triangles, pose[:3, :3], pose[:3, 3]) for m, pose in zip((a, b), poses, strict=True)]
     return overlap_of_placed(*world, 32)
 
 
 def ring_mesh(large=0.05, small=0.02, sides=40):
+    """A torus about z."""
     angle = 2 * np.pi * np.arange(21) / 20
     profile = np.column_stack([large + small * np.cos(angle), small * np.sin(angle)])
     profile[-1] = profile[0]
@@ -31,6 +33,7 @@ def ring_mesh(large=0.05, small=0.02, sides=40):
 
 
 def solid_of(mesh, pose):
+    """The posed mesh as a solid of the library manifold3d, faces outwards."""
     _, first, merged_to = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
     points = mesh.vertices[first] @ pose[:3, :3].T + pose[:3, 3]
     solids = [

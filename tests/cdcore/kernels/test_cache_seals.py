@@ -45,6 +45,7 @@ def cache_of(folder, line=9):
 
 
 def machine_code(folder):
+    """Names of the files of machine code in a folder."""
     return sorted(file.name for file in folder.glob("*.nb?"))
 
 

@@ -36,6 +36,7 @@ def imports_of_numba(tree):
 
 
 def private_names(text):
+    """Names of numba's that a source uses and that numba's documentation does not list."""
     tree = ast.parse(text)
     found = [name for name in imports_of_numba(tree) if name not in PUBLIC]
     for node in ast.walk(tree):

@@ -29,12 +29,14 @@ def bounds(node):
 
 
 def lanes_that_meet(query, a, b, lanes):
+    """Lanes, as bits, in which the intervals of two nodes meet."""
     (first_a, last_a), (first_b, last_b) = bounds(a), bounds(b)
     meets = [first_a <= last_b + move and first_b + move <= last_a for move in query.moves]
     return lanes & sum(1 << lane for lane, meet in enumerate(meets) if meet)
 
 
 def opened(query, a, b):
+    """Children of the two nodes that are visited next, one for each node or CLOSED."""
     children = [2 * node + 1 if node < FIRST_LEAF else CLOSED for node in (a, b)]
     if query.opens_both or CLOSED in children:
         return children

@@ -25,6 +25,7 @@ def meets_and_margin(first, second):
 
 
 def corner_at_height(height):
+    """A triangle whose lowest corner is at this height over FLOOR."""
     return [[0.2, 0.2, height], [0.3, 0.2, 1], [0.2, 0.3, 1]]
 
 

@@ -30,13 +30,14 @@ def ball_at_x(xs):
 
 
 def answer_for_all_frames(stage, motion, column=0, faces=False):
+    """The stage's answer for one pair in every frame."""
     frames = np.arange(len(motion))
     return stage.decide(motion, frames, np.full(len(frames), column), faces=faces)
 
 
 @pytest.mark.parametrize("faces", [False, True])
 def test_bitwise_equal_poses_take_a_single_query(faces):
-    """Of six poses four differ, two of them in the last bit alone."""
+    """Four of six poses differ, two of them in the last bit alone."""
     stage = MeshStage(BODIES, np.array([[0, 1]]))
     answer = answer_for_all_frames(stage, ball_at_x([0.9, 0.9, np.nextafter(0.9, 1), 3.0, 3.0, 0.9]), faces=faces)
     assert answer.hits.tolist() == [True, True, True, False, False, True]

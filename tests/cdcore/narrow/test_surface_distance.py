@@ -22,6 +22,7 @@ def triangles_of(seed, count=200):
 
 
 def balls_of(triangles):
+    """Middles and radii of balls about triangles."""
     middles = triangles.mean(axis=1)
     return middles, np.linalg.norm(triangles - middles[:, None], axis=2).max(axis=1)
 

@@ -15,6 +15,7 @@ COUNT = 300
 
 
 def checked_poses(position, rotation):
+    """Index of the first bad pose, how many were repaired, and the largest error."""
     changed = np.empty((len(position), 1), dtype=bool)
     arrays = position[:, None], rotation[:, None], np.ones_like(changed)
     last = np.array([GOOD])
@@ -22,6 +23,7 @@ def checked_poses(position, rotation):
 
 
 def rotations_with_errors(size, seed=0):
+    """Random rotations with normal errors of this size in their entries."""
     rng = np.random.default_rng(seed)
     return random_rotations(rng, COUNT) + rng.normal(size=(COUNT, 3, 3)) * size
 

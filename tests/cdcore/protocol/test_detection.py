@@ -13,10 +13,12 @@ FACE_PAIRS = np.array([[1, 7], [2, 3]])
 
 
 def sets_of(frame, pair, sets):
+    """Sets of face pairs, one for each frame and pair."""
     return FaceSets.from_shared(*np.array([frame, pair, range(len(sets))], dtype=np.int64), sets)
 
 
 def detection(**changes):
+    """A detection of two pairs of three bodies in three frames, but for ``changes``."""
     values = {
         "detector": "test",
         "names": ("cup", "rod", "table"),
@@ -96,6 +98,7 @@ def test_detection_of_selected_frames_equals_the_whole_there():
 
 
 def detection_of_frames(start, stop, **changes):
+    """Some frames of that detection as a block of a stream."""
     whole = detection()
     sets = [(t, p, whole.faces(t, p)) for t in range(start, stop) for p in range(2) if len(whole.faces(t, p))]
     return detection(

@@ -115,7 +115,7 @@ def test_pose_flagged_invalid_is_not_read():
     [[0] * 4, [0, 0, 0, 0.5], [0, 0, 0, 0.998], [0, 0, 0, 1.002], [0, np.nan, 0, 1], [1e200, 0, 0, 0]],
 )
 def test_non_unit_quaternion_is_refused_unless_flagged_invalid(quaternion):
-    """Of two bodies at six times, one quaternion (x, y, z, w) is replaced."""
+    """Two bodies at six times; one quaternion (x, y, z, w) is replaced."""
     quaternions = np.tile([0.0, 0, 0, 1], (6, 2, 1))
     quaternions[4, 0] = quaternion
     with pytest.raises(

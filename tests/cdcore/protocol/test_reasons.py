@@ -13,6 +13,7 @@ TEXTS = ("partly: inside undecided: cup has holes", "refused: not supported", "d
 
 
 def detection(verdict, reasons=(), containment=TEXTS, start=0):
+    """A detection of three pairs with these verdicts, a second apart."""
     verdict = np.array(verdict, dtype=np.uint8)
     times = start + np.arange(len(verdict), dtype=float)
     return Detection(

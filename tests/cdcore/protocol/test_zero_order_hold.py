@@ -50,7 +50,7 @@ def test_held_answers_across_blocks_equal_the_whole_motion(name):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_held_answer_comes_from_the_last_answered_sample(seed):
-    """Of random samples in 30 frames, four pairs are answered now and then; expected: by a plain loop."""
+    """Random samples in 30 frames answer four pairs now and then; expected: by a plain loop."""
     rng = np.random.default_rng(seed)
     sampled = rng.random(30) < 0.5
     answered = rng.random((sampled.sum(), 4)) < 0.4

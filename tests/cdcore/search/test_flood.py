@@ -9,12 +9,14 @@ AT_ORIGIN = (I3, np.zeros(3))
 
 
 def curve_from(search, pose, seeds):
+    """Face pairs that the flood fill reaches from these."""
     search.search(pose, AT_ORIGIN, 0.0, budget=1)
     search.state["hit_a"] = -1
     return {tuple(row) for row in search.curve(np.array(seeds, dtype=np.int64).reshape(-1, 2)).tolist()}
 
 
 def components(search, pose, pairs):
+    """The meeting pairs as sets, each reached from one of its own."""
     left, pieces = set(pairs), []
     while left:
         component = curve_from(search, pose, [min(left)])

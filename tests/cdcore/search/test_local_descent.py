@@ -35,6 +35,7 @@ def starts_beside_each_other(directions=150):
 
 
 def distances(search, firsts, seconds):
+    """Distances of the features of both bodies at the current pose."""
     rotation, move = search.state["relative"][:9].reshape(3, 3), search.state["relative"][9:12]
     a, b = (features.rows[:, :3] for features in (search.first, search.second))
     return np.linalg.norm((a[firsts] @ rotation.T + move)[:, None] - b[seconds][None], axis=2)

@@ -30,6 +30,7 @@ def some(noted, count=3):
 
 
 def placed(motion, frame, body, points):
+    """Points of a body in the world."""
     return points @ motion.rotations[frame, body].T + motion.translations[frame, body]
 
 

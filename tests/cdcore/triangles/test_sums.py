@@ -113,6 +113,7 @@ def cross_sign(p, a, b, c, d, axis, w):
 
 
 def exact_volume(p):
+    """Sign of the volume of a tetrahedron, in rationals."""
     a, b, c = ([Fraction(float(p[k, i])) - Fraction(float(p[3, i])) for i in range(3)] for k in range(3))
     cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     volume = sum(x * y for x, y in zip(cross, c, strict=True))
@@ -120,6 +121,7 @@ def exact_volume(p):
 
 
 def nearly_flat(rng, step):
+    """Four points of which the last is within two steps of the plane of the others."""
     p = rng.random((4, 3))
     weights = rng.dirichlet([1, 1, 1])
     p[3] = weights @ p[:3]

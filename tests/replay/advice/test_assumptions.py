@@ -40,6 +40,7 @@ SLOW_SCENES = [row for row in EVERY_SCENE if row not in QUICK_SCENES]
 
 
 def written_scene(folder, convention, kind, exported, **options):
+    """The axes of the meshes of a scene that is written, and a function that imports it."""
     axes = write_scene(folder, convention, kind, exported=exported)
     meshes = {name: folder / f"{name}.{kind}" for name in ("tool", "plate")}
     given = {"mapping": folder / "map.toml", "meshes": meshes}

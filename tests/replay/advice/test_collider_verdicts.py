@@ -17,6 +17,7 @@ from replay.engine import prepare
 
 @pytest.fixture
 def assembly(two_beakers):
+    """Two beakers, each with its rod, as a run prepares them."""
     return prepare(two_beakers, pairs=[("beaker", "rod"), ("second", "stirrer")]).assembly
 
 
@@ -27,6 +28,7 @@ def solids(assembly, boxed=()):
 
 
 def detected(assembly, colliders, settings):
+    """The detection of a run whose bodies have these colliders."""
     bodies = tuple(replace(body, colliders=colliders[body.name]) for body in assembly.bodies)
     asked = replace(assembly, bodies=bodies)
     spec = DetectorSpec("it", "collider", {"shape": "shipped", **settings})

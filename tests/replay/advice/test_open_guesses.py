@@ -10,6 +10,7 @@ from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, 
 
 
 def session_with(*rows):
+    """A session of one body with these rows of assumptions."""
     poses = {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}
     return Session.from_arrays([0], poses, {}, facts={ASSUMPTIONS_FACT: assumptions_fact(rows)})
 

@@ -98,6 +98,7 @@ def winding_path(seed, reach):
 
 
 def exact_contacts(first, second, rotations, positions):
+    """Whether the exact detector finds contact, (FRAMES,)."""
     bodies = [Body(name, TriangleMesh(mesh.vertices, mesh.faces)) for name, mesh in (("a", first), ("b", second))]
     translations, turns = np.zeros((FRAMES, 2, 3)), np.tile(np.eye(3), (FRAMES, 2, 1, 1))
     translations[:, 1], turns[:, 1] = positions, rotations

@@ -20,6 +20,7 @@ PLANTED = ("silver-chloride", "titration")
 
 
 def outcome(deep_fraction, contacts=3):
+    """The outcome of a replay under one reading of a file: contacts, and how much of them is deep at rest."""
     contact = np.ones((1, 1), dtype=bool)
     return Outcome(
         contacts, contact, deepest=0.01, closest=0.0, closest_frame=0, closest_pair=0, deep_at_rest=deep_fraction
@@ -66,7 +67,7 @@ def test_only_resting_bodies_speak_against_a_reading(until, expected):
 
 @pytest.mark.parametrize(("farthest", "unit"), [(4000.0, "mm"), (1000.0, ""), (3.0, ""), (10.0**6, "")])
 def test_only_unit_with_all_poses_in_a_room_is_marked(farthest, unit):
-    """Of metres, centimetres and millimetres, in which poses up to ``farthest`` from each other fit into a room."""
+    """Poses up to ``farthest`` from each other fit into a room in one of m, cm and mm, in none, or in several."""
     positions = np.array([[0.0, 0.0, 0.0], [farthest, 0.0, 0.0]])
     track = Track(np.array([0, 10**7]), positions, np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)))
     row = Assumption(Subject.LENGTH_UNIT, "m", Origin.GUESS, alternatives=("m", "cm", "mm"))

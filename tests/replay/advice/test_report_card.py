@@ -40,7 +40,7 @@ def test_half_a_box_misses_half_of_a_box():
 
 
 def test_crossed_bars_count_their_common_volume_once():
-    """Of a plate of 1 m x 1 m, bars of a tenth of it each share a hundredth."""
+    """Bars of a tenth of a plate of 1 m x 1 m share a hundredth of it."""
     bars = [box_mesh((1.0, 0.1, 0.1)), box_mesh((0.1, 1.0, 0.1))]
     hull = box_mesh((1.0, 1.0, 0.1))
     card = shape_figures(hull, bars)

@@ -27,6 +27,7 @@ pytestmark = pytest.mark.usefixtures("few_depth_frames")
 
 
 def imported(folder, convention, kind, exported=False, **options):
+    """A written scene of tool and plate, imported."""
     write_scene(folder, convention, kind, exported=exported)
     meshes = {name: folder / f"{name}.{kind}" for name in ("tool", "plate")}
     return import_session("csv", folder / "take.csv", mapping=folder / "map.toml", meshes=meshes, **options)

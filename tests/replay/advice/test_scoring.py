@@ -20,6 +20,7 @@ def assembly(bumped):
 
 
 def figures(assembly, spec):
+    """A detector's figures over all sampling offsets."""
     (setting,) = settings_of(f"it={spec}")
     detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
     return Scoring(assembly, parse_detector("exact"), 0, TWO_MICROMETRES).figures(detection, setting, assembly)

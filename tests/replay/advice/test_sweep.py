@@ -39,6 +39,7 @@ def audit_counts(run, label):
 
 
 def row_counts(row):
+    """Counts of a row of the tradeoff."""
     keys = ("contacts", "missed", "late", "false_contacts", "false", "digest")
     return tuple(row[key] for key in keys)
 

@@ -38,7 +38,7 @@ def test_timed_pass_queries_frames_in_order_with_clock_outside():
 
 
 def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
-    """Of 20 batches of frames five are timed; all but the first are led up to by frames that are not."""
+    """Five of 20 batches of frames are timed; all but the first are led up to by frames that are not."""
 
     class Long:
         def __len__(self):

@@ -109,7 +109,7 @@ FRAME_OF_90_HZ_NS = 11_111_111
     [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],
 )
 def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, invented):
-    """Of three contacts; a report 5 us late belongs to the next frame: one frame missed, one false, of each."""
+    """Three contacts; a report 5 us late belongs to the next frame: one frame missed, one false, of each."""
     session = unit_cubes_on_x(
         {"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=FRAME_OF_90_HZ_NS
     )

@@ -19,6 +19,7 @@ ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8")
 
 
 def text(subject, oracle, **more):
+    """Outcomes of the first pair, a letter a frame."""
     return "".join(LETTER[Outcome(value)] for value in compare(subject, oracle, **more).outcome[:, 0])
 
 

@@ -57,6 +57,7 @@ BLOCKS = {
 
 
 def audited(mesh):
+    """A run in which a unit cube passes a block with this mesh."""
     session = unit_cubes_on_x({"block": [0.0] * len(PATH), "probe": PATH})
     return compute(replace(session, meshes={"block": mesh, "probe": cube()}), detectors=REQUESTED, oracle="exact")
 

@@ -15,6 +15,7 @@ from replay.auditing.matching import match_episodes
 
 
 def matched(subject, oracle, within=None, reach=0):
+    """Contacts of a detector matched with those of the reference."""
     comparison, truth = compare(subject, oracle, within=within), episodes(oracle)
     return match_episodes(comparison, truth, episodes(subject), count_contacts(comparison, truth), reach)
 

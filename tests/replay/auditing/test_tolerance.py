@@ -62,7 +62,7 @@ DEPTHS_IN_TAU = [0.5, 0.99, 1.01, 1.5, 2.5]
 @pytest.mark.parametrize("tau", [2e-6, 1e-4])
 @pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
 def test_flush_cubes_are_excused_to_tau_and_no_deeper(sideways, tau):
-    """Of depths in tau, 0.5 and 0.99 are excused; ``sideways``: shift in the other two axes."""
+    """Depths of 0.5 and 0.99 tau are excused; ``sideways``: shift in the other two axes."""
     positions = [[side * (1.0 - depth * tau), *sideways] for depth in DEPTHS_IN_TAU for side in (1, -1)]
     expected = [Outcome.WITHIN_TOLERANCE] * 4 + [Outcome.MISSED] * 6
     assert outcomes_of_a_liar(first_body_and_box(positions, box_mesh()), Verdict.CONTACT, tau) == expected

@@ -78,6 +78,7 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
 
 
 def _within(miss, episode):
+    """Whether a miss lies within a planted contact."""
     lower, upper = episode.possibly
     pair = tuple(sorted((miss["body_a"], miss["body_b"])))
     return pair == episode.pair and lower <= miss["start"] and miss["end"] <= upper

@@ -23,6 +23,7 @@ from sessions import write_session
 
 @pytest.fixture
 def session_file(tmp_path, monkeypatch):
+    """A session, on a machine on which three settings are tried."""
     rate = Setting("meshes at 20 Hz", "collider", {"shape": "mesh", "rate_hz": 20.0})
     settings = (Setting("FCL", "hybrid"), Setting("balls", "sphere"), rate)
     monkeypatch.setattr(trading, "settings_list", lambda **_: settings)

@@ -147,6 +147,7 @@ VERBS = (
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
+    """A folder with a file of each kind that the commands of this test read."""
     day = tmp_path_factory.mktemp("day")
     scene = Scene(name="two-cubes", bodies=(SceneBody("a", proxy=True),))
     events, spans = [Event(5, "press"), Event(9, "press")], [Interval(20_000_000, 90_000_000, "task", "stir")]

@@ -42,6 +42,8 @@ class Heard:
 
 
 def fresh_kernel(module):
+    """A kernel of this module that was never compiled."""
+
     def increased(x):
         return x + 1
 

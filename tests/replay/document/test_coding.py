@@ -39,6 +39,7 @@ def plain_document():
 
 
 def container_of(plain, path):
+    """The dictionary or list that holds a dotted path of a document, and the key in it."""
     *above, key = path.split(".")
     for name in above:
         plain = plain[int(name) if isinstance(plain, list) else name]

@@ -64,6 +64,7 @@ def test_report_states_the_severity_of_the_doctors_findings(severities, text):
 
 
 def doubted(*findings):
+    """The sentence of doubt of a document with these findings."""
     records = tuple(convert(finding.as_json(), FindingRecord) for finding in findings)
     return headline.doubts(document_with(findings=records))
 

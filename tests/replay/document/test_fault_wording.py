@@ -31,6 +31,7 @@ def audited(samples="............", reports="............", *, rate_hz=50.0, del
 
 
 def fault(kind, first, last, cause=Cause.BETWEEN_SAMPLES, agreeing=(3, 3), metres=0.002):
+    """A fault of two bodies in the frames ``first`` to ``last``, 10 ms each."""
     return Fault(
         number=1, detector="slow", pair=0, bodies=("a", "b"), kind=kind,
         first=first, last=last, start=0.01 * first, end=0.01 * (last + 1), frame=first,

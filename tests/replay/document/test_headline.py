@@ -17,6 +17,7 @@ from replay.engine import compute
 
 
 def detector_times(mean, p99, *, live=True, busy=0.0):
+    """A detector that took so many seconds a frame, on a machine that was ``busy`` for a fraction of the time."""
     seconds = structs.replace(times_of(mean, p99), processor_fraction=1.0 - busy)
     return detector_of("discrete", live=live, seconds=seconds)
 

@@ -23,6 +23,7 @@ AUDITED = [state for state in RUN_OF_STATE if state not in ("no reference", "eff
 
 
 def on_a_busy_machine(result, fraction=0.6):
+    """The same result, timed while other work took this fraction of the processor."""
     detectors = {
         label: structs.replace(detector, seconds=structs.replace(detector.seconds, processor_fraction=1.0 - fraction))
         for label, detector in result.document.detectors.items()
@@ -90,12 +91,14 @@ def test_busy_machine_is_mentioned_exactly_once(others):
 
 
 def rank_of(label, contacts=9, missed=0, false=0.0, mean=1e-4, p99=2e-4, **more):
+    """A detector's rank, of so many missed contacts and such a fraction of false contact."""
     counts = {} if label == "exact" else {"missed_counts": (missed, missed), "late_counts": (0, 0)}
     rank = Rank(label, label, label, contacts, mean, p99, missed=proportion(missed, max(1, contacts)), **counts)
     return replace(rank, false=proportion(round(100 * false), 100), **more)
 
 
 def document_of(*labels, not_live=(), others=0.0):
+    """The document of a run with these detectors."""
     seconds = structs.replace(times_of(mean=1e-4, p99=2e-4), processor_fraction=1.0 - others)
     detectors = {label: detector_of(label, live=label not in not_live, seconds=seconds) for label in labels}
     return document_with(detectors=detectors, oracle="exact")

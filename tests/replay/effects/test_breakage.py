@@ -14,6 +14,7 @@ GRAVITY, RATE, FLOOR = 9.80665, 90.0, 0.5
 
 
 def breakable_scene(**limits):
+    """A cup of 0.1 kg that breaks on a block, from 1 m/s on unless other limits are given."""
     given = limits or {"speed_m_s": 1.0}
     bodies = (SceneBody("cup", extra={"mass": 0.1}), SceneBody("top"))
     return Scene(bodies=bodies, effects=(SceneEffect("breakage", {"between": ["cup", "top"], **given}),))
@@ -31,12 +32,14 @@ def cup_over_block(heights, times=None, valid=None, aside=0.0, **limits):
 
 
 def cup_that_falls(height, phase=0.0, rest=-0.0005, count=60, **more):
+    """A cup that falls from rest, 0.1 s after the start, from this height over the block."""
     times = np.arange(count) / RATE
     fall = np.maximum(0.0, times - 0.1 - phase)
     return cup_over_block(np.maximum(rest, height - 0.5 * GRAVITY * fall**2), **more)
 
 
 def breakage_of(session):
+    """Events of breaking, events of impacts, and the effect's run."""
     run = compute(session, detectors=()).effects["breakage"]
     return run.output.events_named("broken"), run.output.events_named("impact"), run
 

@@ -79,7 +79,7 @@ SILVER_CHLORIDE_FALLS_OUT = ("precipitation", {"solid": "AgCl", "colour": "white
 
 
 def test_the_scarcer_ion_falls_out_almost_all_at_once():
-    """As many mol of AgCl (143.32 g/mol) as of silver that comes, at 0.1 mol/L."""
+    """AgCl (143.32 g/mol) takes all of the silver that comes, 0.1 mol/L."""
     bodies = (
         glass("a", volume_ml=60.0, solute="AgNO3", molar=0.1),
         glass("b", volume_ml=40.0, solute="NaCl", molar=0.1),

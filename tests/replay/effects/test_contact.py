@@ -12,6 +12,7 @@ NEAR, FAR = 0.9, 3.0
 
 
 def run_with_cubes_at(points, **more):
+    """A run in which cube b is at these places on X beside cube a; c comes to a in the last frame."""
     count = len(points)
     return compute(
         unit_cubes_on_x({"a": [0] * count, "b": points, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more

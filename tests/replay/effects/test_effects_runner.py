@@ -20,6 +20,7 @@ from sessions.model.session import HandTrack
 
 
 def runs_of_specs(*specs, **inputs):
+    """Runs of these effects over a cup that moves by 1 m a frame, a hand, and a body that is lost."""
     steps = {
         effect_spec.kind: Step(effect_spec, (), (), inputs.get(effect_spec.kind, ()), ("declared",))
         for effect_spec in specs
@@ -84,7 +85,7 @@ def test_an_effect_gets_only_outputs_of_its_inputs():
 
 
 def test_skipped_frames_are_counted_and_displayed():
-    """Of four frames, 10 ms each, the first and the last are skipped."""
+    """The first and the last of four frames, 10 ms each, are skipped."""
     mask = np.array([False, True, True, False])
     run = runs_of_specs(effect_spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
     assert (run.frames, run.frames_run) == (4, 2)

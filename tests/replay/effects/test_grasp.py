@@ -20,6 +20,7 @@ FAR_AWAY = np.full(200, 9.0)
 
 
 def grasps_by_hand(hand, cup, trigger, jar=FAR_AWAY, lost=None, degrees=0.0, scene=SCENE):
+    """The grasps of a hand with this trigger, of bodies at these places on X."""
     half = np.radians(degrees) * TIMES / 2.0
     spin = np.column_stack([np.zeros((200, 2)), np.sin(half), np.cos(half)])
     poses = {"hand-left": along_x(hand), "cup": (along_x(cup)[0], spin), "jar": along_x(jar)}

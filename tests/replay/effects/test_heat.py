@@ -121,6 +121,7 @@ TILT_DEGREES = [0.0, 60.0, 60.0, 0.0]
 
 
 def acid(name, volume):
+    """A glass of concentrated sulfuric acid, 18 mol/L."""
     return glass(name, volume, solute="H2SO4", molar=18.0, water_molar=4.1)
 
 
@@ -167,6 +168,7 @@ SALT = {"heat_capacity_j_per_k": 60.0, "solid": {"formula": "CuSO4.5H2O", "mass_
 
 
 def dish_of_salt(more, properties=SALT):
+    """A session of a dish with a solid over a flame."""
     dish = SceneBody("dish", instrument="evaporating_dish", extra={"properties": properties})
     poses = {"lamp": poses_at_rest(count=30), "dish": poses_at_rest(count=30, position=(0.0, 0.2, 0.0))}
     return session_with_effects(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)

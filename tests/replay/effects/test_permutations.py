@@ -15,10 +15,12 @@ HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.3, "heat_capacity_
 
 
 def ramp(first, last, degrees):
+    """Poses of a glass that is tilted by so many degrees between two frames."""
     return poses_of_tilted_glass(np.interp(np.arange(COUNT), [first, last], [0.0, degrees]), (0.0, 0.2, 0.0))
 
 
 def holding(name, volume, solids=None, cavity=None, **solutes):
+    """A glass with these mol/L and solids."""
     return glass(name, volume, solutes=solutes, cavity=cavity, properties=solids and {"solid": solids})
 
 

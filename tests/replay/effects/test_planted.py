@@ -24,11 +24,13 @@ EXPECTED = tomllib.loads(Path(__file__).with_name("planted.toml").read_text("utf
 
 @cache
 def replayed(name, seed=0):
+    """A run over a made-up experiment, and what was planted in it."""
     session, truth = synthetic_session(name, seed=seed)
     return compute(session, detectors=()), truth
 
 
 def planted(truth, kind):
+    """Planted facts of a kind, in order of time."""
     return sorted((fact for fact in truth.facts if fact.kind == kind), key=lambda fact: fact.start)
 
 

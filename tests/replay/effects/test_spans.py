@@ -9,6 +9,7 @@ from replay.effects.spans import hysteresis_spans, spans_of, steady_spans
 
 
 def flags(text):
+    """Per letter: whether it is C (on), and whether a pose is known (not "-")."""
     return np.array([letter == "C" for letter in text]), np.array([letter != "-" for letter in text])
 
 

@@ -67,6 +67,7 @@ def test_queries_of_readers_lead_to_the_section():
 
 
 def headings(query, text):
+    """Headings of the sections that a query finds, best first."""
     return [match.section.heading for match in search(query.split(), sections_of("page", text))]
 
 

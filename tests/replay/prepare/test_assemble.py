@@ -104,6 +104,7 @@ def test_cut_leaves_interpolation_at_its_border_unchanged():
 
 
 def partly_meshed(meshed, bare, positions):
+    """A session of bodies with a mesh and of ``bare`` ones without, all at these two places on X."""
     tracks = {name: along_x(positions) for name in (*meshed, *(f"b{k}" for k in range(bare)))}
     return Session.from_arrays([0, 1], tracks, {name: cube() for name in meshed})
 

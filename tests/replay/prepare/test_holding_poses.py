@@ -43,6 +43,7 @@ def test_file_is_decoded_once_while_its_frames_fit(monkeypatch):
 
 
 def two_cubes(lost=()):
+    """A long recording of two cubes, the second without a pose in the frames ``lost``."""
     session = swinging_cubes(frames=FRAMES, start=1_700_000_000 * 10**9)
     status = session.frames.status.copy()
     status[list(lost), 1] = Status.LOST

@@ -28,6 +28,7 @@ def test_noise_size_has_units_and_defaults_to_vive(text, size):
 
 
 def noise_of_cup(size, copies=400, seed=1):
+    """Noise of this size for copies of one body's poses."""
     return NoisyCopies(BodyNoise(("cup",), (0,), {"cup": size}), copies, seed)
 
 

@@ -47,6 +47,7 @@ def terminal_text(result):
 
 
 def texts_of(result, folder):
+    """Output -> its text, of every output of a run."""
     notebook = replay.RunResult.of(result)
     return {
         "terminal": terminal_text(result),

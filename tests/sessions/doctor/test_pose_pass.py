@@ -14,6 +14,7 @@ from sessions.geometry.rotations import quaternion_product
 
 
 def session_with_every_pose_fault():
+    """A session with four kinds of wrong poses, and with lost and absent samples."""
     draft = clean_draft()
     for at, name in enumerate(("nan position", "zero quaternion", "non-unit quaternion", "identity while lost")):
         FAULTS[name](draft, 0, 100 + 100 * at)
@@ -79,6 +80,7 @@ def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, 
 
 
 def spans_of_draft(draft):
+    """Findings on poses: (code, column of the body, first frame, last frame)."""
     return [
         (item.code, item.column, item.first, item.last) for item in pose_spans(run_pose_pass([draft.session().frames]))
     ]

@@ -18,6 +18,7 @@ def sign(number):
 
 
 def determinant(a, b, c):
+    """Twice the area of a triangle, in rationals."""
     (ax, ay), (bx, by), (cx, cy) = [[Fraction(x) for x in point] for point in (a, b, c)]
     return ax * by - ay * bx + bx * cy - by * cx + cx * ay - cy * ax
 

@@ -24,6 +24,7 @@ def placed(name, faces, height=0.0, quarter_rotations=0.0):
 
 
 def radii(mesh):
+    """Distances of the vertices from the axis Y."""
     return np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2])
 
 

@@ -22,6 +22,7 @@ POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 def imported(tmp_path, header, rows, delimiter=",", **options):
+    """The session of a CSV with this header and these rows."""
     path = tmp_path / "log.csv"
     lines = [header, *rows]
     path.write_text("\n".join(delimiter.join(map(str, line)) for line in lines) + "\n", encoding="utf-8")

@@ -36,6 +36,7 @@ def csv_text(between=",", head=NAMES, rows=ROWS, above=(), below=()):
 
 
 def german(between):
+    """The CSV with this delimiter, decimal commas in place of points."""
     return csv_text(between).replace(".", ",")
 
 
@@ -155,6 +156,7 @@ def test_csv_rotations_of_every_notation_agree_with_scipy(import_csv, kind):
 
 
 def draft_of(path, content):
+    """The refusal of a CSV without a mapping, which holds a draft of one."""
     path.write_text(content)
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)

@@ -42,6 +42,7 @@ def csv_of_pose(folder, convention, orientation, translation):
 
 
 def corners_in_room(session):
+    """Triangles of the tool's mesh at its first pose."""
     track, mesh = session.tracks["tool"], session.meshes["tool"]
     placed = Rotation.from_quat(track.quaternions_xyzw[0]).apply(mesh.triangles.reshape(-1, 3)) + track.positions[0]
     return placed.reshape(-1, 3, 3)

@@ -69,6 +69,7 @@ EDITS = st.lists(
 
 
 def mutant_of(edits):
+    """The records after these edits: change, first row, how many rows, a number."""
     records = RECORDS
     for change, first, count, number in edits:
         first %= len(records) or 1

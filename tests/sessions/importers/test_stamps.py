@@ -14,6 +14,7 @@ STAMPS = STEP_NS * np.arange(180, dtype=np.int64)
 
 
 def longest_increase(values):
+    """Length of the longest increasing selection, by the quadratic recurrence."""
     lengths = []
     for index, value in enumerate(values):
         lengths.append(1 + max((lengths[k] for k in range(index) if values[k] < value), default=0))

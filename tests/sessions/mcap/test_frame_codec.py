@@ -37,6 +37,7 @@ def encoded_records(frames):
 
 
 def decoder_of_frames(names=None, **more):
+    """A decoder of the topics /tf and /tracking."""
     catalogue = Catalogue(Path("file"))
     for number, topic in ((1, "/tf"), (2, "/tracking")):
         catalogue.channels[number] = ChannelInfo(Channel(number, topic, "protobuf", {}, 0), schema=None)
@@ -78,6 +79,7 @@ def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
 
 
 def tracking_payload(status, **header):
+    """The bytes of a message that says the status of body 0."""
     message = message_class("Tracking")()
     message.bodies.add(name="body 0", status=status)
     return message.SerializeToString()

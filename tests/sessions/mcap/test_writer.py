@@ -35,6 +35,7 @@ from sessions.scene_files.scene_toml import parse_scene
 
 
 def full_session():
+    """A session with something of every kind that a file can hold."""
     times = np.arange(400, dtype=np.int64) * 1_000_000
     rng = np.random.default_rng(5)
     return session_of(

@@ -27,6 +27,7 @@ TEXTS = {
 
 
 def axis(name):
+    """The unit vector of "x", "-z" and so on."""
     return np.eye(3)["xyz".index(name[-1])] * (-1 if name[0] == "-" else 1)
 
 

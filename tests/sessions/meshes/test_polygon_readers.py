@@ -109,6 +109,7 @@ def test_faces_are_read_from_mesh_files_of_several_programs(name):
 
 
 def binary_ply(order, rows):
+    """A PLY of five vertices and these polygons, with properties that no reader needs between them."""
     layout = {"<": "little", ">": "big"}[order]
     header = (
         f"ply\nformat binary_{layout}_endian 1.0\nelement vertex 5\nproperty short z\nproperty list ushort uchar tags\n"

@@ -41,6 +41,7 @@ def rigid_body(stage, path, *, translation=(0, 0, 0), angles=(0, 0, 0), scale=1.
 
 
 def collider(prim, *, translation=(0, 0, 0), angles=(0, 0, 0), scale=(1, 1, 1), approximation=""):
+    """Makes a prim a collider, moved, rotated and scaled."""
     prim.AddTranslateOp().Set(Gf.Vec3d(*translation))
     prim.AddRotateXYZOp().Set(Gf.Vec3f(*angles))
     prim.AddScaleOp().Set(Gf.Vec3f(*scale))

@@ -20,6 +20,7 @@ POUR = Fact("pour", start=3.0, end=4.0, bodies=("a",), values={"volume_ml": 0.1 
 
 
 def truth(*facts):
+    """Planted contacts of a and b, and other facts."""
     return Truth("made up", seed=7, start_ns=10**18, seconds=6.0, noise="off", episodes=(TOUCH, NEAR), facts=facts)
 
 

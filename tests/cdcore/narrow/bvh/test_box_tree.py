@@ -68,6 +68,7 @@ def test_box_trees_built_together_equal_trees_built_singly():
 
 
 def fitted_box_of(triangles):
+    """Axes (3, 3) of the root's box, and its extent (3, 2) along each of them."""
     box = build_box_trees([triangles])[0].boxes[0]
     axes, middle, half = box[3:12].reshape(3, 3).T, box[:3], box[12:15]
     return axes, np.stack([axes @ middle - half, axes @ middle + half], axis=1)

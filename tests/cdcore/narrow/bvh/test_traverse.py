@@ -93,7 +93,7 @@ def test_root_gap_is_between_box_and_ball():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_chord_is_the_largest_spectral_distance_from_the_middle(seed):
-    """Of eight frames' rotations to that of frame 4."""
+    """Rotations of eight frames, measured to that of frame 4."""
     scene = EightFrames(seed)
     rotations = scene.relative[:72].reshape(3, 3, 8).transpose(2, 0, 1)
     assert np.array_equal(scene.middle[:9].reshape(3, 3), rotations[4])

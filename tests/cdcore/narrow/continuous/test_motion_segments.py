@@ -11,17 +11,20 @@ from cdcore.poses.kernels import relative_row
 
 
 def leg_between(matrix, position, rotation_after, position_after):
+    """The motion from one pose to the next."""
     positions = np.array([position, position_after], dtype=float)
     return legs_of(np.array([matrix, rotation_after]), positions, np.array([1]))[:, 0]
 
 
 def pose_of(leg, fraction):
+    """Rotation and position at a fraction of a leg."""
     pose = np.empty(12)
     pose_at(leg, fraction, pose)
     return pose[:9].reshape(3, 3), pose[9:]
 
 
 def random_segment(rng, angle=None, size=1.0):
+    """A leg of random poses, its rotation by ``angle`` radians."""
     first = Rotation.from_rotvec(rng.normal(size=3))
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)

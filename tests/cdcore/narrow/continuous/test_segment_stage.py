@@ -33,6 +33,7 @@ FIRST_AND_SECOND = np.array([[0, 1]])
 
 
 def stage_of(a, b, **options):
+    """The stage that searches between frames, for two sets of triangles."""
     requested = {"tolerance": DEFAULT_TOLERANCE, "effort": DEFAULT_EFFORT} | options
     return SegmentStage(build_box_trees([a, b]), FIRST_AND_SECOND, **requested)
 
@@ -46,6 +47,7 @@ def decide(stage, directions, times=(0.0, 1.0), rotations=None):
 
 
 def whole_number_faces(rng, kind):
+    """A random triangle of whole coordinates."""
     if kind == "lattice":
         return rng.integers(-3, 4, (3, 3))
     return (KINDS["degenerate"](rng)[rng.integers(0, 24)] - 2).astype(int)
@@ -99,6 +101,7 @@ TREES = build_box_trees([box_mesh((0.1, 0.1, 0.1)).triangles, box_mesh((0.4, 0.0
 
 
 def state_of(rotation, move):
+    """The outcome of the search for one leg of a cube and a bar."""
     stage = SegmentStage(TREES, FIRST_AND_SECOND, tolerance=1e-4, effort=10_000)
     return stage.decide(np.array([0.0, 1.0]), rotation, move, np.array([1]), np.array([0])).states[0]
 

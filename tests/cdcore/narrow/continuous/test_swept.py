@@ -43,6 +43,7 @@ PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
 
 
 def spheres_and_random_poses(seed, frames=120):
+    """Bounding spheres of three bodies, and their rotations and positions, anew in each frame."""
     rng = np.random.default_rng(seed)
     meshes = [ball_mesh(0.1), shift_mesh(ball_mesh(0.05), (0.3, 0, 0)), shift_mesh(ball_mesh(0.2), (0, -0.5, 0.2))]
     rotation = np.stack([random_walk_of_rotations(rng, frames, step=1.5) for _ in meshes], axis=1)
@@ -51,6 +52,7 @@ def spheres_and_random_poses(seed, frames=120):
 
 
 def centre_at(sphere, rotation, move, frame, body, fraction):
+    """The centre of a body's sphere at a fraction of the leg to a frame."""
     pose = np.empty(12)
     pose_at(legs_of(rotation[:, body], move[:, body], np.array([frame]))[:, 0], fraction, pose)
     return pose[:9].reshape(3, 3) @ sphere.centre + pose[9:]

@@ -19,6 +19,7 @@ def steps(points, axis, pad):
 
 
 def gap_along(points, axis):
+    """Distance of two triangles along an axis; below 0 they overlap on it."""
     along = points @ (axis / np.linalg.norm(axis))
     return along[:3].min() - along[3:].max()
 

@@ -80,6 +80,7 @@ BODIES = [Body("ball", ball_mesh(0.5, rings=10, sides=16)), Body("slab", box_mes
 
 
 def ball_sinking_into_slab():
+    """A ball at three heights: with its lower part in the slab, shallower, and away from it."""
     positions = np.zeros((3, 2, 3))
     positions[:, 0, 2] = [0.31, 0.452, 5.0]
     positions[:, 0, :2] = [0.007, 0.013]

@@ -21,6 +21,7 @@ def approach(least, centre=2.0, width=0.1):
 
 
 def near(gap):
+    """Intervals in which two unit cubes with such distances of their middles are near each other."""
     assembly = assemble(unit_cubes_on_x({"a": np.zeros(FRAMES), "b": gap}))
     return close_intervals(assembly, np.arange(len(assembly.pairs)))
 
@@ -59,6 +60,7 @@ def test_near_misses_of_two_fingers_count_once_for_the_hand():
 
 
 def fcl_gap(mesh, turns, positions):
+    """The smallest gap of two poses of a mesh, by python-fcl."""
     tree = fcl.BVHModel()
     tree.beginModel(len(mesh.faces), len(mesh.vertices))
     tree.addSubModel(mesh.vertices, mesh.faces)

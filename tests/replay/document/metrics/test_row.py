@@ -26,6 +26,7 @@ HANDS = {0: "right"}
 
 @pytest.fixture(scope="module")
 def silver_chloride_run():
+    """A run over the made-up experiment, and what was planted in it."""
     session, truth = make_scene_session("silver-chloride", seed=1, faces=500)
     return run(session, detectors="slow=discrete[rate_hz=30],hybrid", oracle="exact"), truth
 

@@ -7,6 +7,7 @@ from replay.effects.chemistry.formulas import atoms, equation_of, ion_of
 
 
 def known(formula):
+    """Whether the tables know what a formula dissolves into."""
     return components_of(formula) is not None
 
 

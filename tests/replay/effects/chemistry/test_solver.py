@@ -27,6 +27,7 @@ def solver_and_totals(rows, solids=()):
 
 
 def equilibrium(solver, totals, celsius=25.0):
+    """Equilibria of solutions in a kilogram of water each."""
     count = len(totals)
     return solver.equilibrium(totals, np.full(count, WATER), np.full(count, celsius))
 

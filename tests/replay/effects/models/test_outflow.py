@@ -8,6 +8,7 @@ REST = np.zeros(3)
 
 
 def disc(name="cup", centre=(0.0, 0.0, 0.0), normal=UP, radius=0.03):
+    """An opening: name, centre and normal (1, 3) each, and radius."""
     return name, np.array([centre]), np.array([normal]) / np.linalg.norm(normal), radius
 
 
@@ -43,6 +44,7 @@ def test_liquid_falls_into_the_upward_opening_below(start, velocity, discs, name
 
 
 def stream(times, volumes, source="a", target="b"):
+    """Liquid that runs from one vessel into another: so many millilitres at these seconds."""
     times = np.array(times)
     return Stream(
         source,

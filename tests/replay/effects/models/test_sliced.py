@@ -25,6 +25,7 @@ def gravity_when_tilted(tilt, side):
 
 
 def sliced(mesh, opening, normal=(0.0, 1.0, 0.0)):
+    """The cavity of a vessel with an opening."""
     return SlicedCavity(mesh.vertices, mesh.faces, np.array(opening), np.array(normal))
 
 

@@ -40,6 +40,7 @@ def page(pages_folder):
 
 @pytest.fixture(autouse=True)
 def begin(page):
+    """Closes what an earlier test opened, and shows the whole timeline."""
     page.ask("document.querySelector('dialog').close(); location.hash = ''; scrollTo(0, 0); 0")
     press_key(page, "Escape")
     press_key(page, "0")
@@ -53,6 +54,7 @@ def press_key(page, key):
 
 
 def point_at(page, x, y, *, click=False):
+    """Moves the pointer to a pixel, and clicks there if asked."""
     page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
     for kind in ("mousePressed", "mouseReleased") if click else ():
         page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)

@@ -40,6 +40,7 @@ DONE = [
 
 
 def with_effects(result, **outputs):
+    """The result with these outputs of effects."""
     runs = {
         kind: EffectRun(
             EffectSpec(kind, "x", lambda _: None),
@@ -56,6 +57,7 @@ def with_effects(result, **outputs):
 
 
 def with_tasks(result):
+    """The result with tasks and stages of the session."""
     zero = int(result.assembly.stamp_ns[0])
     spans = [
         Interval(zero + round(1e9 * start), zero + round(1e9 * end), kind, name) for kind, start, end, name in DONE
@@ -104,6 +106,7 @@ def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
 
 
 def layout_of(path):
+    """Entity -> its components, of the layout in a recording."""
     reader = RrdReader(path)
     chunks = reader.stream(store=reader.blueprints()[0]).to_chunks()
     return components((chunk.entity_path, chunk.to_record_batch()) for chunk in chunks)

@@ -41,6 +41,7 @@ BUTTONS = {"one": (1, 6), "two": (6, 11), "three": (5,), "four": (3,)}
 
 
 def session_named(name):
+    """One of four made-up sessions."""
     events = [Event(frame * STEP_NS, "press", "trigger", "b") for frame in BUTTONS[name]]
     spans = [Interval(first * STEP_NS, last * STEP_NS, kind, word) for kind, word, first, last in SPANS]
     positions = {"a": [0] * 12, "b": POSITIONS[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
@@ -49,6 +50,7 @@ def session_named(name):
 
 
 def run_of(name):
+    """A run over the session of this name."""
     # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
     result = compute(session_named(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
     return replace(result, flags=Flags(np.zeros_like(result.flags.bodies)))
@@ -81,6 +83,7 @@ def action(name, kind, frame):
 
 
 def faults(results, kind):
+    """Name, detector and fault, over all runs."""
     return [
         (name, label, item) for name, r in results.items() for label, some in getattr(r, kind).items() for item in some
     ]

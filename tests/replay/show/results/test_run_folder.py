@@ -88,6 +88,7 @@ def test_earlier_run_is_replaced_only_on_request(result_of_two_contacts, tmp_pat
 
 
 def _list(out, files):
+    """Lets the summary of a run folder list these files."""
     summary = json.loads((out / "summary.json").read_text())
     (out / "summary.json").write_text(json.dumps({**summary, "files": files}))
 

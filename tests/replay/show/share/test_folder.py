@@ -88,6 +88,7 @@ def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_fold
 
 
 def moment_messages(folder, name="run"):
+    """Moment -> the message that moves the viewer there, from a shared folder."""
     text = (folder / f"{name}.js").read_text().splitlines()[0]
     return {key: base64.b64decode(item) for key, item in json.loads(text[len("window.moments=") : -1]).items()}
 

@@ -24,6 +24,7 @@ def test_alpha_equals_the_stored_values_of_pingouin(k, columns):
 
 
 def interval_of(statistic, values, seed):
+    """The bootstrap interval of a statistic, from 20,000 draws."""
     drawn = statistic(values[np.random.default_rng(seed).integers(0, len(values), (20_000, len(values)))], axis=1)
     left_out = np.array([statistic(np.delete(values, k)) for k in range(len(values))])
     return interval(drawn, float(statistic(values)), left_out)

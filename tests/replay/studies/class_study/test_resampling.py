@@ -15,7 +15,7 @@ def test_ratio_is_sum_over_sum_of_students_with_a_base():
 
 @pytest.mark.parametrize("fraction", [0, 1])
 def test_all_or_nothing_has_an_interval(fraction):
-    """Of 12 students all lose 3 of 3 contacts, or none: Wilson's interval of 12."""
+    """All of 12 students lose 3 of 3 contacts, or none does: Wilson's interval of 12."""
     result = Resampling(12).ratio(np.full(12, 3.0 * fraction), np.full(12, 3.0))
     assert (result.low, result.high) == wilson_interval(12 * fraction, 12) and result.low < result.high
 

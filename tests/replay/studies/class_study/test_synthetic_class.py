@@ -11,6 +11,7 @@ from sessions import read_session
 
 
 def scale_means(drawn, short):
+    """Each student's mean of the four answers of a scale, the fourth reversed."""
     answers = np.array([[item.answers[f"{short}{k}"] for k in range(1, 5)] for item in drawn], dtype=float)
     answers[:, 3] = 6.0 - answers[:, 3]
     return answers.mean(axis=1)

@@ -23,6 +23,7 @@ MORE = [(100, 3), *[(target, number) for target in TARGET_FACES for number in ra
 
 
 def truth_of(one):
+    """Faces of a fixture that meet, by the exhaustive test."""
     world = [
         place_points(body.mesh.triangles, one.motion.rotations[0, k], one.motion.translations[0, k])
         for k, body in enumerate(one.bodies)

@@ -61,6 +61,7 @@ def run_folder(tmp_path_factory):
 
 
 def shrunk_fault(fault):
+    """The wrong answer when nothing more can be left out of it."""
     shrinking = Shrinking(fault)
     done = shrinking.run()
     assert done.is_reproduced() and shrinking.questions > 0

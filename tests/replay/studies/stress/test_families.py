@@ -30,7 +30,7 @@ def test_exact_test_gives_the_answer_known_by_construction(family):
 
 @pytest.mark.parametrize("number", [3, 4, 5, 6, 7, 8, 10, 18, 24])
 def test_degenerate_families_are_not_decided_by_the_float_filter_alone(number):
-    """Of 400 pairs of each family more than 100 are left open by the filter."""
+    """The filter leaves more than 100 of 400 pairs open."""
     assert left_open(FAMILIES[number - 1].pairs(400))[0] > 100
 
 

@@ -12,6 +12,7 @@ BETWEEN = (*range(29, 34), 44, 48)
 
 
 def scenes(number, seed=7):
+    """Scenes of a numbered hard case."""
     return list(SCENE_CASES[number][1](np.random.default_rng(seed)))
 
 
