@@ -4,7 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import unit_cubes_on_x
 
 from replay.errors import WrongInputError
 from replay.prepare.session_input import require_folder, require_session
@@ -16,8 +16,8 @@ REMOTE = SimpleNamespace(joinpath=None)
 @pytest.mark.parametrize(
     ("given", "path", "hint"),
     [
-        (cubes({"a": [0]}), False, None),
-        (cubes({"a": [0]}), True, None),
+        (unit_cubes_on_x({"a": [0]}), False, None),
+        (unit_cubes_on_x({"a": [0]}), True, None),
         ("s.mcap", True, None),
         (REMOTE, True, None),
         ("s.mcap", False, "read_session"),
