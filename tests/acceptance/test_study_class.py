@@ -25,6 +25,7 @@ def class_and_seconds(tmp_path_factory):
 
 
 def test_class_becomes_its_page_in_five_seconds_a_student(class_and_seconds):
+    """Students who find tasks easy touch less (planted), and are motivated; near misses go with nothing."""
     out, seconds = class_and_seconds
     print(f"{STUDENTS} students: recorded, replayed and analysed in {seconds:.0f} s of processor time")
     assert seconds < 5.0 * STUDENTS

@@ -109,6 +109,7 @@ def restless():
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("settings", LIVE, ids=str)
 def test_all_query_modes_agree_on_jumping_resting_and_lost_bodies(settings):
+    """Whole, one frame at a time, in blocks of seven, and with each pair the other way round."""
     name, chosen = settings
     detector, motion = create_detector(name, restless()[0], **chosen), restless()[1]
     result = detector.detect(motion, faces=True)

@@ -63,6 +63,7 @@ def test_ball_through_the_wall_is_clear_then_contact_then_contained(name):
 
 
 def test_35_float32_quaternions_do_not_scale_the_body():
+    """Case 35: norms are off by more than 1e-9, lengths after rotation by no more than rounding."""
     q = Rotation.from_euler("xyz", np.random.default_rng(0).uniform(-3, 3, (200, 3))).as_quat().astype(np.float32)
     matrices = rotation_from_quaternion(q)
     raw = np.abs(np.linalg.norm(q.astype(float), axis=1) - 1).max()

@@ -32,6 +32,7 @@ def test_parity_holds_on_rays_through_corners_and_edges(point):
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50)
 def test_inside_a_convex_mesh_means_behind_all_its_faces(seed):
+    """Points within 1e-9 of a face's plane are left out."""
     rng = np.random.default_rng(seed)
     ball = ball_mesh(1.0, rings=4, sides=6)
     vertices = place_points(ball.vertices, random_rotations(rng), rng.normal(size=3))

@@ -194,6 +194,7 @@ def test_two_kernels_of_one_module_are_locked_apart(tmp_path):
 
 
 def test_a_stopped_process_is_not_waited_for_forever(tmp_path, monkeypatch):
+    """The same lock is taken twice; waiting is cut to 0.05 s."""
     monkeypatch.setattr(cache_seals, "LONGEST_WAIT", 0.05)
     files, start = cache_of(tmp_path), monotonic()
     with files.locked(), files.locked():

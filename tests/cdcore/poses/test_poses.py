@@ -71,6 +71,7 @@ def test_no_other_room_has_a_formula_for_placing():
 
 
 def test_relative_pose_agrees_between_arrays_rows_and_kernels(poses):
+    """To a few roundings: 8 of a rotation's entries, 16 of the size of translations."""
     rotations, translations = poses
     expected = relative_pose(rotations[:, 0], translations[:, 0], rotations[:, 1], translations[:, 1])
     size = np.abs(translations).max()
@@ -85,6 +86,7 @@ def test_relative_pose_agrees_between_arrays_rows_and_kernels(poses):
 
 
 def test_relative_pose_takes_points_of_b_to_a(poses):
+    """Points of b, taken to the axes of a and from there to the world, are where b's pose puts them."""
     rotations, translations = poses
     points = np.random.default_rng(6).normal(size=(POSES, 5, 3)) * np.abs(translations).max()
     world = place_points(points, rotations[:, 1], translations[:, 1])

@@ -15,6 +15,7 @@ ITERATIONS, FEATURES = 3, 1000
 @pytest.mark.parametrize(("ants", "rotation"), [(5, 0.0), (1, 0.5)])
 @pytest.mark.parametrize(("mutation", "then"), [(0.0, 0), (1.0, 1)])
 def test_mutation_swaps_the_amplitudes(ants, rotation, mutation, then):
+    """Amplitudes of each ant's two qubits over three iterations; a mutation swaps them in each iteration or never."""
     requested = []
     settings = SearchSettings(ants=ants, turn=rotation, mutation=mutation)
     stream = np.random.default_rng(3)

@@ -103,6 +103,7 @@ def test_traced_distances_equal_distances_of_face_centroids():
 
 
 def test_only_ants_have_pheromone_within_the_clamp():
+    """Pheromone is clamped to 0.001 to 10."""
     _, motion, sample = traced_search()
     cold = sample.search.trace(motion, *next(iter(sample.search.noted)))
     ants = cold.source == "ant"

@@ -160,6 +160,7 @@ def plant_methods(monkeypatch, shrunk):
     [(0.9999, "CoACD"), pytest.param(1.0, "sectors by height and angle", marks=pytest.mark.slow)],
 )
 def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monkeypatch, shrunk, method):
+    """Planted pieces of another method have 0.9999 of the size of the sectors, or all of it."""
     plant_methods(monkeypatch, shrunk)
     fixed = fix_colliders(beaker_and_rod, limits=Limits(0.2))
     (beaker,) = [row for row in fixed.bodies if row["body"] == "beaker"]

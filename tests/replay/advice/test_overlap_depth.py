@@ -30,6 +30,7 @@ def test_depth_of_two_blocks_is_their_overlap(apart, depth):
 
 
 def test_point_in_an_open_box_has_no_depth():
+    """The middle of a box of 0.2 m is 0.1 m deep; a box that lacks a side has no inside."""
     block, centre = box_mesh_of(0.2, 0.2, 0.2), np.zeros((1, 3))
     open_box = SampledSurface(TriangleMesh(block.vertices, block.faces[:-2]))
     assert SampledSurface(block).depth_of(centre) > 0.09

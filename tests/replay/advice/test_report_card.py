@@ -56,6 +56,7 @@ def test_reach_of_a_plug_in_a_cup_is_its_radius():
 
 
 def test_signed_distances_of_a_ball_match_its_radius():
+    """A ball of 5,120 faces lies up to 2 mm within its sphere of 1 m; points at 0.2 to 2 m from its middle."""
     ball = icosphere(subdivisions=4)
     mesh = TriangleMesh(ball.vertices, ball.faces)
     points = np.random.default_rng(0).normal(size=(50, 3))

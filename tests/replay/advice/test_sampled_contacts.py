@@ -127,6 +127,7 @@ def decided_and_replayed(session, row):
 
 @pytest.mark.parametrize("distance", [0.1, 0.5])
 def test_bodies_with_parents_and_offsets_are_decided_where_they_stand(distance):
+    """Rods whose middles are 0.1 m from each other meet, 0.5 m from each other they do not."""
     session, row = bodies_at_rest([[0, 0, 0], [0, 0, 0]], ROD_ALONG_X)
     bodies = (SceneBody("a"), SceneBody("b", parent="a", offset=Pose((distance, 0.0, 0.0))))
     session = replace(session, scene=replace(session.scene, bodies=bodies, pairs=(("a", "b"),)))

@@ -37,6 +37,7 @@ def wrong_by_hand(touching, every, first):
 
 
 def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
+    """20 Hz is every fifth frame; 16 offsets fall on five first frames, so that means differ a little."""
     reported = figures(assembly, "discrete[rate_hz=20]")
     by_hand = [wrong_by_hand([position < 1 for position in POSITIONS], every=5, first=first) for first in range(5)]
     for name, counts in zip(("missed", "late", "false_contacts"), zip(*by_hand, strict=True), strict=True):

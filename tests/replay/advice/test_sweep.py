@@ -67,6 +67,7 @@ def test_counts_of_every_setting_match_an_audit():
 
 @pytest.mark.slow
 def test_demo_sweep_tries_twelve_settings_in_twenty_seconds():
+    """The figures of hulls and of the paper's search are those of an audit."""
     session = make_scene_session("bench-bumps")[0]
     done = tradeoff(session, time_limit=20.0)
     quiet = done.about["processor_share"] > 0.95

@@ -63,6 +63,7 @@ def timed_detector(own, reference):
 
 
 def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
+    """The machine slows down by 1 to 5 in seven passes; the detector takes twice the reference in each."""
     machine = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
     value, _, upper = timed_detector([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN_LEVEL)
     assert value == pytest.approx(2.0) and upper < 2.2

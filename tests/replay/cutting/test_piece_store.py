@@ -52,6 +52,7 @@ def test_cutter_table_has_a_row_for_every_method():
     [pytest.param(name, marks=() if name in ("hull", "box") else pytest.mark.slow) for name in METHODS],
 )
 def test_pieces_of_each_method_are_closed_few_and_repeat(name, monkeypatch, tmp_path):
+    """At most eight pieces; some methods cover the beaker to 0.5 mm."""
     first = convex_pieces(Cut(BEAKER, name, 8))
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     assert hashes(first) == hashes(convex_pieces(Cut(BEAKER, name, 8)))

@@ -69,6 +69,7 @@ def test_open_surface_is_not_cut():
 
 
 def test_convex_piece_within_a_solid_is_cut_into_covering_halves():
+    """The hull of the cup is cut in two."""
     solid, hull = manifold_of(CUP), hull_of(CUP.vertices)
     halves = cut_in_two(hull, solid)
     assert len(halves) == 2 and outside_by(CUP, halves) < 1e-9

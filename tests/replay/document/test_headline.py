@@ -24,6 +24,7 @@ def detector_times(mean, p99, *, live=True, busy=0.0):
 
 @pytest.mark.parametrize("busy", [0.03, 0.69])
 def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
+    """``busy``: fraction of the time that other work took; above 5 % the slowest frames are not stated."""
     detectors = {"slow": detector_times(mean=1e-5, p99=2e-5, busy=busy), "exact": detector_times(mean=4.1e-5, p99=1e-4)}
     document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
     reference = Rank("exact", "", "", contacts=3, mean=4.1e-5, p99=1e-4)

@@ -68,6 +68,7 @@ PERMANGANATE = ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+
     ],
 )  # fmt: skip
 def test_an_ion_indicator_changes_at_the_equivalence(name, solutes, titrant, reaction, change, millilitres):
+    """mol/L; 2 mL in the flask take so many millilitres of titrant."""
     effects = titrated(solutes, titrant, name, reaction)
     (event,) = effects["colour"].events
     assert event.text == f"{name} in flask turns from {change}"

@@ -37,6 +37,7 @@ def planted(truth, kind):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("name", "row"), [(name, row) for row in EXPECTED for name in row["experiments"]])
 def test_every_planted_event_is_reported_once(name, row, seed):
+    """A row of the table: events, the facts they report, and how near each value must be."""
     result, truth = replayed(name, seed)
     reported, facts = result.effects[row["effect"]].output.events_named(row["event"]), planted(truth, row["fact"])
     if row["effect"] == "grasp":

@@ -186,6 +186,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
 
 
 def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
+    """6 g of potassium nitrate in water of 80 degC, which cools to a room of 20 degC."""
     bodies = (
         glass("a", volume_ml=60.0, properties={"temperature_c": 80.0}),
         glass("b", volume_ml=0.0, properties={"solid": {"formula": "KNO3", "mass_g": 6.0}}),

@@ -165,6 +165,7 @@ def test_neighbouring_pieces_have_different_colours():
 
 
 def test_colour_scale_grows_lighter_and_is_never_red():
+    """Lightness weighs red, green and blue as sRGB does."""
     colours = [scale_colour(fraction) for fraction in np.linspace(0, 1, 11)]
     lightness = [0.2126 * red + 0.7152 * green + 0.0722 * blue for red, green, blue in colours]
     assert lightness == sorted(lightness)

@@ -42,6 +42,7 @@ def test_each_kind_of_fault_has_the_same_colour_everywhere(kind):
 
 
 def test_red_yellow_and_blue_differ_in_lightness():
+    """Each is at least a fifth lighter than the next, so that they differ without colour."""
     values = sorted(lightness(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT))
     assert values[1] / values[0] > 1.2
     assert values[2] / values[1] > 1.2

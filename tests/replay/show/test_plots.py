@@ -48,6 +48,7 @@ def test_plotted_step_is_drawn_as_two_level_lines():
 
 
 def test_lane_draws_intervals_in_its_window_and_lines_for_short():
+    """Paths in seconds from the window's start at 10 s: what begins at 9 s is cut; 0.02 s get a line too."""
     drawn = lane(
         {"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}, (10.0, 20.0), "rod", marked_second=15.0
     )

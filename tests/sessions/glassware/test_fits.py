@@ -29,6 +29,7 @@ def radii(mesh):
 
 
 def test_the_stopper_fits_the_bottle_without_touching_its_neck():
+    """The stopper stands 0.104 m up in the bottle, whose neck is 0.115 m up: less than 2 mm are between them."""
     bottle, stopper = placed("reagent_bottle", 20_000), placed("reagent_bottle_stopper", 20_000, 0.104)
     inside = radii(stopper)[stopper.vertices[:, 1] < 0.119].max()
     neck = radii(bottle)[np.abs(bottle.vertices[:, 1] - 0.115) < 0.005].min()
@@ -45,6 +46,7 @@ def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_rotations, shut):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("quarter_rotations", FRACTIONS)
 def test_key_rotates_without_touching_the_glass(quarter_rotations):
+    """No edge of the key, 0.1 m up in the burette, crosses a face of the glass."""
     glass, key = placed("burette", 500), placed("burette_stopcock", 500, 0.1, quarter_rotations)
     edges = np.concatenate([key.faces[:, [0, 1]], key.faces[:, [1, 2]], key.faces[:, [2, 0]]])
     edges = edges[edges[:, 0] < edges[:, 1]]

@@ -258,6 +258,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(name):
+    """At most 30 MB."""
     kind, text, reported = REFUSED[name]
     data = text if isinstance(text, bytes) else text.encode()
     tracemalloc.start()

@@ -165,6 +165,7 @@ def test_joint_motion_becomes_poses_of_forward_kinematics(arm_model, tmp_path, f
 
 
 def test_pose_of_seven_numbers_moves_three_slides_and_three_hinges(arm_model):
+    """A position and a quaternion (w first); MuJoCo's Z up becomes Y up."""
     joints = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     joints += "".join(f'<joint axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     arm_model.write_text(arm_model.read_text().replace("<freejoint/>", joints).replace("<joint/>", ""))

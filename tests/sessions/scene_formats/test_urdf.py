@@ -95,6 +95,7 @@ def test_long_chain_asks_the_library_for_neighbours_alone(tmp_path, monkeypatch)
 
 
 def test_geometry_has_its_origin_scale_and_package(arm_model):
+    """A cylinder 0.5 m long, of radius 5 cm, 0.1 m up and rotated by 0.5 rad; a mesh in centimetres."""
     scene = read_scene_source(arm_model)
     solid = scene.bodies["fore"].colliders[0]
     rotation = Rotation.from_euler("xyz", [0.5, 0, 0]).as_matrix()

@@ -177,6 +177,7 @@ def _names(stage):
     ],
 )
 def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, sentence):
+    """``corners``: of the collider of a mesh with five, one of them inside; 0 for a ball about the unit cube."""
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
     rigid_body(stage, "/cup", translation=(1, 2, 3))
     collider(stage_mesh(stage, "/cup/wall"), approximation=approximation)
@@ -296,6 +297,7 @@ def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
 
 @pytest.mark.parametrize(("up", "ending"), [("Y", "usda"), ("Z", "usdc"), ("Z", "usd")])
 def test_time_samples_become_poses(tmp_path, up, ending):
+    """50 time codes a second from code 10 on: 20 ms a code; positions in centimetres."""
     path = tmp_path / f"motion.{ending}"
     stage = new_stage(path, up=up)
     stage.SetTimeCodesPerSecond(50)

@@ -6,6 +6,7 @@ from sessions.synthetic.crowded import COLUMNS, FINGERS, NAME, ROWS
 
 
 def test_crowded_scene_has_40_bodies_of_8_meshes_in_contact(made):
+    """Fingers keep their place on the palm; neighbouring beakers overlap by up to 2 mm, or part by up to 3 mm."""
     session, truth = made(NAME).session, made(NAME).truth
     position = dict(zip(session.names, session.frames.position.transpose(1, 0, 2), strict=True))
     assert len(session.meshes) == 40 and len({id(mesh) for mesh in session.meshes.values()}) == len(ROWS) + 3

@@ -11,6 +11,7 @@ ROTATION = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
 
 
 def test_a_cube_corner_meets_a_prism_between_the_bounds():
+    """A cube of 0.1 m, corner first, meets a prism with corners at 0.03 m: half a diagonal and that from its middle."""
     cube, post = box((0.1, 0.1, 0.1)), prism(sides=64, radius=0.03, length=0.5)
     meets = approach(cube, ROTATION, post, (0.0, 0.0, -1.0), 0.05)
     corner = 0.05 * np.sqrt(2.0)

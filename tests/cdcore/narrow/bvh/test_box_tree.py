@@ -46,6 +46,7 @@ def test_boxes_cover_their_corners_to_a_few_roundings(name):
 
 @by_mesh
 def test_leaf_data_repeat_the_faces_in_their_frames(name):
+    """Faces in the body's axes, about the middle of their box, and in the axes of the box."""
     triangles = MESHES[name]
     tree = build_box_trees([triangles])[0]
     leaf_nodes = np.flatnonzero(tree.child < 0)

@@ -37,6 +37,7 @@ def random_segment(rng, angle=None, size=1.0):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("degrees", [0.0, 1e-13, 1e-6, 0.3, 90.0, 120.0, 179.0, 179.999, 181.0])
 def test_legs_rotate_at_constant_rate_between_exact_ends(degrees):
+    """Rotations beyond 180 degrees take the other way; in between against SciPy's slerp."""
     rng = np.random.default_rng(3)
     for _ in range(20):
         axis = rng.normal(size=3)

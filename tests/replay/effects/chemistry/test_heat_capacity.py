@@ -50,12 +50,14 @@ def test_concentrated_solution_cools_by_its_own_heat_capacity(solutes, per_ml, t
 
 
 def test_dilute_solutions_keep_the_heat_of_water():
+    """1 mol/L, against water's 4.18 J/K a millilitre."""
     effect, declared = neutralised(molar=1.0), neutralised(molar=1.0, per_ml=4.18)
     assert last(effect) == pytest.approx(last(declared), abs=0.02)
     assert not effect.output.events_named("estimated")
 
 
 def test_a_strong_capacity_is_named_as_estimated_unless_declared():
+    """6 mol/L, against a declared 4 J/K a millilitre."""
     effect, declared = neutralised(molar=6.0), neutralised(molar=6.0, per_ml=4.0)
     events = effect.output.events_named("estimated")
     assert {event.bodies for event in events} == {("a",), ("b",)}

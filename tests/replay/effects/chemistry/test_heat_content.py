@@ -41,6 +41,7 @@ def pitzer_kilojoule(key, molal):
 
 
 def test_heats_of_the_table_are_those_of_pitzers_equation():
+    """kJ/mol at mol/kg of water."""
     for key, molal in product(PITZER, (0.1, 0.5, 1.0, 2.0)):
         heat = SALT_HEATS_KJ_MOL[key][f"{molal:g}"]
         assert heat == pytest.approx(pitzer_kilojoule(key, molal), abs=0.4), (key, molal)
@@ -107,6 +108,7 @@ DILUTED = [
 
 @pytest.mark.parametrize(("formula", "strong", "weak", "joule_mol", "within"), DILUTED)
 def test_a_strong_solution_gives_off_its_heat_of_dilution(formula, strong, weak, joule_mol, within):
+    """So much of a strong solution goes into 50 mL of water that ``weak`` mol/L result."""
     volume = 50.0 * weak / (strong - weak)
     acid = {"volume_ml": volume, "solutes": {formula: strong}}
     joule, *_ = heat_of_pouring({"volume_ml": 50.0}, acid, equation=None)
@@ -129,6 +131,7 @@ CAPACITIES = [
 
 @pytest.mark.parametrize(("formula", "molal", "joule_k"), CAPACITIES)
 def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
+    """J/K of a kilogram of water (4,180) with so many mol, to 7 %; what is solid counts by itself."""
     column = {name: place for place, name in enumerate(("H+", "H2O", f"{formula}(s)", *ENERGY_COLUMNS))}
     heats = Heats(column, mixture=None, salts=(), warmth=Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=80.0))
     amounts = np.zeros(len(column))

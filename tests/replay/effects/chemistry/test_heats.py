@@ -15,6 +15,7 @@ PER_ML = 4.18
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])
 def test_a_heat_is_that_of_the_textbook(row):
+    """To 3 %; temperatures stay between the lowest freezing point of brine, -21.1 degC, and boiling."""
     solid = row["b"].get("solid")
     moles = row["b"].get("moles", row.get("moles"))
     a = {"volume_ml": 100.0 if solid else 50.0, **({"solutes": row["a"]} if "a" in row else {})}

@@ -17,6 +17,7 @@ PRODUCTS = [
 
 @pytest.mark.parametrize(("formula", "log_product", "counts"), PRODUCTS)
 def test_salt_falls_out_below_a_tenth_mol_by_its_product(formula, log_product, counts):
+    """The solubility that follows from the product of ``counts`` ions."""
     molal = (10.0**log_product / prod(count**count for count in counts)) ** (1.0 / sum(counts))
     assert Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula) == (molal < 0.1)
 

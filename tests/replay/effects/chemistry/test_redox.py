@@ -59,6 +59,7 @@ HANDBOOK = [
 
 @pytest.mark.parametrize(("changes", "oxidant", "reductant"), HANDBOOK)
 def test_standard_potentials_agree_with_the_handbook(changes, oxidant, reductant):
+    """Volts of the oxidant's and of the reductant's couple, to 25 mV."""
     both = couples_of(changes)
     assert [couple.volt for couple in both] == pytest.approx([oxidant, reductant], abs=0.025)
 
@@ -73,6 +74,7 @@ def test_couples_without_free_energies_are_not_invented(changes):
 
 
 def test_permanganate_has_the_potential_of_phreeqc_before_and_after():
+    """10 mL with 0.05 mol/L of iron(II) take 5 mL of permanganate of 0.02 mol/L; ``added`` in mL."""
     drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE)["redox potential"]
     assert drawn.ends_ml == pytest.approx([5.0], abs=0.01) and drawn.unit == "V against hydrogen"
     for added in (0.5, 2.5, 4.5, 5.5, 8.0, 15.0):
@@ -94,6 +96,7 @@ def test_iodine_has_its_potential_beside_triiodide():
 
 
 def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
+    """10 mL with 0.05 mol/L of iron(II), 0.5 mmol, take 10 mL of cerium(IV) of 0.05 mol/L."""
     drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"Ce(SO4)2": 0.05}, "Ce4+ + Fe2+ -> Ce3+ + Fe3+")
     assert set(drawn) == {"mol of Fe^2+ left"}
     left = drawn["mol of Fe^2+ left"]

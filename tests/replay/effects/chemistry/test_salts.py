@@ -80,6 +80,7 @@ def test_a_common_ion_salts_out():
 
 
 def test_a_hydroxide_goes_on_dissolving_in_acid():
+    """40 mol in a kilogram of water are more than dissolve; with 39 mol of acid all do."""
     assert solid("NaOH", moles=40.0) > 5.0
     assert solid("NaOH", moles=40.0, **{PROTON: 39.0}) == 0.0
 

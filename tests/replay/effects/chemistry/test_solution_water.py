@@ -33,6 +33,7 @@ def test_water_of_strong_solutions_is_that_of_their_density(row, tolerance):
 
 
 def test_dilute_solutions_hold_a_kilogram_of_water_a_litre():
+    """Up to 0.5 mol/L in all."""
     assert WATER_ML * water_molar({"NaCl": 0.3, "HCl": 0.2}) == pytest.approx(1000.0)
     assert WATER_ML * water_molar({"NaCl": 0.6, "HCl": 0.1}) < 1000.0
     assert WATER_ML * water_molar({}) == pytest.approx(1000.0)

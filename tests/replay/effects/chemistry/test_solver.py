@@ -73,11 +73,13 @@ def test_oxidation_states_do_not_react_with_each_other(row, reduced):
 
 
 def test_a_charged_composition_keeps_its_charge():
+    """0.01 mol/kg of H+ without an anion has a pH of 2."""
     solver, totals = solver_and_totals([{"H+": 0.01, "Na+": 1e-9}])
     assert equilibrium(solver, totals).ph[0] == pytest.approx(2.0, abs=0.06)
 
 
 def test_an_unanswered_row_leaves_the_others_answered():
+    """A million mol/kg of acid have no answer; 0.01 mol/kg have a pH of 2.04."""
     solver, totals = solver_and_totals([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
     answer = equilibrium(solver, totals)
     assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered_queries == 1

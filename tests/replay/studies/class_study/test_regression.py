@@ -32,6 +32,7 @@ def test_regression_equals_stored_pingouin_and_statsmodels_values():
 
 
 def test_permuted_and_textbook_p_agree_where_errors_are_normal():
+    """Within four standard errors of 4,999 permutations and 0.01."""
     random = np.random.default_rng(3)
     x = random.normal(size=(60, 2))
     y = 0.25 * x[:, 0] + random.normal(size=60)

@@ -31,6 +31,7 @@ def interval_of(statistic, values, seed):
 
 
 def test_the_interval_of_a_mean_is_students_own():
+    """52 values and their negatives: a mean of 0 and 103 degrees of freedom."""
     values = np.random.default_rng(2).normal(size=52)
     values -= values.mean()
     both = np.concatenate([values, -values])

@@ -56,6 +56,7 @@ def rules_of_refusals(result):
 
 
 def test_study_finds_only_the_planted_association():
+    """Ease of use goes with motivation in the made-up class, contacts do not."""
     answers, contacts = a_class(count=52, seed=3)
     result = analyse(REQUESTED, questionnaire(answers), metrics(contacts))
     ease, moved = result.coefficients

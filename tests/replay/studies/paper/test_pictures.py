@@ -24,6 +24,7 @@ DRAWN = {
 
 @pytest.mark.slow
 def test_pictures_change_with_every_table_they_draw(small, tmp_path):
+    """Coloured pixels show that something is drawn; a column of 0.5 in place of its figures changes the picture."""
     written = write_pictures([*small.values()], tmp_path / "out")
     assert sorted((tmp_path / "out").iterdir()) == written and len(written) == 2
     for file, (draw, columns) in zip(written, DRAWN.items(), strict=True):

@@ -40,6 +40,7 @@ def test_complete_rows_find_all_faces_and_no_row_invents(name, some):
 @some_poses
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.counters == TREE_COUNTS])
 def test_larger_budget_never_finds_fewer_faces(name, some):
+    """Budgets are fractions of the operations of a whole answer; the largest one finds all faces."""
     for group in groups(some):
         bodies, true = group[0].bodies, np.array([pose.faces for pose in group])
         work = compared_answers(name, make_detector_of_row(name, bodies), group)["operations"].max()

@@ -39,6 +39,7 @@ def test_minimal_subset_keeps_exactly_the_necessary_faces(count, data):
 
 @given(st.integers(1, 25), st.integers(0, 2**32))
 def test_nothing_left_can_be_removed_alone_despite_chance(count, seed):
+    """Whether a subset is still wrong is drawn at random, 4 of 10, and remembered."""
     random = np.random.default_rng(seed)
     known = {tuple(range(count)): True}
 

@@ -51,6 +51,7 @@ def with_needles(mesh):
 
 
 def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
+    """Faces without area are left out, and the deepest pair overlaps by more than 2 um."""
     bodies, motion, case = shrunk_case(tmp_path, with_needles(cube()), with_needles(cube()), ROTATED)
     for body in bodies:
         a, b, c = body.mesh.triangles.transpose(1, 0, 2)

@@ -171,6 +171,7 @@ def test_axes_that_mirror_the_hands_are_named(tmp_path, convention, mirrored):
 
 
 def test_radii_are_the_files_or_a_guess_with_source(tmp_path):
+    """Radii of the file, or for a hand of half the size half of the usual ones."""
     radii = {joint: 0.004 + 0.0005 * number for number, joint in enumerate(JOINTS)}
     stated = import_session("hands", write_long(tmp_path / "stated.csv", TIMES, left_hand(), radii=radii))
     assert assumption_about(stated, Subject.JOINT_RADII).origin is Origin.FILE

@@ -27,6 +27,7 @@ def delivered(run):
 
 @pytest.mark.parametrize(("name", "ends_ml"), [("titration", [25.0]), ("carbonate-titration", [10.0, 20.0])])
 def test_end_points_match_the_volume_released_by_the_key(name, ends_ml, made):
+    """Millilitres out of the burette, which is closed less than 0.3 mL later."""
     run = made(name)
     volume = delivered(run)
     ends, (total,) = run.facts("end_point"), run.facts("delivered")
@@ -37,6 +38,7 @@ def test_end_points_match_the_volume_released_by_the_key(name, ends_ml, made):
 
 
 def test_dropped_beaker_falls_freely_and_breaks_at_landing_speed(made):
+    """A parabola fitted to heights over a table of 0.9 m: half of g, and the speed at the end."""
     run = made("acid-dilution")
     (drop,), (broken,) = run.facts("drop"), run.facts("break")
     height = run.pose("rinse")[0][:, 1]
