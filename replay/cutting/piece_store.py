@@ -72,11 +72,14 @@ class Cut:
         return f"{self.mesh.content_hash[:32]}-{self.name}-{piece_count}-{self.row.version()}"
 
     @property
+    def is_ready(self) -> bool:
+        """Whether its pieces are kept, or need no process of their own."""
+        return self.row.seconds is None or ladder_file(self).is_file()
+
+    @property
     def seconds(self) -> float:
-        """About how long it takes; 0 where its pieces are kept or need no process of their own."""
-        if self.row.seconds is None or ladder_file(self).is_file():
-            return 0.0
-        return self.row.seconds(self.mesh)
+        """About how long it takes; 0 where it is ready."""
+        return 0.0 if self.row.seconds is None or self.is_ready else self.row.seconds(self.mesh)
 
 
 @dataclass(frozen=True)

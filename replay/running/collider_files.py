@@ -391,7 +391,7 @@ def _late_cuts(search: ColliderSearch, cuts: Mapping[str, Mapping[str, Cut]]) ->
 def _other_cuts(ladder: Ladder, cuts: Mapping[str, Cut]) -> dict[str, Cut]:
     """Other colliders of a body, in words: solids of one piece, and those of ``cuts`` that are cut by now."""
     solids = {METHODS[name].words: Cut(ladder.mesh, name, 1) for name in ("box", "sphere", "capsule")}
-    cuts_by_label = {f"{cut.row.words}, {cut.most} at most": cut for cut in cuts.values() if cut.seconds == 0.0}
+    cuts_by_label = {f"{cut.row.words}, {cut.most} at most": cut for cut in cuts.values() if cut.is_ready}
     return solids | cuts_by_label
 
 

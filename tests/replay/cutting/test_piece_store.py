@@ -80,11 +80,12 @@ def times_written(folder):
 def test_pieces_are_cut_once_and_damaged_files_remade(empty_cache):
     """Planes cut once for every number of pieces, so 2 are stored after cutting 16; a hull takes no cutting."""
     cut = Cut(CHANNEL, "planes", 16)
-    assert cut.seconds > 0
+    assert cut.seconds > 0 and not cut.is_ready
     first = hashes(convex_pieces(cut))
     assert len(first) > 1
     assert cut.seconds == Cut(CHANNEL, "planes", 2).seconds == 0 < Cut(CHANNEL, "vhacd", 2).seconds
     assert Cut(CHANNEL, "hull", 1).seconds == 0
+    assert cut.is_ready and Cut(CHANNEL, "hull", 1).is_ready and not Cut(CHANNEL, "vhacd", 2).is_ready
 
     kept = times_written(empty_cache)
     assert hashes(convex_pieces(Cut(CHANNEL, "planes", 16))) == first and times_written(empty_cache) == kept

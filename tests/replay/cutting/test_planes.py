@@ -4,13 +4,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from manifold3d import CrossSection, Manifold
 from support.shapes import box_mesh, revolved_mesh, shift_mesh, without_faces
 from trimesh import Trimesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
 from replay.cutting.convex_solids import manifold_of, outside_by, volume_of
-from replay.cutting.planes import MOST_REGIONS, cut_in_two, plane_ladder
+from replay.cutting.planes import MOST_REGIONS, best_cut, cut_in_two, plane_ladder
 
 
 def united(*meshes):
@@ -74,3 +75,13 @@ def test_convex_piece_within_a_solid_is_cut_into_covering_halves():
     halves = cut_in_two(hull, solid)
     assert len(halves) == 2 and outside_by(CUP, halves) < 1e-9
     assert sum(map(volume_of, halves)) <= volume_of(hull) * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("shift_m", [-3.0, 3.0])
+def test_half_ring_is_cut_near_its_middle(shift_m):
+    """Five straight segments: a cut of the middle one leaves least to add, and no corner lies there."""
+    angles = np.pi * np.arange(6) / 5
+    arc = np.column_stack([np.cos(angles), np.sin(angles)])
+    half_ring = Manifold.extrude(CrossSection([np.concatenate([arc, 0.8 * arc[::-1]])]), 0.3)
+    halves = [half.volume() for _, half in best_cut(half_ring.translate([shift_m] * 3))]
+    assert len(halves) == 2 and min(halves) > 0.4 * half_ring.volume()
