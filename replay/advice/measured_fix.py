@@ -345,10 +345,9 @@ class _Measuring:
         sampled_detection = sampled_at_rate(frame_verdicts, rate_hz, spec.settings.get(OFFSET_SETTING, typical_offset))
         comparison = self._reference.compare(sampled_detection)
         sampled_counts = count_contacts(comparison, self._reference.contacts)
-        false_contact_count = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         false_contact = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         run = self._run_over_stretches(spec)
-        wrong_count_columns = wrong_counts(sampled_counts, false_contact_count, false_contact, offsets)
+        wrong_count_columns = wrong_counts(sampled_counts, 0, false_contact, offsets)
         solids: Mapping[str, Any] = getattr(run.detector, "parts", {})
         pieces = {name: len(solids[name]) for name in names}
         proportions = offsets.proportions() if offsets is not None else _proportions(sampled_counts)

@@ -150,8 +150,6 @@ def change_of_axes(mesh_before: MeshData, mesh_after: MeshData) -> FloatArray | 
 
 def _is_same_solid(mesh_before: MeshData, mesh_after: MeshData) -> bool:
     """Whether two meshes have the same faces, up to a nanometre."""
-    if mesh_before.vertices.shape != mesh_after.vertices.shape or mesh_before.faces.shape != mesh_after.faces.shape:
-        return False
     if np.abs(mesh_before.bounds - mesh_after.bounds).max() > SAME_MESH_M:
         return False
     distance, vertex = KDTree(mesh_before.vertices).query(mesh_after.vertices)
