@@ -147,6 +147,18 @@ def test_bodies_that_rest_on_each_other_decide_nothing_by_rounding():
     assert (states[:4] != PairState.SEPARATED).all() and states[4] == PairState.SEPARATED
 
 
+def test_steps_into_touch_or_through_a_surface_are_noticed():
+    """Cubes 50 mm apart, then 9 micrometres, which is no clear gap; a ball before a block, then inside it."""
+    box, ball = trimesh.creation.box((0.1, 0.1, 0.1)), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
+    still = np.tile(np.eye(3), (2, 1, 1))
+    approaching, entering = np.zeros((2, 2, 3))
+    approaching[:, 1], entering[0, 1] = [0.15, 0.1 + 9e-6], 0.1
+    states = PairStates(mesh_data(box), mesh_data(box)).states(still, approaching, QueryBudget())
+    assert states.tolist() == [PairState.SEPARATED, PairState.UNKNOWN]
+    states = PairStates(mesh_data(box), mesh_data(ball)).states(still, entering, QueryBudget())
+    assert states.tolist() == [PairState.SEPARATED, PairState.CONTACT]
+
+
 def test_inside_of_an_open_mesh_is_unknown():
     block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)
     open_block = MeshData(block.vertices, block.faces[:-1])
@@ -177,6 +189,16 @@ def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
     is_known = states != PairState.UNKNOWN
     assert is_known.any()
     assert ((states == PairState.CONTACT) == contact)[is_known].all()
+
+
+def test_body_that_crossed_no_surface_is_still_separated():
+    """It sinks by a hole into a hollow ball, where alone nobody could tell whether the ball is filled."""
+    hollow, small = MESHES_WITH_HOLES["ball-with-a-hole"](), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
+    positions, still = np.zeros((60, 3)), np.tile(np.eye(3), (60, 1, 1))
+    positions[:, 2] = np.linspace(0.4, 0.0, 60)
+    pair = PairStates(mesh_data(hollow), mesh_data(small))
+    assert (pair.states(still, positions, QueryBudget()) == PairState.SEPARATED).all()
+    assert pair.states(still[-1:], positions[-1:], QueryBudget()) == [PairState.UNKNOWN]
 
 
 def test_inside_of_doubled_shells_is_never_taken_for_apart():

@@ -83,6 +83,16 @@ def test_impact_speed_is_the_component_perpendicular_to_the_surface():
     assert not crash and impact.values["across"] and impact.values["speed_m_s"] == pytest.approx(0.1, rel=0.05)
 
 
+def test_impact_without_a_surface_point_has_the_relative_speed():
+    """From one frame to the next the cup is all inside: 18 m/s down, the top 9 m/s up, and no faces ever meet."""
+    session = cup_over_block(0.05 - 18.0 * (np.arange(60) - 30) / RATE)
+    frames = session.frames
+    frames.position.setflags(write=True)
+    frames.position[:, 1, 1] = 9.0 * (np.arange(60) - 30) / RATE
+    _, (impact,), _ = breakage_of(session)
+    assert impact.point is None and impact.values["speed_m_s"] == pytest.approx(18.0 + 9.0, rel=1e-5)
+
+
 FRAMES = np.arange(60)
 SINCE_POSE = np.arange(120) / RATE - 50 / RATE
 """Since a pose came back after a loss, seconds."""

@@ -15,6 +15,17 @@ def tallies_of_cases(detectors, cases, **more):
     return stress(",".join(detectors), families=(), cases=cases, **more).tallies
 
 
+def test_containment_that_a_detector_refuses_is_no_miss():
+    """A box inside another, and beside it: without the question of containment both look clear."""
+    motion = motion_at([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    truth = [Verdict.CONTAINED, Verdict.CLEAR]
+    scene = scene_of_instants("", (box_mesh((4.0, 4.0, 4.0)), box_mesh()), motion, truth)
+    any_case_of_scenes = 41
+    item = ask_case("discrete[containment=false]", any_case_of_scenes, [scene], seed=0, tau=0.0)
+    assert (item.asked, item.refused, item.missed, item.invented) == (2, 1, 0, 0)
+    assert item.reason
+
+
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize("number", [number for number in CASE_NAMES if number != 29])
 def test_exact_passes_or_speaks_of_frames(number):

@@ -2,6 +2,11 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from sessions.synthetic.assembly import Recording
+from sessions.synthetic.experiments.bench_bumps import nearly_touch
+from sessions.synthetic.experiments.lab import Lab
+from sessions.synthetic.experiments.record import experiment
+
 
 @pytest.fixture
 def truths(made):
@@ -24,3 +29,12 @@ def test_hands_are_tracked_while_bumping_and_rod_follows_hand(truths):
             hand = "hand-left" if {"hand-left", "cylinder"} & set(episode.pair) else "hand-right"
             start, end = episode.possibly
             assert not any(hand in loss.bodies and loss.start < end and start < loss.end for loss in losses)
+
+
+def test_hand_is_kept_from_loss_around_its_near_miss():
+    """From 0.5 s before the hand arrives to 0.3 s after it has waited, on the late clock of the tracker, and 0.1 s."""
+    lab = Lab(experiment("bench-bumps"), Recording(noise="vive"), faces=600)
+    nearly_touch(lab)
+    ((start, end),), miss = lab.keep["hand-left"], lab.last("near_miss")
+    assert lab.late > 0.0 and miss.end - miss.start == pytest.approx(0.6)
+    assert (start, end) == pytest.approx((miss.start - 0.6, miss.end + 0.4))
