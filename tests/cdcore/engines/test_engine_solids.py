@@ -23,7 +23,7 @@ def test_posed_solid_corners_equal_posed_mesh_corners():
     """Placed by the engine's quaternion, written out as a matrix, and by the mesh's rotation."""
     rng = np.random.default_rng(2)
     for mesh in (box_mesh(), TriangleMesh(beaker_mesh().vertices + np.array([3, -2, 1]), beaker_mesh().faces)):
-        solid = engine_solid(Body("a", mesh), "mesh", "Engine", 1e-4)
+        solid = engine_solid(Body("a", mesh), shape="mesh", engine="Engine", least_thickness=1e-4)
         rotation, move = random_rotations(rng, 1)[0], rng.normal(size=3)
         positions, quaternions = engine_poses([solid], rotation[None], move[None])
         x, y, z, w = quaternions[0]
@@ -35,14 +35,16 @@ def test_posed_solid_corners_equal_posed_mesh_corners():
 
 def test_sheets_get_a_thickness_and_solids_stay_unchanged():
     flat = TriangleMesh(box_mesh().vertices * [1, 1, 0], box_mesh().faces)
-    assert np.ptp(engine_solid(Body("a", flat), "hull", "Engine", 1e-4).corners[:, 2]) == pytest.approx(1e-4)
-    solid = engine_solid(Body("a", box_mesh()), "hull", "Engine", 1e-4)
+    assert np.ptp(
+        engine_solid(Body("a", flat), shape="hull", engine="Engine", least_thickness=1e-4).corners[:, 2]
+    ) == pytest.approx(1e-4)
+    solid = engine_solid(Body("a", box_mesh()), shape="hull", engine="Engine", least_thickness=1e-4)
     assert np.allclose(np.ptp(solid.corners, axis=0), np.ptp(box_mesh().vertices, axis=0))
 
 
 def test_spread_bodies_are_a_metre_from_each_other():
     meshes = box_mesh(), ball_mesh(10.0), ball_mesh(0.1), rod_mesh()
-    solids = [engine_solid(Body("a", mesh), "hull", "it", 1e-4) for mesh in meshes]
+    solids = [engine_solid(Body("a", mesh), shape="hull", engine="it", least_thickness=1e-4) for mesh in meshes]
     reach = np.array([np.linalg.norm(solid.corners, axis=1).max() for solid in solids])
     gaps = np.linalg.norm(np.diff(spread_positions(solids)[0], axis=0), axis=1)
     assert np.allclose(gaps, reach[1:] + reach[:-1] + 1.0)

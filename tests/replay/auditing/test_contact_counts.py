@@ -62,7 +62,7 @@ def test_missed_and_late_counts_agree_with_counting_by_hand(first, second):
     reported = [item.late_or_cut_short, item.missed, item.undecided, item.partly_undecided, item.frames_undecided]
     assert reported == hand.tolist() and item.contacts == len(truth)
     assert item.missed_numbers == list(match_episodes(comparison, truth, result, item).missed)
-    lost = missed_faults(comparison, truth, [("a", "b"), ("a", "c")], oracle.times)
+    lost = missed_faults(comparison=comparison, contacts=truth, names=[("a", "b"), ("a", "c")], times=oracle.times)
     assert item.missed_numbers == sorted({miss.contact for miss in lost if miss.kind == FaultKind.NEVER_REPORTED})
     assert item.late_or_cut_short == len({miss.contact for miss in lost}) - item.missed
 

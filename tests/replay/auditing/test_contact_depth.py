@@ -155,7 +155,7 @@ def test_deepest_frame_is_found_where_rotation_and_path_add_up():
     poses = {"a": (place_of_b + origins, quaternions), "b": (np.tile(place_of_b, (5, 1)), np.tile(STILL, (5, 1)))}
     meshes = {"a": MeshData(cube().vertices + reach, cube().faces), "b": cube()}
     assembly = assemble(Session.from_arrays(np.arange(5) * STEP_NS, poses, meshes))
-    (depth,) = contact_depths(assembly, [Episode(0, 0, 4, 0.0, 0.05)], {}).contacts
+    (depth,) = contact_depths(assembly, [Episode(pair=0, first=0, last=4, start=0.0, end=0.05)], {}).contacts
     # The rotation of the cube about its own middle, 0.7 degrees, makes it deeper by at most 0.5 * sin(angle).
     assert depth.frame == 2 and 0.35 <= depth.depth <= 0.35 + 0.5 * np.sin(np.abs(angles).max())
 
@@ -163,4 +163,7 @@ def test_deepest_frame_is_found_where_rotation_and_path_add_up():
 def test_frames_that_cannot_be_deepest_are_not_searched():
     """A cube is 0.3 deep in frame 0, then rests at 0.1: of the frames at rest the last alone is searched."""
     assembly = assemble(unit_cubes_on_x({"a": [0.0] * 6, "b": [0.7, 0.9, 0.9, 0.9, 0.9, 0.9]}))
-    assert contact_depths(assembly, [Episode(0, 0, 5, 0.0, 0.06)], {}).series[0].keys() == {0, 5}
+    assert contact_depths(assembly, [Episode(pair=0, first=0, last=5, start=0.0, end=0.06)], {}).series[0].keys() == {
+        0,
+        5,
+    }

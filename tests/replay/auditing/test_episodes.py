@@ -65,6 +65,6 @@ def test_a_frame_before_a_gap_lasts_the_median_step():
 
 def test_lost_frames_within_part_of_a_contact_are_counted():
     """Poses are lost in frames 3 to 5 and 8; the parts hold all of them, some, one and none."""
-    contact = Episode(0, 0, 9, 0.0, 0.1, lost=((3, 5), (8, 8)), cuts=2)
+    contact = Episode(pair=0, first=0, last=9, start=0.0, end=0.1, lost=((3, 5), (8, 8)), cuts=2)
     assert [contact.lost_within(*part) for part in ((0, 9), (4, 8), (5, 5), (0, 2), (6, 7))] == [4, 3, 1, 0, 0]
     assert (contact.frames_lost, contact.frames) == (4, 6)

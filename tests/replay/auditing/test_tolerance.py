@@ -28,7 +28,14 @@ def first_body_and_box(positions, first=None, matrix=None):
     motion = Motion(np.arange(count) / 90, move, np.tile(matrix, (count, 2, 1, 1)))
     nothing = np.zeros(count, dtype=np.int64)
     bodies = (Body("first", first or ball_mesh(0.5)), Body("box", box_mesh()))
-    return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))
+    return Assembly(
+        bodies=bodies,
+        motion=motion,
+        pairs=np.array([[0, 1]]),
+        grasped=np.zeros(1, bool),
+        stamp_ns=nothing,
+        origin=np.ones((count, 2), np.uint8),
+    )
 
 
 def ball_on_x_and_box(*positions, **more):

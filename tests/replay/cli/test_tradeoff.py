@@ -69,7 +69,7 @@ def test_settings_cut_by_the_time_limit_are_counted(session_file, capsys):
 def tradeoff_of(count, **about):
     """So many settings r0, r1, ... of which the first and the last are the front, and two that were not tried."""
     rows = [price_row(f"r{k}", 1.0 + k, k, front=k in (0, count - 1)) for k in range(count)]
-    return Tradeoff(tuple(rows), ("r0",), tuple(advice_of(rows)), ("x", "y"), ABOUT | about)
+    return Tradeoff(rows=tuple(rows), front=("r0",), advice=tuple(advice_of(rows)), cut=("x", "y"), about=ABOUT | about)
 
 
 def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):

@@ -47,21 +47,38 @@ def test_two_bases_give_no_single_concentration():
 
 def test_no_titrated_concentration_without_a_whole_number_ratio():
     """20 mL of 0.05 mol/L acid take 10 mL of 0.1 mol/L base; 10.4 mL fit no ratio of small whole numbers."""
-    contents = {"b": Contents(50.0, {"NaOH": 5e-3}, {}, {}), "f": Contents(20.0, {"HCl": 1.0e-3}, {}, {})}
-    assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.0)[1]["mol_per_l"] == pytest.approx(0.05)
-    assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.4) == ("", {})
-    assert titrated_concentration(contents, "f", "elsewhere", ("HCl", "NaOH"), 10.0) == ("", {})
+    contents = {
+        "b": Contents(volume_ml=50.0, amounts={"NaOH": 5e-3}, solids={}, solubility={}),
+        "f": Contents(volume_ml=20.0, amounts={"HCl": 1.0e-3}, solids={}, solubility={}),
+    }
+    assert titrated_concentration(contents, vessel="f", source="b", names=("HCl", "NaOH"), volume_ml=10.0)[1][
+        "mol_per_l"
+    ] == pytest.approx(0.05)
+    assert titrated_concentration(contents, vessel="f", source="b", names=("HCl", "NaOH"), volume_ml=10.4) == ("", {})
+    assert titrated_concentration(contents, vessel="f", source="elsewhere", names=("HCl", "NaOH"), volume_ml=10.0) == (
+        "",
+        {},
+    )
 
 
 def test_salt_with_an_ion_of_the_equation_is_titrated():
     """The equation takes copper sulfate; the flask has its sulfate from 1 mmol of sodium sulfate in 20 mL."""
     flask = {"H2O": 1.1, "Na2SO4": 1e-3, "KNO3": 1e-3, "K2SO4": 0.0}
-    contents = {"b": Contents(50.0, {"BaCl2": 5e-3}, {}, {}), "f": Contents(20.0, flask, {}, {})}
-    text, values = titrated_concentration(contents, "f", "b", ("BaCl2", "CuSO4"), 10.0)
+    contents = {
+        "b": Contents(volume_ml=50.0, amounts={"BaCl2": 5e-3}, solids={}, solubility={}),
+        "f": Contents(volume_ml=20.0, amounts=flask, solids={}, solubility={}),
+    }
+    text, values = titrated_concentration(contents, vessel="f", source="b", names=("BaCl2", "CuSO4"), volume_ml=10.0)
     assert values == {"formula": "Na2SO4", "mol_per_l": pytest.approx(0.05)} and "Na2SO4 had 0.05 mol/L" in text
 
 
 @pytest.mark.parametrize(("titrant_ml", "volume_ml"), [(0.0, 10.0), (50.0, 0.0)])
 def test_nothing_that_ran_in_gives_no_concentration(titrant_ml, volume_ml):
-    contents = {"b": Contents(titrant_ml, {"NaOH": 5e-3}, {}, {}), "f": Contents(20.0, {"HCl": 1e-3}, {}, {})}
-    assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), volume_ml) == ("", {})
+    contents = {
+        "b": Contents(volume_ml=titrant_ml, amounts={"NaOH": 5e-3}, solids={}, solubility={}),
+        "f": Contents(volume_ml=20.0, amounts={"HCl": 1e-3}, solids={}, solubility={}),
+    }
+    assert titrated_concentration(contents, vessel="f", source="b", names=("HCl", "NaOH"), volume_ml=volume_ml) == (
+        "",
+        {},
+    )

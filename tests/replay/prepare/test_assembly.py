@@ -17,7 +17,15 @@ def hand_and_glass():
     motion = Motion(np.array([2.0]), np.zeros((1, 3, 3)), np.tile(np.eye(3), (1, 3, 1, 1)))
     pairs, stamps = np.array([[0, 2], [0, 1], [1, 2]]), np.array([7 * SECOND_NS])
     group_of = {"thumb": "hand", "index": "hand"}
-    return Assembly(bodies, motion, pairs, np.zeros(3, bool), stamps, np.ones((1, 3), np.uint8), group_of=group_of)
+    return Assembly(
+        bodies=bodies,
+        motion=motion,
+        pairs=pairs,
+        grasped=np.zeros(3, bool),
+        stamp_ns=stamps,
+        origin=np.ones((1, 3), np.uint8),
+        group_of=group_of,
+    )
 
 
 def test_members_of_a_group_are_named_with_it(hand_and_glass):

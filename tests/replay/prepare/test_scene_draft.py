@@ -43,7 +43,7 @@ def test_drafted_scene_contains_near_pairs_and_groups():
     session, near = bench_session(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
     draft = draft_scene(session)
     assert {*map(frozenset, draft.near_pairs)} == near and draft.held == (("hand-right", "rod"),)
-    text = draft_text(session, draft, {"cup": ("m/cup.glb", "Cup", 0.01)}, "A first scene.")
+    text = draft_text(session, draft, files={"cup": ("m/cup.glb", "Cup", 0.01)}, heading="A first scene.")
     scene = parse_scene(text)
     assert [body.id for body in scene.bodies] == ["cup", "hand-right", "rod", "far", "lamp", "top"]
     assert scene.body("hand-right").group == scene.body("rod").group != "" == scene.body("far").group
@@ -67,7 +67,7 @@ def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
 
     def kept(**more):
         session = bench_session(Scene("lab", bodies, **more))
-        return parse_scene(draft_text(session, draft_scene(session), {}, "A first scene."))
+        return parse_scene(draft_text(session, draft_scene(session), files={}, heading="A first scene."))
 
     scene = kept(ignore=(("cup", "far"),), effects=effects, space_radius=9.0, colliders="c.glb")
     assert (scene.name, scene.effects, scene.ignore, scene.pairs) == ("lab", effects, (("cup", "far"),), None)
@@ -78,7 +78,7 @@ def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
 
 def test_draft_without_meshes_or_neighbours_is_a_scene():
     bare = Session.from_arrays([0, STEP], {'a"b\n': (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))})
-    text = draft_text(bare, draft_scene(bare), {}, "A first scene.")
+    text = draft_text(bare, draft_scene(bare), files={}, heading="A first scene.")
     assert parse_scene(text).bodies == (SceneBody('a"b\n'),) and "it has no mesh" in text
     separate = Session.from_arrays(
         [0, STEP],
@@ -88,12 +88,12 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
         },
         dict.fromkeys("ab", cube(edge=0.1)),
     )
-    assert parse_scene(draft_text(separate, draft_scene(separate), {}, "x")).pairs is None
+    assert parse_scene(draft_text(separate, draft_scene(separate), files={}, heading="x")).pairs is None
 
 
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
     monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
     draft = draft_scene(bench_session())
     assert "first" in draft.examined_text and f"# Looked at: {draft.examined_text}" in draft_text(
-        bench_session(), draft, {}, "x"
+        bench_session(), draft, files={}, heading="x"
     )

@@ -136,7 +136,7 @@ def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
         (stamps[np.searchsorted(stamps, moment)], what)
         for moment, what in sorted([(moment, "enter") for moment in begins] + [(moment, "exit") for moment in ends])
     ]
-    session = unity_log(tmp_path / "log.csv", stamps, begins, ends, frames)
+    session = unity_log(tmp_path / "log.csv", stamps=stamps, begins=begins, ends=ends, reports=frames)
     assert recorded_figures(session) == (TAPS, 0, 0, 0)
 
 
@@ -153,7 +153,7 @@ def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
     """``clock``: what the stamps of the CSV count from; ``delay``: seconds from an engine's step to its report."""
     stamps, begins, ends = stamps_begins_and_ends(seed=7)
     reports = engine_reports(begins, ends, hertz=50.0, delay=delay)
-    session = unity_log(tmp_path / "log.csv", stamps, begins, ends, reports)
+    session = unity_log(tmp_path / "log.csv", stamps=stamps, begins=begins, ends=ends, reports=reports)
     unity = recorded_figures(session)
     assert unity[2] > TAPS // 2 and unity[3] > 0
     shift = {"the recording's": 0.0, "from its first frame": stamps[0], "another": -3600.0}[clock]

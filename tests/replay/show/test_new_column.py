@@ -166,7 +166,13 @@ def test_new_column_reaches_parquet_csv_and_reader(folder_with_columns):
 
 
 def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
-    tried = Tradeoff((price_row("exact", ms=1.0, missed=0, front=True),), ("exact",), ("No advice.",), (), ABOUT)
+    tried = Tradeoff(
+        rows=(price_row("exact", ms=1.0, missed=0, front=True),),
+        front=("exact",),
+        advice=("No advice.",),
+        cut=(),
+        about=ABOUT,
+    )
     write_run_folder(replace(faulty, tradeoff=tried), tmp_path / "run")
     files = {file.stem: pq.read_table(file) for file in (tmp_path / "run").glob("*.parquet")}
     assert files.keys() == columns.FILE_TABLES.keys()

@@ -46,6 +46,6 @@ def test_a_slow_frame_is_read_in_milliseconds():
         price_row("hulls", ms=12.0, missed=2, rate_hz=50),
         price_row("balls", ms=0.00012, missed=8),
     ]
-    done = Tradeoff(tuple(rows), ("balls",), tuple(advice_of(rows)), (), ABOUT)
+    done = Tradeoff(rows=tuple(rows), front=("balls",), advice=tuple(advice_of(rows)), cut=(), about=ABOUT)
     screen = printed(stacked(tradeoff_list(done, is_complete=True), *done.advice))
     assert EXPONENT.findall(screen) == [] and "120 ms a frame" in screen and "0.00012" in screen

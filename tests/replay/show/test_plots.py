@@ -23,7 +23,7 @@ from replay.show.report.charts import lane, path_of
 def test_labels_of_a_scatter_plot_do_not_overlap(seed):
     random = np.random.default_rng(seed)
     dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
-    plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
+    plot = scatter(dots, alternative_text="", x_title="ms", y_axis=Axis("wrong", [0, 5, 10]))
     boxes = []
     for text in plot.labels:
         wide = text_width(text.text)
@@ -77,7 +77,7 @@ def test_labels_do_not_cover_leader_lines_of_other_dots():
     costs = {"exact: 0": (0.019, 0.0), "mesh50: 0.12": (0.033, 0.12), "fix: 0.2": (0.042, 0.2)}
     costs |= {"paper: 0.03": (0.043, 0.03), "hull50: 0.9": (0.018, 0.9)}
     dots = [Dot(name, x, y) for name, (x, y) in costs.items()]
-    plot = scatter(dots, "", "mean ms a frame", Axis("loss", [0, 0.5, 1]))
+    plot = scatter(dots, alternative_text="", x_title="mean ms a frame", y_axis=Axis("loss", [0, 0.5, 1]))
     leaders = [corners for kind, corners in plot.lines if kind == "leader"]
     assert leaders and len(plot.labels) >= len(dots)
     for label in plot.labels:

@@ -75,7 +75,7 @@ def test_imported_mesh_stands_in_the_room_where_exported(tmp_path, convention, k
     if export is not None and np.linalg.det(changed(np.eye(3), export)) < 0:
         mirrored = not mirrored
     path = mesh_file(tmp_path, kind, in_file, FACES[:, ::-1] if mirrored else FACES)
-    source = csv_of_pose(tmp_path, convention, rotation, position)
+    source = csv_of_pose(tmp_path, convention=convention, orientation=rotation, translation=position)
     session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path}, mesh_axes=axes)
     truth = (rotation.apply(VERTICES) + position)[FACES]
     assert are_same_triangles(corners_in_room(session), truth)
@@ -90,7 +90,7 @@ def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, ki
     """The mesh is drawn in the axes of the poses; whether it is, the file does not say."""
     rotation, position = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     path = mesh_file(tmp_path, kind, changed(VERTICES, TO_SOURCE[convention]), FACES)
-    source = csv_of_pose(tmp_path, convention, rotation, position)
+    source = csv_of_pose(tmp_path, convention=convention, orientation=rotation, translation=position)
     session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path})
     truth = (rotation.apply(VERTICES) + position)[FACES]
     assert are_same_triangles(corners_in_room(session), truth)
@@ -100,7 +100,7 @@ def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, ki
 
 def test_axes_are_given_per_body_and_unknown_names_refused(tmp_path):
     path = mesh_file(tmp_path, "obj", VERTICES, FACES)
-    source = csv_of_pose(tmp_path, "unity", Rotation.identity(), np.zeros(3))
+    source = csv_of_pose(tmp_path, convention="unity", orientation=Rotation.identity(), translation=np.zeros(3))
     given = {"mapping": tmp_path / "map.toml", "meshes": {"tool": path}}
     for axes, vertex in (
         (["x-flipped", "tool=gltf"], [0.3, 0, 0]),
@@ -121,7 +121,7 @@ def test_mesh_of_a_scene_is_rotated_by_its_axes_key(tmp_path):
     room of ros faces forward along +X too; a mesh in axes of glTF stays as it is.
     """
     mesh_file(tmp_path, "stl", VERTICES, FACES)
-    source = csv_of_pose(tmp_path, "ros", Rotation.identity(), np.zeros(3))
+    source = csv_of_pose(tmp_path, convention="ros", orientation=Rotation.identity(), translation=np.zeros(3))
     bare = import_session("csv", source, mapping=tmp_path / "map.toml")
     for key, corner in (
         ("", [0, 0, -0.3]),
@@ -141,7 +141,7 @@ def test_mesh_axes_of_a_scene_hold_only_for_its_file(tmp_path):
     mesh_file(tmp_path, "stl", VERTICES, FACES)
     (tmp_path / "other").mkdir()
     other = mesh_file(tmp_path / "other", "stl", VERTICES, FACES)
-    source = csv_of_pose(tmp_path, "ros", Rotation.identity(), np.zeros(3))
+    source = csv_of_pose(tmp_path, convention="ros", orientation=Rotation.identity(), translation=np.zeros(3))
     options = {"mapping": tmp_path / "map.toml", "scene_folder": tmp_path}
     for axes, given, is_open in (
         ('mesh_axes = "gltf"\n', {}, False),
@@ -208,7 +208,9 @@ def test_convention_fixes_euler_order_and_unreal_follows_its_formula(tmp_path):
 
 def test_lengths_use_the_unit_of_the_convention_by_default(tmp_path):
     """Unreal's unit is the centimetre: 30 in the mapping's metres is written as is, and read as 0.3 m."""
-    source = csv_of_pose(tmp_path, "unreal", Rotation.identity(), np.array([30.0, 110.0, -70.0]))
+    source = csv_of_pose(
+        tmp_path, convention="unreal", orientation=Rotation.identity(), translation=np.array([30.0, 110.0, -70.0])
+    )
     mapping = tmp_path / "map.toml"
     mapping.write_text(mapping.read_text().replace('units = "m"\n', ""))
     session = import_session("csv", source, mapping=mapping)
@@ -227,13 +229,13 @@ def test_lengths_use_the_unit_of_the_convention_by_default(tmp_path):
     ],
 )
 def test_contradicting_choices_of_a_body_are_refused(tmp_path, option, texts, message):
-    source = csv_of_pose(tmp_path, "openxr", Rotation.identity(), np.zeros(3))
+    source = csv_of_pose(tmp_path, convention="openxr", orientation=Rotation.identity(), translation=np.zeros(3))
     given = {"meshes": {"tool": mesh_file(tmp_path, "obj", VERTICES, FACES)}, option: texts}
     assert_import_refused("csv", source, message, mapping=tmp_path / "map.toml", **given)
 
 
 def test_body_that_is_given_two_meshes_is_refused(tmp_path, capsys):
-    source = csv_of_pose(tmp_path, "openxr", Rotation.identity(), np.zeros(3))
+    source = csv_of_pose(tmp_path, convention="openxr", orientation=Rotation.identity(), translation=np.zeros(3))
     mesh = mesh_file(tmp_path, "obj", VERTICES, FACES)
     options = ["--mapping", str(tmp_path / "map.toml"), "--mesh", f"tool={mesh}", "--mesh", f"tool={mesh}"]
     assert main(["import", "csv", str(source), *options, "-o", str(tmp_path / "s.mcap")]) == 2

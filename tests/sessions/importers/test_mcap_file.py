@@ -36,16 +36,16 @@ ROTATIONS = [Rotation.from_quat(rotations) for rotations in ROTATIONS]
 FRAME, FRAMES = "foxglove.FrameTransform", "foxglove.FrameTransforms"
 
 
-def pose_of_body(of, row, position="translation", rotation="rotation"):
+def pose_of_body(body, row, position="translation", rotation="rotation"):
     """Pose number ``row`` of those of a body."""
-    values = POSITIONS[of][row].tolist(), ROTATIONS[of][row].as_quat().tolist()
+    values = POSITIONS[body][row].tolist(), ROTATIONS[body][row].as_quat().tolist()
     return {position: dict(zip("xyz", values[0], strict=True)), rotation: dict(zip("xyzw", values[1], strict=True))}
 
 
-def transform(parent, child, stamp=1, of=0, row=0):
+def transform(parent, child, stamp=1, body=0, row=0):
     """The message of a transform between two frames of ROS."""
     timestamp = dict(zip(("sec", "nsec"), divmod(int(stamp), 10**9), strict=True))
-    return {"timestamp": timestamp, "parent_frame_id": parent, "child_frame_id": child, **pose_of_body(of, row)}
+    return {"timestamp": timestamp, "parent_frame_id": parent, "child_frame_id": child, **pose_of_body(body, row)}
 
 
 def write_json_mcap(path, messages, encoding="json", profile=""):
@@ -65,8 +65,8 @@ def write_json_mcap(path, messages, encoding="json", profile=""):
 def chained_poses(*chain):
     """Places and rotations in the root, of (body, row or all rows) from the root down."""
     position, rotation = np.zeros(3), Rotation.identity()
-    for of, row in chain:
-        position, rotation = position + rotation.apply(POSITIONS[of][row]), rotation * ROTATIONS[of][row]
+    for body, row in chain:
+        position, rotation = position + rotation.apply(POSITIONS[body][row]), rotation * ROTATIONS[body][row]
     return np.tile(position, (COUNT, 1)) if position.ndim == 1 else position, rotation
 
 
@@ -95,7 +95,7 @@ def test_transforms_are_composed_to_the_root_frame(format):
 
 def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
     """Two messages logged at 5 and 8 ns, with the pose of row 0."""
-    pose = {"pose": pose_of_body(0, 0, "position", "orientation"), "covariance": []}
+    pose = {"pose": pose_of_body(body=0, row=0, position="position", rotation="orientation"), "covariance": []}
     rows = [("/a", "geometry_msgs/PoseWithCovarianceStamped", k, {"pose": pose}) for k in (5, 8)]
     session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows))
     assert has_poses(session.tracks["a"], POSITIONS[0][[0, 0]], ROTATIONS[0][[0, 0]], ROS, [5, 8])
@@ -106,8 +106,10 @@ def test_parent_frames_are_interpolated_except_across_gaps(tmp_path):
     """The cup hangs from the hand and is stamped half a step later; expected poses by SciPy's slerp."""
     hand, cup = STAMPS, STAMPS + STEP_NS // 2
     heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
-    messages = [("/tf", FRAME, s, transform("world", "hand", s, 0, k)) for k, s in enumerate(hand) if heard[k]]
-    messages += [("/tf", FRAME, s, transform("hand", "cup", s, 1, k)) for k, s in enumerate(cup)]
+    messages = [
+        ("/tf", FRAME, s, transform("world", "hand", stamp=s, body=0, row=k)) for k, s in enumerate(hand) if heard[k]
+    ]
+    messages += [("/tf", FRAME, s, transform("hand", "cup", stamp=s, body=1, row=k)) for k, s in enumerate(cup)]
     session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages))
     assert "frames of other stamps interpolated, not across 0.2 s" in session.facts["conversions"]
     track = session.tracks["cup"]
@@ -135,14 +137,14 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
     ],
 )
 def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
-    rows = [("/tf", FRAME, stamp, transform(parent, child, stamp)) for parent, child, stamp in moves]
+    rows = [("/tf", FRAME, stamp, transform(parent, child, stamp=stamp)) for parent, child, stamp in moves]
     session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows))
     assert [*session.names] == names and text in ledger_text(session)
 
 
 def test_requested_roots_form_a_single_world(tmp_path):
     rows = [
-        (topic, FRAME, k, transform(parent, topic[1:], k, k, k))
+        (topic, FRAME, k, transform(parent, topic[1:], stamp=k, body=k, row=k))
         for k in (1, 2)
         for topic, parent in (("/a", "map"), ("/b", "room"))
     ]
@@ -191,7 +193,9 @@ def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
     """180 stamps at 60 Hz whose part below the second counts micro- or milliseconds."""
     stamps = np.arange(180) * 16_666_667 + 5_000_000_000
     coarse = [stamp // 10**9 * 10**9 + stamp % 10**9 // fraction for stamp in stamps.tolist()]
-    rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp, row=k % COUNT)) for k, stamp in enumerate(coarse)]
+    rows = [
+        ("/tf", FRAME, stamp, transform("world", "cup", stamp=stamp, row=k % COUNT)) for k, stamp in enumerate(coarse)
+    ]
     assert_import_refused(
         "mcap", write_json_mcap(tmp_path / "a.mcap", rows), "nanoseconds of its 180 stamps are all below 1,000,000"
     )
@@ -200,19 +204,21 @@ def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
 def test_a_clock_that_pulses_on_the_second_is_read(tmp_path):
     """Stamps within 6 us of whole seconds."""
     stamps = [k * 10**9 + 1_000 * (k % 7) for k in range(1, 21)]
-    rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp, row=k)) for k, stamp in enumerate(stamps)]
+    rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp=stamp, row=k)) for k, stamp in enumerate(stamps)]
     assert import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows)).tracks["cup"].times_ns.tolist() == stamps
 
 
 def pose_array(rows):
-    poses = [pose_of_body(of, row, "position", "orientation") for of, row in rows]
+    poses = [pose_of_body(body=body, row=row, position="position", rotation="orientation") for body, row in rows]
     return {"timestamp": {"sec": 1 + rows[0][1] if rows else 1, "nsec": 0}, "frame_id": "map", "poses": poses}
 
 
 def test_arrays_that_get_shorter_name_no_body(tmp_path):
     schema = "foxglove.PosesInFrame"
     lengths = [2, 2, 1, 2]
-    rows = [("/seen", schema, k, pose_array([(of, k) for of in range(2)][-count:])) for k, count in enumerate(lengths)]
+    rows = [
+        ("/seen", schema, k, pose_array([(body, k) for body in range(2)][-count:])) for k, count in enumerate(lengths)
+    ]
     path = write_json_mcap(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, transform("map", "cup"))])
     assert_import_refused("mcap", path, "/seen: its arrays get shorter, from 2 poses to 1, so that nobody knows")
     assert import_session("mcap", path, topics=["/tf"]).names == ("cup",)
@@ -224,12 +230,12 @@ def test_arrays_that_get_shorter_name_no_body(tmp_path):
 
 def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
     schema = "foxglove.PoseInFrame"
-    rows = [("/tf", FRAME, k, transform("map", "cup", k, row=k)) for k in (1, 2)]
+    rows = [("/tf", FRAME, k, transform("map", "cup", stamp=k, row=k)) for k in (1, 2)]
     for frame, text in (("", "poses of 'pen', which name no frame, taken to be in 'map'"), ("map", "")):
         pose = {
             "timestamp": {"sec": 0, "nsec": 1},
             "frame_id": frame,
-            "pose": pose_of_body(1, 1, "position", "orientation"),
+            "pose": pose_of_body(body=1, row=1, position="position", rotation="orientation"),
         }
         session = import_session(
             "mcap", write_json_mcap(tmp_path / f"{frame}.mcap", [*rows, ("/pen", schema, 1, pose)])
@@ -239,10 +245,11 @@ def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
 
 def test_child_of_a_rarely_sent_frame_stays_valid_at_rest(tmp_path):
     """The table is sent in the first and the last frame: between them its cup is lost only if the table moved."""
-    rows = [("/tf", FRAME, s, transform("table", "cup", s, 0, k)) for k, s in enumerate(STAMPS.tolist())]
+    rows = [("/tf", FRAME, s, transform("table", "cup", stamp=s, body=0, row=k)) for k, s in enumerate(STAMPS.tolist())]
     for row, is_lost in ((0, False), (1, True)):
         ends = [
-            ("/slow", FRAME, s, transform("map", "table", s, 1, at)) for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))
+            ("/slow", FRAME, s, transform("map", "table", stamp=s, body=1, row=at))
+            for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))
         ]
         track = import_session("mcap", write_json_mcap(tmp_path / f"{row}.mcap", [*rows, *ends])).tracks["cup"]
         assert track.valid[[0, -1]].all() and (~track.valid[1:-1] == is_lost).all()
@@ -251,16 +258,16 @@ def test_child_of_a_rarely_sent_frame_stays_valid_at_rest(tmp_path):
     assert np.abs(calm.positions - pose_positions @ ROS.T).max() <= 1e-9
 
 
-def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
+def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", body=0):
     """Messages of a topic that moves a body from row to row."""
-    return [(topic, FRAME, k, transform("world", name, stamp(k), of, k)) for k in range(count)]
+    return [(topic, FRAME, k, transform("world", name, stamp=stamp(k), body=body, row=k)) for k in range(count)]
 
 
 @pytest.mark.parametrize(
     ("messages", "text"),
     [
         (
-            transforms("/a/tf") + transforms("/b/tf", of=1),
+            transforms("/a/tf") + transforms("/b/tf", body=1),
             "'cup' comes on the topics '/a/tf' and '/b/tf'; choose one by --topic",
         ),
         (transforms("/a/tf") + transforms("/b/tf", 1), "'cup' comes on the topics '/a/tf' and '/b/tf'"),
@@ -306,7 +313,9 @@ def damaged_file(path, *, chunked, cut=0, broken=0, crc=True):
         writer.start()
         channel = writer.register_channel("/tf", "json", writer.register_schema(FRAME, "jsonschema", b"{}"))
         for k in range(60):
-            writer.add_message(channel, k, json.dumps(transform("world", "cup", k + 1, 0, k % COUNT)).encode(), k)
+            writer.add_message(
+                channel, k, json.dumps(transform("world", "cup", stamp=k + 1, body=0, row=k % COUNT)).encode(), k
+            )
         writer.finish()
     data = bytearray(path.read_bytes())
     if broken:
@@ -426,7 +435,7 @@ def frame_messages_at(*stamps, logged=None, child="cup"):
     """Messages of one frame at these stamps, logged at those times or at others."""
     logged = stamps if logged is None else logged
     return [
-        ("/tf", FRAME, log, transform("map", child, stamp, row=row % COUNT))
+        ("/tf", FRAME, log, transform("map", child, stamp=stamp, row=row % COUNT))
         for row, (stamp, log) in enumerate(zip(stamps, logged, strict=True))
     ]
 
@@ -446,7 +455,10 @@ def test_odometry_is_a_pose_of_its_topic(tmp_path):
         ("/base/odom", "nav_msgs/msg/Odometry", stamp, {
             "header": {"stamp": {"sec": int(stamp) // 10**9, "nanosec": int(stamp) % 10**9}, "frame_id": "map"},
             "child_frame_id": "base",
-            "pose": {"pose": pose_of_body(0, row, "position", "orientation"), "covariance": [0.0] * 36},
+            "pose": {
+                "pose": pose_of_body(body=0, row=row, position="position", rotation="orientation"),
+                "covariance": [0.0] * 36,
+            },
         })
         for row, stamp in enumerate(STAMPS)
     ]  # fmt: skip

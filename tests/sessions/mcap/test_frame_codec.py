@@ -66,9 +66,10 @@ def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
     )
     records = encoded_records(frames)
     for row in data.draw(st.lists(st.integers(0, 39), max_size=4)):
-        payload = bytearray(records[row][4])
+        *stamps, payload = records[row]
+        payload = bytearray(payload)
         payload[data.draw(st.integers(0, 10_000)) % len(payload)] ^= data.draw(st.sampled_from([1, 2, 8, 64, 128, 255]))
-        records[row] = (*records[row][:4], bytes(payload))
+        records[row] = (*stamps, bytes(payload))
     outcomes = []
     for tables in ([frame_messages(*records)], [frame_messages(record) for record in records]):
         try:

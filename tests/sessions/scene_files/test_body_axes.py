@@ -41,8 +41,8 @@ def test_a_change_of_axes_is_the_mesh_read_again(before):
 
 def test_files_that_differ_in_axes_alone_have_a_common_row():
     poses = CONVENTIONS["ros"]
-    rows = [axes_assumption(name, f"{name}.obj", "", poses) for name in ("cup", "rod")]
-    rows.append(axes_assumption("jar", "jar.glb", "", poses))
+    rows = [axes_assumption(body=name, file=f"{name}.obj", stated="", poses=poses) for name in ("cup", "rod")]
+    rows.append(axes_assumption(body="jar", file="jar.glb", stated="", poses=poses))
     grouped = grouped_assumptions(rows)
     assert [(row.bodies, row.files) for row in grouped] == [
         (("cup", "rod"), ("cup.obj", "rod.obj")),
@@ -57,7 +57,7 @@ Y_UP = ("canonical", "godot", "openvr", "openxr", "webxr", "aframe", "gltf")
 @pytest.mark.parametrize("name", CONVENTIONS)
 @pytest.mark.parametrize("file", ["cup.obj", "cup.glb"])
 def test_unstated_axes_are_a_guess_where_readings_differ(name, file):
-    row = axes_assumption("cup", file, "", CONVENTIONS[name])
+    row = axes_assumption(body="cup", file=file, stated="", poses=CONVENTIONS[name])
     if name in Y_UP:
         assert (row.origin, row.confidence) == (Origin.FORMAT, Confidence.SURE)
         assert row.reason == "all axes it may have are those of the recording" and len(row.alternatives) == 1
@@ -68,5 +68,5 @@ def test_unstated_axes_are_a_guess_where_readings_differ(name, file):
 
 @pytest.mark.parametrize("name", CONVENTIONS)
 def test_stated_axes_are_the_users_and_sure(name):
-    row = axes_assumption("cup", "cup.obj", "body", CONVENTIONS[name])
+    row = axes_assumption(body="cup", file="cup.obj", stated="body", poses=CONVENTIONS[name])
     assert (row.value, row.origin, row.confidence, row.reason) == ("body", Origin.USER, Confidence.SURE, "")

@@ -135,4 +135,4 @@ def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad)
         truth = triangles_intersect(near)
         assert answer == 0 or (truth == (answer == 255)).all()
         sure += answer > 0
-    assert pad > 1e-6 or number > 1 or sure > 6
+    assert pad > 1e-6 or number > 1 or sure > 6, "of 12 generic pairs most are certain within a small pad"

@@ -20,13 +20,20 @@ def mixed(contents, times=TIMES, volume_ml=FILLING):
     return Matter(recipe, ledger=None, vessels={}, histories={"a": history}).is_mixed("a", times, volume_ml).tolist()
 
 
-@pytest.mark.parametrize("contents", [None, Contents(5.0, {}, {"NaCl": 1.0}, {}), Contents(0.0, {}, {}, {})])
+@pytest.mark.parametrize(
+    "contents",
+    [
+        None,
+        Contents(volume_ml=5.0, amounts={}, solids={"NaCl": 1.0}, solubility={}),
+        Contents(volume_ml=0.0, amounts={}, solids={}, solubility={}),
+    ],
+)
 def test_vessel_without_a_dry_solid_is_always_mixed(contents):
     assert mixed(contents) == [True] * 5
 
 
 def test_dry_solid_is_mixed_at_start_and_after_the_inflow():
-    dry = Contents(0.0, {}, {"NaCl": 1.0}, {})
+    dry = Contents(volume_ml=0.0, amounts={}, solids={"NaCl": 1.0}, solubility={})
     assert mixed(dry) == [True, False, False, True, True]
     assert mixed(dry, TIMES[1:3], FILLING[1:3]) == [False, True], "of a part its last row counts, not its first"
 

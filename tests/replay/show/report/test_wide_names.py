@@ -40,7 +40,7 @@ BOXES = """[...document.querySelectorAll('.lb')].map((one) => {
 def test_names_drawn_by_a_browser_do_not_collide(kind, tmp_path):
     """Dots close to each other in a plot 432 pixels wide."""
     dots = [Dot(name, 0.05 + 0.01 * (k % 3), 0.3 * k) for k, name in enumerate(NAMES[kind])]
-    plot = scatter(dots, "", "ms", Axis("loss", [0, 1, 2]))
+    plot = scatter(dots, alternative_text="", x_title="ms", y_axis=Axis("loss", [0, 1, 2]))
     page = environment().from_string(
         '{% import "show/report/parts.html" as parts %}<!doctype html><meta charset="utf-8"><style>{{ colours }}'
         '{% include "show/report/style.css" %}</style><div style="width:432px">{{ parts.plot(plot) }}</div>'

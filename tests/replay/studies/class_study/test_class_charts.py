@@ -53,11 +53,16 @@ def titles(plots):
 
 
 def test_detectors_with_equal_figures_share_a_row():
-    rows = [Sensitivity(label, 0.9, finding_of_grasps(), finding_of_grasps()) for label in ("hull50", "paper")]
+    rows = [
+        Sensitivity(label, recall=0.9, before=finding_of_grasps(), after=finding_of_grasps())
+        for label in ("hull50", "paper")
+    ]
     start = "grasps with motivation, others held constant"
     _, same, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
     assert [dot.name for dot in same.dots] == [f"{start}: the same with 3 detectors: +0.20, p = 0.500, n = 40"]
-    rows.append(Sensitivity("mesh50", 0.9, finding_of_grasps(), finding_of_grasps(beta=0.7, p=0.01)))
+    rows.append(
+        Sensitivity("mesh50", recall=0.9, before=finding_of_grasps(), after=finding_of_grasps(beta=0.7, p=0.01))
+    )
     associations, by_detector, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
     assert [(dot.name, dot.kind) for dot in by_detector.dots] == [
         (f"{start}: exact, hull50, paper: +0.20, p = 0.500, n = 40", "reference"),
@@ -67,7 +72,7 @@ def test_detectors_with_equal_figures_share_a_row():
 
 
 def test_charts_by_detector_come_first_if_a_conclusion_changes():
-    rows = [Sensitivity("mesh50", 0.9, finding_of_grasps(), finding_of_grasps(beta=0.7, p=0.01))]
+    rows = [Sensitivity("mesh50", recall=0.9, before=finding_of_grasps(), after=finding_of_grasps(beta=0.7, p=0.01))]
     unchanged = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows)))
     changed = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows, changing=["mesh50"])))
     assert unchanged[:2] == ["Associations", "Associations by detector"]
@@ -84,6 +89,8 @@ def test_result_not_significant_after_holm_is_labelled_undecided():
 
 def test_coefficients_and_group_differences_are_separate_charts():
     kinds = [finding_of_grasps(beta=0.2, kind="simple"), finding_of_grasps(beta=9.0, kind="groups")]
-    plots = class_charts(class_of(LEAST_IN_CELL), study_of(*(Sensitivity("paper", 0.9, own, own) for own in kinds)))
+    plots = class_charts(
+        class_of(LEAST_IN_CELL), study_of(*(Sensitivity("paper", recall=0.9, before=own, after=own) for own in kinds))
+    )
     assert titles(plots[1:3]) == ["Associations by detector", "Groups by detector"]
     assert [len(plot.dots) for plot in plots[1:3]] == [1, 1]

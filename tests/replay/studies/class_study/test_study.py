@@ -83,8 +83,8 @@ def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
     assert result.conclusion == "associated" and [item.conclusion for item in others] == text
     rotated = finding_of_contacts(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
     for before, after in ((result, others[0]), (others[0], result), (result, rotated)):
-        assert Sensitivity("hybrid", 0.9, before, after).conclusion == "another conclusion"
-    assert Sensitivity("hybrid", 0.9, others[0], others[1]).conclusion == "the same"
+        assert Sensitivity("hybrid", recall=0.9, before=before, after=after).conclusion == "another conclusion"
+    assert Sensitivity("hybrid", recall=0.9, before=others[0], after=others[1]).conclusion == "the same"
     assert Sensitivity("hybrid", recall=0.9, before=result, after=None).conclusion == "not tested"
 
 
@@ -135,7 +135,7 @@ def test_detectors_changing_the_same_conclusion_share_a_sentence():
             f"{result} holds with a, not with b; {result} has another sign with c than with a",
         ),
     ):
-        rows = [Sensitivity(label, 0.9, before, after) for label, after in afters.items()]
+        rows = [Sensitivity(label, recall=0.9, before=before, after=after) for label, after in afters.items()]
         made = SimpleNamespace(detector="a", sensitivity=rows, findings=[before])
         assert opening_sentence(made, "9 students") == f"9 students: the detector changes 1 conclusion: {text}."
 
@@ -146,7 +146,10 @@ WHICHEVER = "whichever collision detector counts the contacts"
 def test_study_headline_states_where_no_association_was_found():
     """Findings are (lower, upper end of beta, p), by the reference and by ``hybrid``."""
     nothing, some = finding_of_contacts(-0.1, 0.2, 0.5), finding_of_contacts(0.1, 1.2, 0.04)
-    same, about = Sensitivity("hybrid", 0.9, nothing, nothing), Sensitivity("hybrid", 0.9, some, some)
+    same, about = (
+        Sensitivity("hybrid", recall=0.9, before=nothing, after=nothing),
+        Sensitivity("hybrid", recall=0.9, before=some, after=some),
+    )
     answers = {
         "the detector changes no conclusion": ([same, about], [nothing, some]),
         f"no association with behaviour was found, {WHICHEVER}": ([same], [nothing, some]),

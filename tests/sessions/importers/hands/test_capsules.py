@@ -68,7 +68,9 @@ def test_capsules_lie_between_their_joints_without_twisting():
     directions = wandering_directions()
     parent = np.cumsum(np.full_like(directions, 0.001), axis=0)
     child = parent + 0.03 * directions
-    motion = bone_motion(np.arange(len(parent)), parent, child, np.ones(len(parent), dtype=bool))
+    motion = bone_motion(
+        times_ns=np.arange(len(parent)), parent=parent, child=child, valid=np.ones(len(parent), dtype=bool)
+    )
     track = motion.track
     np.testing.assert_allclose(track.positions, child, atol=1e-15)
     np.testing.assert_allclose(
@@ -84,7 +86,7 @@ def test_bone_motion_follows_bones_that_point_opposite_ways():
     """A bone 3 cm long, along +Y, -Y, +X and -X: the capsule's +Y is rotated onto it."""
     parent = np.zeros((4, 3))
     child = 0.03 * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
-    track = bone_motion(np.arange(4), parent, child, np.ones(4, dtype=bool)).track
+    track = bone_motion(times_ns=np.arange(4), parent=parent, child=child, valid=np.ones(4, dtype=bool)).track
     np.testing.assert_allclose(rotated_vectors(track.quaternions_xyzw, [0.0, 0.03, 0.0]), child, atol=1e-12)
 
 
@@ -95,7 +97,7 @@ def test_samples_with_impossible_joints_are_lost(wrong):
     parent = np.zeros((count, 3))
     child = np.tile([0.0, 0.0, 0.03], (count, 1))
     child[10:14] = wrong
-    motion = bone_motion(np.arange(count), parent, child, np.ones(count, dtype=bool))
+    motion = bone_motion(times_ns=np.arange(count), parent=parent, child=child, valid=np.ones(count, dtype=bool))
     assert motion.length == pytest.approx(0.03) and motion.change == pytest.approx(0.0, abs=1e-12)
     assert [*np.flatnonzero(~motion.track.valid)] == [10, 11, 12, 13]
     assert np.isfinite(motion.track.positions).all() and np.isfinite(motion.track.quaternions_xyzw).all()
@@ -107,6 +109,6 @@ def test_untracked_samples_are_lost_and_do_not_count():
     parent, child = np.zeros((10, 3)), np.tile([0.03, 0.0, 0.0], (10, 1))
     child[:6] = 0.0
     valid = np.arange(10) >= 6
-    motion = bone_motion(np.arange(10), parent, child, valid)
+    motion = bone_motion(times_ns=np.arange(10), parent=parent, child=child, valid=valid)
     assert motion.length == pytest.approx(0.03) and (motion.track.valid == valid).all() and motion.lost == 0
-    assert bone_motion(np.arange(10), parent, parent, valid) is None
+    assert bone_motion(times_ns=np.arange(10), parent=parent, child=parent, valid=valid) is None

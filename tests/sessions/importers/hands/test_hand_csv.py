@@ -129,7 +129,9 @@ def write_in_axes(path, hands, axes, unit):
 @pytest.mark.parametrize(("axes", "unit"), [("unreal", "cm"), ("ros", "mm")])
 def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
     hands = moving_hands()
-    session = import_session("hands", write_in_axes(tmp_path / "take.csv", hands, axes, unit), convention=axes)
+    session = import_session(
+        "hands", write_in_axes(tmp_path / "take.csv", hands=hands, axes=axes, unit=unit), convention=axes
+    )
     assert assumption_about(session, Subject.LENGTH_UNIT).value == unit
     assert assumption_about(session, Subject.POSE_AXES).origin is Origin.USER
     for side, joints in hands.items():
@@ -137,7 +139,7 @@ def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
 
 
 def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
-    take = write_in_axes(tmp_path / "take.csv", left_hand(), "openxr", "cm")
+    take = write_in_axes(tmp_path / "take.csv", hands=left_hand(), axes="openxr", unit="cm")
     names, _, rows = take.read_text().partition("\n")
     take.write_text(re.sub(r"(_P[xyz])", r"\1 (cm)", names) + "\n" + rows)
     unit = assumption_about(import_session("hands", take, convention="openxr"), Subject.LENGTH_UNIT)
@@ -148,7 +150,7 @@ def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
     ("axes", "alternatives"), [("unity", {"unity", "unreal"}), ("openxr", {"openxr", "ros", "z-up"})]
 )
 def test_bending_fingers_say_the_handedness_of_the_axes(tmp_path, axes, alternatives):
-    session = import_session("hands", write_in_axes(tmp_path / "take.csv", left_hand(), axes, "m"))
+    session = import_session("hands", write_in_axes(tmp_path / "take.csv", hands=left_hand(), axes=axes, unit="m"))
     guess = assumption_about(session, Subject.POSE_AXES)
     assert guess.origin is Origin.GUESS
     assert CONVENTIONS[guess.value].handedness == CONVENTIONS[axes].handedness
