@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from support.small_worlds import along_x, cube
 
+from replay.effects.grasp import is_riding
+from replay.effects.inputs import BodyPoses
 from replay.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -83,6 +85,24 @@ def test_the_longer_of_two_intervals_is_the_grasp():
     slips = np.interp(TIMES, [0.7, 0.75, 0.9, 2.0], [0.0, 0.1, 0.1, 1.2])
     (grasp,) = grasps_by_hand(TIMES, TIMES + 0.5 - slips, PRESSED, scene=scene).output.events_named("grasp")
     assert grasp.values["held_s"] == pytest.approx(0.18, abs=0.015)
+
+
+def riding(xs, window_s, spread_m):
+    """Whether a thing at these places along x in a hand's frame, 10 ms apart, rides with it, by frame."""
+    times = 3.0 + np.arange(len(xs)) * 0.01
+    points = np.column_stack([xs, np.zeros((len(xs), 2))])
+    every_frame = np.ones(len(xs), dtype=bool)
+    relative = BodyPoses(times, points, np.tile(np.eye(3), (len(xs), 1, 1)), every_frame, every_frame)
+    return is_riding(relative, {"window_s": window_s, "spread_m": spread_m, "spread_rad": 0.1}).tolist()
+
+
+def test_a_slide_within_the_window_ends_riding():
+    """A thing slides 1 mm a frame: over a window of four frames by 4 mm, at the ends of the recording too."""
+    slide = np.arange(20) * 1e-3
+    assert riding(slide, window_s=0.045, spread_m=4.01e-3) == [True] * 20
+    # Of the last four windows the recording has only a part, in which it slides less.
+    assert riding(slide, window_s=0.045, spread_m=3.99e-3) == [False] * 16 + [True] * 4
+    assert riding([0.0, 1.0], window_s=0.015, spread_m=0.5) == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -24,17 +24,19 @@ def visit_of_hand(points, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBE
     return result.effects["hazard-proximity"]
 
 
-def test_near_ends_beyond_the_distance_by_the_hysteresis():
-    """Near below 0.2 m, away above 0.25 m; the distance is 1 m less than x; frames of 10 ms."""
-    (event,) = visit_of_hand([3, 1.3, 1.19, 1.1, 1.22, 1.19, 1.24, 1.26, 3]).events
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_near_ends_beyond_the_distance_by_the_hysteresis(side):
+    """A hand, a cube of 2 cm, is near within 0.2 m until it is away above 0.25 m; frames of 10 ms."""
+    distances = np.array([2.0, 0.3, 0.19, 0.1, 0.22, 0.19, 0.24, 0.26, 2.0])
+    (event,) = visit_of_hand(side * (distances + 0.51), meshes=(cube(edge=0.02), cube())).events
     assert (event.time, event.end) == pytest.approx((0.02, 0.07))
     assert event.values["least_m"] == pytest.approx(0.1) and event.values["seconds"] == pytest.approx(0.05)
 
 
 def test_far_away_only_balls_are_tested():
     """2 m away the balls around both bodies decide, 0.1 m away every vertex is tested."""
-    far = visit_of_hand([3.0] * 50)
-    assert far.frames_run == 0 and far.counters == {"vertex tests": 0} and far.series == {}
+    for far in (visit_of_hand([3.0] * 50), visit_of_hand([-3.0] * 50)):
+        assert far.frames_run == 0 and far.counters == {"vertex tests": 0} and far.series == {}
     assert visit_of_hand([3.0, 1.1, 3.0]).counters["vertex tests"] == len(surface_points(cube()))
 
 
@@ -45,11 +47,21 @@ BOARD = MeshData(np.asarray(cube(edge=0.8).vertices) * [1.0, 0.02, 1.0], cube(ed
     ("more", "metres"),
     [
         ({"points": [1.3] * 2, "rotation": (0.0, np.sin(np.pi / 8), 0.0, np.cos(np.pi / 8))}, 0.8 - np.sqrt(0.5)),
-        ({"points": [0.0] * 2, "above": 3.0}, 0.0),
+        ({"points": [0.0] * 2, "height": 4.1, "above": 3.0}, 0.1),
+        ({"points": [0.0] * 2, "height": 3.2, "above": 3.0}, 0.0),
+        ({"points": [0.0] * 2, "height": -1.1, "above": 3.0}, 0.1),
         # A board of 0.8 m lies 5 mm over a lamp of 80 mm: its corners are 0.5 m away.
         ({"points": [0.0] * 2, "height": 0.053, "meshes": (BOARD, cube(edge=0.08))}, 0.005),
     ],
-    ids=["turned", "in a flame above the mesh", "board"],
+    ids=["turned", "over a flame", "in a flame above the mesh", "below the lamp", "board"],
 )
 def test_distance_is_from_rotated_surface_to_hazard_and_flame(more, metres):
     assert visit_of_hand(**more).series["hand-lamp/distance"].values == pytest.approx([metres] * 2, abs=1e-6)
+
+
+def test_large_faces_get_each_point_of_their_grid_once():
+    """An edge of 10 cm, its face's diagonal 14.1 cm: pieces of 2 cm at most are 8, and a face has 9 times 9 points."""
+    box = cube(edge=0.1)
+    points = surface_points(MeshData(np.asarray(box.vertices) + 3.0, box.faces))
+    assert len(points) == 6 * 9**2 - 12 * 9 + 8, "a point of an edge counts for two faces, of a corner for three"
+    assert points.min() == pytest.approx(2.95) and points.max() == pytest.approx(3.05)

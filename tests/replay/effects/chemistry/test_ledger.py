@@ -8,7 +8,7 @@ from oracles.random_liquids import ZINC, assert_matter_and_energy_kept, check_sc
 
 from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.ledger import Ledger
-from replay.effects.chemistry.ledger_columns import HEAT_COLUMN, UNFOLLOWED_WARMTH, Warmth
+from replay.effects.chemistry.ledger_columns import HEAT_COLUMN, LATENT_HEAT_COLUMN, UNFOLLOWED_WARMTH, Warmth
 from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.salts import salt_of, solubility_of
 
@@ -94,6 +94,17 @@ def test_a_pour_leaves_the_heat_of_the_glass_behind():
     book = plain(warmth=Warmth(per_ml=4.18, glass={"a": 41.8}, excess={"a": 10.0}, loss=0.0, most=np.inf, room=20.0))
     step(book, 1, 0.01, [("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])
+
+
+@pytest.mark.parametrize(("excess", "kept", "latent"), [(100.0, 80.0, 20.0), (-30.0, -20.0, -10.0)])
+def test_liquid_stays_between_freezing_and_boiling(excess, kept, latent):
+    """Kelvin above a room of 20 degC: water boils at 80 and freezes at -20; what is beyond makes steam or ice."""
+    book = plain(warmth=Warmth(4.18, {}, {"b": excess}, loss=0.0, most=80.0, room=20.0))
+    for frame in (1, 2):
+        step(book, frame, 0.01 * frame, [("b", "c", 0.5)])
+    poured = book.amounts[2, [book.column[HEAT_COLUMN], book.column[LATENT_HEAT_COLUMN]]]
+    # A millilitre of water, 4.18 J/K.
+    assert poured == pytest.approx([4.18 * kept, 4.18 * latent])
 
 
 @pytest.mark.parametrize(

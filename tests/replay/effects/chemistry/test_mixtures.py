@@ -10,8 +10,10 @@ from support.liquid_worlds import glass
 from support.second_opinions import answer, mixture
 
 from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.database import database_of
 from replay.effects.chemistry.formulas import ion_of, molar_mass
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
+from replay.effects.chemistry.mixture import mixture_of, phreeqc_data
 from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan
 from replay.errors import PlanError
@@ -160,3 +162,11 @@ def test_tabled_mixtures_are_reproduced_by_phreeqc(row):
     moles, litres = mixture(row)
     answered = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
     assert answered == pytest.approx(row["expected"], rel=1e-5, abs=1e-9)
+
+
+def test_complex_has_the_activity_of_its_metal_at_equal_charge():
+    """minteq.v4 gives copper(II) and iron(III) a size of 6."""
+    copper, iron = (phreeqc_data(mixture_of(database_of(), ions, ())) for ions in (["Cu^2+", "NH3"], ["Fe^3+", "NO3-"]))
+    assert copper.count("-gamma 6 0\n") == 6, "the ion, Cu2(OH)2^2+ and four ammines"
+    assert copper.count("-gamma 5 0\n") == 0, "Cu(OH)3- and Cu(OH)4^2- have that of Davies"
+    assert iron.count("-gamma 6 0\n") == 1, "FeNO3^2+ has another charge than the ion"
