@@ -82,8 +82,6 @@ def _grasped_body(motion: Motion, hand: int, movable_bodies: list[int], start: f
     if end - start <= LEAST_GRASP_S:
         return -1
     first, last = np.searchsorted(motion.times, [start + SNAP_TIME_S, end])
-    if last - first < 3:
-        return -1
     frame_slice = slice(int(first), int(last))
     position, rotation = motion.translations[frame_slice, hand], motion.rotations[frame_slice, hand]
     nearest_body, nearest_distance = -1, np.inf

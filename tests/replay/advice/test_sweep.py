@@ -103,6 +103,13 @@ def test_compound_is_skipped_where_cutting_exceeds_time_limit(bumped, monkeypatc
     assert tradeoff(bumped, detectors=requested, time_limit=60.0).cut == ("pieces",)
 
 
+def test_setting_whose_passes_exceed_the_time_limit_is_not_timed(bumped, monkeypatch):
+    """A pass of any setting is taken to last for years; the first setting is tried all the same."""
+    monkeypatch.setattr(trading, "PASS_OVERHEAD_FACTOR", 1e12)
+    done = tradeoff(bumped, detectors=TRIED_SETTINGS, time_limit=600.0)
+    assert len(done.rows) == 1 and {done.rows[0]["label"], *done.cut} == set(TRIED_SETTINGS)
+
+
 def test_time_limit_cuts_last_settings_and_excludes_compiling(bumped, monkeypatch):
     def limited(compiled):
         @contextmanager

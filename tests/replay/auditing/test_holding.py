@@ -18,12 +18,16 @@ from sessions.model.session import HandTrack
 
 STEP = 10_000_000
 FRAMES = 300
+FIRST_NS = 5_000_000_000
+"""The stamp of the first frame: recorded seconds count from there."""
 
 
 def assembly_with_trigger(positions, trigger, *, scene=None):
     """A recording of cubes by a right hand with this trigger."""
-    hands = {"p/right": HandTrack(np.arange(FRAMES) * STEP, trigger)}
-    session = replace(unit_cubes_on_x(positions, scene=scene), hands=hands)
+    stamps = FIRST_NS + np.arange(FRAMES) * STEP
+    # A trigger of a left hand, of which there is no body, is pressed all the time.
+    hands = {"p/right": HandTrack(stamps, trigger), "p/left": HandTrack(stamps, np.ones(FRAMES))}
+    session = replace(unit_cubes_on_x(positions, first_ns=FIRST_NS, scene=scene), hands=hands)
     return assemble(session), session
 
 
@@ -53,6 +57,28 @@ def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
         assert [item.thing for item in grasps(*world_)] == [-1]  # no body
     trigger[120:180] = np.where(np.arange(60) % 2, 0.45, 0.58)  # about the middle, never below 0.4: no release
     assert len(grasps(*assembly_with_trigger(positions, trigger))) == 1
+
+
+def test_nearest_of_several_carried_bodies_is_grasped():
+    """Three bodies are carried, 3, 1 and 2 m from the hand."""
+    positions, trigger = session_of_carried_cube()
+    carried = {"tray": positions["cube"] + 2.0, "cube": positions["cube"], "plate": positions["cube"] + 1.0}
+    assembly, session = assembly_with_trigger({"hand-right": positions["hand-right"], **carried}, trigger)
+    assert [assembly.names[item.thing] for item in grasps(assembly, session)] == ["cube"]
+
+
+def test_body_beside_a_resting_hand_is_not_grasped():
+    """The hand presses from 1.0 to 2.0 s and never moves; the cube rests meanwhile and moves before."""
+    _, trigger = session_of_carried_cube()
+    positions = {"hand-right": np.full(FRAMES, -1.0), "cube": np.clip(1.0 - 0.02 * np.arange(FRAMES), 0.0, 1.0)}
+    assert [item.thing for item in grasps(*assembly_with_trigger(positions, trigger))] == [-1]
+
+
+@pytest.mark.parametrize(("start", "end", "count"), [(None, 0.9, 0), (None, 1.5, 1), (1.5, None, 1), (2.2, None, 0)])
+def test_press_outside_the_requested_window_is_no_grasp(start, end, count):
+    """The trigger is pressed from 1.0 to 2.0 s."""
+    _, session = assembly_with_trigger(*session_of_carried_cube())
+    assert len(grasps(assemble(session, start=start, end=end), session)) == count
 
 
 def test_bodies_tagged_as_hands_take_precedence_over_names():

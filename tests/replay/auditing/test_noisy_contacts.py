@@ -46,8 +46,12 @@ def test_copies_with_contact_follow_the_normal_distribution():
         assert fraction == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
-def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
-    """6 mm deep for 120 frames, 0.1 mm deep once, 0.5 mm apart once in frame 181; noise has 0.6 mm along the gap."""
+def test_deep_contacts_hold_and_grazing_contacts_are_undecidable(monkeypatch):
+    """6 mm deep for 120 frames, 0.1 mm deep once, 0.5 mm apart once in frame 181; noise has 0.6 mm along the gap.
+
+    The 223 frames are drawn in three blocks.
+    """
+    monkeypatch.setattr(module, "BLOCK_FRAMES", 90)
     result = noisy_run(cubes_at_gaps_mm([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
     assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.labels)
