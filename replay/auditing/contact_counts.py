@@ -70,12 +70,13 @@ class ContactCounts:
     @property
     def undecided(self) -> int:
         """Contacts that were neither reported nor missed in any frame, because frames were left out."""
-        return self._left_out(is_decided=False)
+        is_decided = (self.frames_by_outcome[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
+        return int(np.count_nonzero(self.frames_by_outcome[~is_decided, Outcome.LEFT_OUT]))
 
     @property
-    def partly_undecided(self) -> int:
-        """Contacts of which some frames were left out and others decided; they count in their other class too."""
-        return self._left_out(is_decided=True)
+    def with_undecided_frames(self) -> int:
+        """Contacts of which frames were left out; those of which others were decided count in that class too."""
+        return int(np.count_nonzero(self.frames_by_outcome[:, Outcome.LEFT_OUT]))
 
     @property
     def frames_undecided(self) -> int:
@@ -90,11 +91,6 @@ class ContactCounts:
         """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
         frames_of_outcome = self.frames_by_outcome[:, outcome]
         return proportion_of_clusters(frames_of_outcome, frames_of_outcome + self.frames_by_outcome[:, Outcome.BOTH])
-
-    def _left_out(self, is_decided: bool) -> int:
-        """Contacts with frames that were left out, and others that were decided or none."""
-        has_frames = (self.frames_by_outcome[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
-        return int(((self.frames_by_outcome[:, Outcome.LEFT_OUT] > 0) & (has_frames == is_decided)).sum())
 
 
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:

@@ -95,7 +95,7 @@ def _choice_row(result: RunResult, label: str, choice: Choice, setting: str) -> 
         "pages": list(choice.pages),
         "consequence": choice.consequence,
         "contacts": contact_counts.contacts,
-        "undecided": contact_counts.undecided + contact_counts.partly_undecided,
+        "undecided": contact_counts.with_undecided_frames,
         **errors_of_detector(result, label),
         "ms": 1e3 * seconds.per_frame_mean,
         "p99_ms": None if seconds.p99 is None else 1e3 * seconds.p99,

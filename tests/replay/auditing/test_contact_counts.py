@@ -37,13 +37,13 @@ def test_contact_is_missed_whole_or_partly_or_not():
 
 
 def by_hand(oracle, subject):
-    """(in part, missed, undecided, undecided in part, frames undecided) of one pair, by a walk over letters."""
+    """(in part, missed, undecided, with frames undecided, these frames) of one pair, by a walk over letters."""
     counts = np.zeros(5, dtype=int)
     for contact in re.finditer("C+", oracle):
         reported = subject[contact.start() : contact.end()]
         result, lost, left = (letter in reported for letter in "C.u")
         known = result or lost
-        counts += [result and lost, lost and not result, not known, left and known, reported.count("u")]
+        counts += [result and lost, lost and not result, not known, left, reported.count("u")]
     return counts
 
 
@@ -59,7 +59,7 @@ def test_missed_and_late_counts_agree_with_counting_by_hand(first, second):
     comparison, truth, result = compare(subject, oracle), episodes(oracle), episodes(subject)
     item = count_contacts(comparison, truth)
     hand = sum(by_hand(*map("".join, zip(*column[:size], strict=True))) for column in (first, second))
-    reported = [item.late_or_cut_short, item.missed, item.undecided, item.partly_undecided, item.frames_undecided]
+    reported = [item.late_or_cut_short, item.missed, item.undecided, item.with_undecided_frames, item.frames_undecided]
     assert reported == hand.tolist() and item.contacts == len(truth)
     assert item.missed_numbers == list(match_episodes(comparison, truth, result, item).missed)
     lost = missed_faults(comparison=comparison, contacts=truth, names=[("a", "b"), ("a", "c")], times=oracle.times)

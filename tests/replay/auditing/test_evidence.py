@@ -7,7 +7,8 @@ from support.small_worlds import along_x, cube, unit_cubes_on_x
 from cdcore import create_detector
 from replay.auditing.causes import Audited
 from replay.auditing.examination import EVIDENCE_BUDGET, examined_misses
-from replay.auditing.fault import Fault, FaultKind
+from replay.auditing.fault import Evidence, Fault, FaultKind
+from replay.auditing.outcome import FirstTouch
 from replay.auditing.sample_budget import grouped_by_size, spread_frames
 from replay.prepare.assemble import assemble
 from sessions import MeshData, Session
@@ -158,3 +159,15 @@ def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
     """A cube flies through another before frame 2 and back before frame 4; both passages of pair 0 were missed."""
     first, second = misses_between_frames([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
     assert first.evidence.touch is not None and second.evidence.touch is None
+
+
+def test_fault_begins_at_its_first_touch_between_frames():
+    """Frames 4 to 6; the bodies first touch 2 ms after frame 3, known to 1 ms."""
+    of_frames = miss(0, first=4, last=6)
+    touch = FirstTouch(
+        3, free=0.031, moment=0.032, later_ns=2_000_000, faces=(0, 0), point=(0.0,) * 3, normal=(0.0,) * 3
+    )
+    between_frames = replace(of_frames, evidence=Evidence(touch=touch))
+    assert (of_frames.frames, of_frames.moment, of_frames.begin_within) == (3, (4, 0), (0.0, 0.0))
+    assert between_frames.moment == (3, 2_000_000)
+    assert between_frames.begin_within == pytest.approx((0.032, 0.001))

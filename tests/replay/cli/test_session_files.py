@@ -3,6 +3,7 @@
 import click
 import pytest
 
+from replay.cli.main import main
 from replay.cli.session_files import are_several, session_files
 from replay.errors import PlaceError
 
@@ -56,3 +57,26 @@ def test_list_without_a_session_is_named_with_its_mistake(folder_with_two_sessio
     (folder_with_two_sessions / "list.txt").write_bytes(text)
     with pytest.raises(click.UsageError, match=message):
         session_files([folder_with_two_sessions / "list.txt"])
+
+
+@pytest.mark.parametrize(
+    ("sessions", "options"),
+    [(["a.mcap", "b.mcap"], []), (["only"], []), (["a.mcap"], ["--scheduler", "tcp://host:1", "--out", "runs"])],
+)
+def test_several_sessions_or_a_scheduler_make_a_batch(folder_with_two_sessions, monkeypatch, sessions, options):
+    """A folder is a batch though it holds one session."""
+    (folder_with_two_sessions / "only").mkdir()
+    (folder_with_two_sessions / "only" / "c.mcap").write_bytes(b"")
+    monkeypatch.chdir(folder_with_two_sessions)
+    batches = []
+    monkeypatch.setattr("replay.cli.many_sessions.run_many", lambda files, *_, **options: batches.append(options) or 0)
+    assert main(["run", *sessions, *options]) == 0
+    assert [batch["settings"]["fix_time"] for batch in batches] == [0.0]
+    batches.clear()
+    assert main(["run", *sessions, *options, "--fix-time", "7"]) == 0
+    assert [batch["settings"]["fix_time"] for batch in batches] == [7.0]
+
+
+def test_scheduler_needs_a_folder_that_workers_reach(folder_with_two_sessions, capsys):
+    assert main(["run", str(folder_with_two_sessions / "a.mcap"), "--scheduler", "tcp://host:1"]) == 2
+    assert "--out" in capsys.readouterr().err

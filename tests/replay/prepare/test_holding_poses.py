@@ -9,7 +9,7 @@ from support.small_worlds import swinging_cubes, unit_cubes_on_x
 from replay.engine import compute
 from replay.errors import AssemblyError
 from replay.prepare import holding_poses
-from replay.prepare.holding_poses import decoded_once
+from replay.prepare.holding_poses import decoded_once, load_beginning
 from sessions import Frames, Status, read_session, write_session
 
 POSITIONS = {"a": range(50), "b": [70] * 50}
@@ -110,3 +110,11 @@ def test_too_long_recording_is_refused_with_the_replayable_length(too_long, requ
     with pytest.raises(AssemblyError, match=r"frames of 2 bodies.*at most 11 s with --start and --end") as refusal:
         compute(two_cubes(), detectors="exact", **requested)
     assert f"{FRAMES:,} frames" in str(refusal.value) or requested
+
+
+@pytest.mark.parametrize(("most_poses", "frames"), [(101, 50), (100, 50), (99, 49), (60, 30)])
+def test_beginning_of_a_recording_holds_as_many_poses_as_fit(monkeypatch, most_poses, frames):
+    """50 frames of two bodies are 100 poses."""
+    monkeypatch.setattr(holding_poses, "MOST_POSES", most_poses)
+    session = unit_cubes_on_x(POSITIONS)
+    assert load_beginning(session).stamps().tolist() == session.stamps()[:frames].tolist()
