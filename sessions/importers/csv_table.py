@@ -82,9 +82,8 @@ class CsvTable:
         except (UnicodeDecodeError, csv.Error) as error:
             raise ImportFileError(f"{source}: this is no CSV text in UTF-8 ({error}); save it as UTF-8") from None
         self._text, below = self._split_tables(text)
-        self._ragged: list[tuple[int, int]] = []
-        """Row and number of cells of the rows that are not as long as the header, the first of each number."""
-        self._ragged_rows = 0
+        self._ragged_rows, self._widest_ragged = 0, 0
+        """How many rows are not as long as the header, and most cells of such a row."""
         self._has_decimal_commas = False
         self._table = self._parse_rows(self._text)
         self._check_ragged()
@@ -221,15 +220,14 @@ class CsvTable:
     def _note_ragged(self, row: Any) -> str:
         """Leave out a row that is not as long as the header."""
         self._ragged_rows += 1
-        if all(row.actual_columns != cells for _, cells in self._ragged):
-            self._ragged.append((self._ragged_rows, row.actual_columns))
+        self._widest_ragged = max(self._widest_ragged, row.actual_columns)
         if not self._has_decimal_commas and self._layout.delimiter == ",":
             self._has_decimal_commas = has_decimal_commas(row.text, len(self.columns))
         return "skip"
 
     def _check_ragged(self) -> None:
         """Refuse a file whose rows show commas in numbers, or most of whose rows have too many cells."""
-        width, widest = len(self.columns), max((cells for _, cells in self._ragged), default=0)
+        width = len(self.columns)
         where = f"{self.source}: rows have more cells than line {self._above}, which has {width}"
         if self._has_decimal_commas:
             line, cells = next(
@@ -239,7 +237,7 @@ class CsvTable:
                 f"{self.source}: line {line} has {cells} cells, the header {width}: commas are between the cells and "
                 "in the numbers; export numbers with decimal points, or semicolons between the cells"
             )
-        if len(self._table) < self._ragged_rows and 1 < width < widest:
+        if len(self._table) < self._ragged_rows and 1 < width < self._widest_ragged:
             cure = "give every cell of a row a column in that line"
             cure = "check delimiter and skip_lines of the mapping" if self._mapped else cure
             raise ImportFileError(f"{where}; {cure}")

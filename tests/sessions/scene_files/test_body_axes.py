@@ -5,13 +5,23 @@ import trimesh
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.mesh_axes import MESH_ROTATIONS
-from sessions.model.assumption import Confidence, Origin
+from sessions.model.assumption import (
+    ASSUMPTIONS_FACT,
+    Assumption,
+    Confidence,
+    Origin,
+    Subject,
+    assumptions_fact,
+    assumptions_of,
+)
+from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.body_axes import (
     axes_assumption,
     axes_change,
     from_body_axes,
     grouped_assumptions,
     in_body_axes,
+    scene_meshes_in_body_axes,
 )
 
 NAMES = ("body", "gltf", *MESH_ROTATIONS, *CONVENTIONS)
@@ -70,3 +80,17 @@ def test_unstated_axes_are_a_guess_where_readings_differ(name, file):
 def test_stated_axes_are_the_users_and_sure(name):
     row = axes_assumption(body="cup", file="cup.obj", stated="body", poses=CONVENTIONS[name])
     assert (row.value, row.origin, row.confidence, row.reason) == ("body", Origin.USER, Confidence.SURE, "")
+
+
+def test_new_mesh_drops_what_was_assumed_of_the_old():
+    """The scene has a new mesh of the cup, whose old file and the jar's were taken to have the same axes."""
+    poses = CONVENTIONS["canonical"]
+    collider_axes = Assumption(Subject.COLLIDER_AXES, "canonical", Origin.GUESS, bodies=("cup",), files=("c.glb",))
+    rod_axes = axes_assumption("rod", "rod.glb", "", poses)
+    shared = grouped_assumptions([axes_assumption(name, f"{name}.obj", "", poses) for name in ("cup", "jar")])
+    facts = {ASSUMPTIONS_FACT: assumptions_fact([collider_axes, rod_axes, *shared])}
+    scene = Scene(bodies=(SceneBody("cup", mesh="new.obj", mesh_axes="body"),))
+    _, changed = scene_meshes_in_body_axes(scene, {"cup": mesh(0.1, 0.2, 0.3)}, facts)
+    kept_collider, kept_rod, kept_jar, *added = assumptions_of(changed)
+    assert (kept_collider, kept_rod, kept_jar.bodies) == (collider_axes, rod_axes, ("jar",))
+    assert {(row.bodies, row.files) for row in added} == {(("cup",), ("new.obj",))}
