@@ -266,6 +266,16 @@ def test_exchanged_joints_are_named(tmp_path, number):
     assert_import_refused("hands", path, f"({first} and {second}|{second} and {first}) of the left hand are exchanged")
 
 
+def test_short_finger_that_folds_back_names_its_joints():
+    """The last bone is too short for its length to say so; the wrist is a metre behind the origin."""
+    joints = made_hand(np.full(len(STILL), 0.6), wrist=(0.0, 0.0, 1.0), side="left")
+    distal, tip = joints["little distal"], joints["little tip"]
+    near_tip = distal + 0.4 * (tip - distal)
+    assert exchanged_joints(joints | {"little tip": near_tip}) is None
+    folded = joints | {"little distal": near_tip, "little tip": distal}
+    assert exchanged_joints(folded) == ("little distal", "little tip")
+
+
 def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
     hands = left_hand()
     hands["left"]["index tip"] = np.zeros_like(hands["left"]["wrist"])
