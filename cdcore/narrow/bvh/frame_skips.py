@@ -195,7 +195,7 @@ class Tracks:
             self.rows[name] = address
             address = address + 8 * length
         self._changed = np.empty((len(bodies), frames), dtype=np.uint8)
-        self.rows["changed"] = address_of(self._changed) + frames * np.arange(len(bodies))
+        self.rows["changed"] = [address_of(row) for row in self._changed]
         self._memory_rows, self._lanes = integers_of_rows(self.rows), np.empty(LANES)
 
     def addresses_of(self, bodies: IntArray) -> IntArray:

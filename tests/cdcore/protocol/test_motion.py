@@ -200,9 +200,24 @@ def test_changed_poses_agree_in_rigid_sliced_and_selected_motions():
     motion = resting_motion()
     components = motion.translations.copy(), motion.rotations.copy(), motion.valid, motion.linked
     assert Motion.of_rigid(motion.times, *components).changed.tolist() == motion.changed.tolist()
-    assert motion.frames(3, 7).changed[1:].tolist() == motion.changed[4:7].tolist()
+    assert motion.frames(3, 7).changed.tolist() == motion.changed[3:7].tolist()
     kept = np.array([0, 2, 3, 5, 8])
     assert motion.take(kept).changed[:, [2, 4]].tolist() == [[1, 1], [0, 0], [0, 0], [1, 1], [0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        ([0.0, np.nan, 2.0], "frame 1: time nan is not finite"),
+        ([-np.inf, 0.0, 1.0], "frame 0: time -inf is not finite"),
+        ([0.0, 1.0, np.inf], "frame 2: time inf is not finite"),
+        ([0.0, 1.0, 1.0], "frame 2: .* does not come after"),
+        ([0.0, 2.0, 1.0], "frame 2: .* does not come after"),
+    ],
+)
+def test_times_that_do_not_increase_are_refused_by_frame(times, message):
+    with pytest.raises(InvalidPoseError, match=message):
+        Motion(times, np.zeros((3, 1, 3)), np.tile(np.eye(3), (3, 1, 1, 1)))
 
 
 @pytest.mark.parametrize("spoil", ["turn", "last row"])
