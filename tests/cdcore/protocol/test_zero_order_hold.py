@@ -77,3 +77,15 @@ def test_samples_are_the_first_frame_and_those_at_ticks():
     assert sampled == [0, 2, 7]
     assert all(is_sampled(times, frame, rate_hz=None) for frame in range(10))
     assert len(ZeroOrderHold(pairs=1, rate_hz=2.0).sampled(times[:0])) == 0
+
+
+def test_kept_answers_are_counted_where_poses_are_known():
+    """Samples at frames 0 and 2 of four; at the second, one of two pairs gives no answer; at last it has no pose."""
+    sampled = np.array([True, False, True, False])
+    answered, known = np.array([[True, True], [True, False]]), np.ones((4, 2), dtype=bool)
+    known[3, 1] = False
+    samples = np.array([[Verdict.CONTACT, Verdict.CONTACT], [Verdict.CLEAR, Verdict.NO_POSE]], dtype=np.uint8)
+    verdict, counters = ZeroOrderHold(pairs=2, rate_hz=2.0).hold(samples, answered, sampled, known)
+    assert verdict[:, 0].tolist() == [Verdict.CONTACT, Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]
+    assert verdict[:, 1].tolist() == [Verdict.CONTACT, Verdict.CONTACT, Verdict.CONTACT, Verdict.NO_POSE]
+    assert counters == {"looks": 2, "held": 7 - 3}
