@@ -65,7 +65,10 @@ def test_page_has_a_table_of_every_twin_per_session():
 
 
 def test_twin_table_row_lists_counts_gaps_and_times():
-    separate = command.TwinCounts(1000, 10, 2, 3, 4, (0.04, 19.96))
+    """1,005 pair-frames were decided by both: 1,000 alike, and 2 and 3 unlike."""
+    separate = command.TwinCounts(
+        equal=1000, both=10, engine_only=2, ours_only=3, not_supported=4, gaps_mm=(0.04, 19.96)
+    )
     table = command.twin_table("one", {command.Twin("rapier", "collider"): separate})
     assert table.splitlines()[-1] == "| `rapier` | `collider` | 1,005 | 10 | 2 | 3 | 0.0 to 20.0 | 4 |"
 

@@ -29,6 +29,7 @@ def findings_with_code(findings, code, body=None):
 
 @by_tracker_log
 def test_vive_log_has_159_identity_rows_and_a_jump(log, tmp_path):
+    """Columns 0 to 2 are the position, 3 to 6 the quaternion, w first; a lost tracker is logged at the origin."""
     table = np.loadtxt(log, skiprows=1)
     times = np.arange(len(table)) * 4_000_000  # 250 Hz by its header
     session = Session.from_arrays(times, {"tracker": (table[:, :3], table[:, [4, 5, 6, 3]])})

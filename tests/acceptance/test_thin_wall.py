@@ -27,6 +27,7 @@ def crossings(speed, aside=0.0):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("speed", "missed"), [(0.4, 0), (0.6, 100), (1.0, 460), (2.0, 730), (4.0, 865)])
 def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, missed):
+    """``speed`` in m/s; ``missed`` of 1,000 crossings: 1 - 0.006 / (speed / 90) of them, at least none."""
     motion, frames, before = crossings(speed)
     exact = create_detector("exact", (CUBE, PLATE)).detect(motion)
     visited = counts_as_contact(exact.verdict.reshape(1000, frames)).any(axis=1)
@@ -47,6 +48,7 @@ def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, misse
 
 @pytest.mark.parametrize(("speed", "rotations"), [(0.4, False), (4.0, False), (2.0, True)])
 def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, rotations):
+    """The cube passes the rim of the plate, 0.1 m from its middle, by 3 micrometres to 1 mm."""
     # turning, nothing of the cube is further from its centre than half its diagonal across the axis it turns about
     reach = 0.0025 * (np.sqrt(2) if rotations else 1.0)
     motion, frames, _ = crossings(speed, 0.1 + reach + np.geomspace(3e-6, 1e-3, 1000))

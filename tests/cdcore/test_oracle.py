@@ -131,6 +131,7 @@ def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
 
 
 def test_distant_bodies_are_skipped_while_paths_allow():
+    """Bodies 100 m apart: no frame is tested, and less than one distance per 30 frames computed."""
     work = (
         create_detector("exact", long_motion(frames=8)[0], **WITHOUT_CONTAINMENT)
         .detect(long_motion(frames=8_192, away=100.0)[1])

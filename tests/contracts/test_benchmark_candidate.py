@@ -11,6 +11,7 @@ from support.optional import BENCH, needs_bench
 
 @needs_bench
 def test_benchmark_counts_python_fcl_pairs_and_renews_other_poses():
+    """Bodies of 300 faces each; afterwards each is moved 10 m further than the last, and none touch."""
     spec = importlib.util.spec_from_file_location("workload", BENCH / "workload.py")
     sys.modules["workload"] = module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -34,6 +34,7 @@ def test_wrong_row_of_a_mesh_is_named(vertices, faces, message):
 
 
 def test_smallest_face_and_bounds_of_its_faces():
+    """No face has the vertex that is moved from (9, 9, 9)."""
     vertices = np.add([*TRIANGLE, [0, 0, 0.5], [9, 9, 9]], [1, 2, 3])
     mesh = MeshData(vertices, [[0, 1, 2], [0, 1, 3]])
     assert least_area(mesh) == pytest.approx(0.75)

@@ -73,6 +73,7 @@ TRIANGLE = TriangleMesh([[np.cos(angle), np.sin(angle), 0.0] for angle in np.rad
 @pytest.mark.parametrize("build", [sphere_by_farthest_steps, sphere_best])
 @pytest.mark.parametrize(("regular", "minimal"), [(TETRAHEDRON, np.sqrt(3)), (TRIANGLE, 1.0)])
 def test_tight_balls_are_within_two_percent_of_minimal(regular, minimal, build):
+    """``minimal``: radius of the smallest ball round a regular figure, at the origin and 1 km away."""
     for mesh in (regular, shift_mesh(regular, [1000.0, -200.0, 30.0])):
         assert minimal <= build(mesh).radius * (1 + 1e-12) <= 1.02 * minimal
 

@@ -28,6 +28,7 @@ def test_winding_of_a_box_and_of_its_sides():
 
 
 def test_disk_has_the_solid_angle_of_a_cone():
+    """From this height over its middle a disk of radius 1 fills (1 - cos) / 2 of all directions."""
     angle = np.linspace(0, 2 * np.pi, 2001)
     ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     disk = np.stack([np.zeros((2000, 3)), ring[:-1], ring[1:]], axis=1)
@@ -56,6 +57,7 @@ def reversed_faces(mesh):
     ids=["holes", "every other face", "crossing", "hollow"],
 )
 def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
+    """Caps close the holes; of 60 points those whose ray meets an edge, at most a quarter, are left out."""
     surface = winding_surface(mesh)
     faces = surface.grid.triangles[: len(surface.component) - len(surface.caps)]
     points = np.random.default_rng(0).uniform(*mesh.bounds, (60, 3))

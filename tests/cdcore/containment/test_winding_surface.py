@@ -155,6 +155,7 @@ def test_two_sided_cell_beside_a_solid_is_not_lost():
 
 
 def test_crossing_components_of_opposite_winding_are_noted():
+    """A box and a ball that cross, the ball once with reversed faces, and a box far away."""
     box, ball = box_mesh(), shift_mesh(ball_mesh(0.3), [0.5, 0.3, 0.2])
     backwards = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
     assert winding_surface(merge_meshes(box, ball, shift_mesh(box, [5, 0, 0]))).opposed.tolist() == [0, 0, 0]

@@ -107,6 +107,7 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach,
 @pytest.mark.parametrize("shape", ["hull", "mesh"])
 @pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_earlier_queries_change_no_answer(name, shape):
+    """40 frames asked alone and in another order, and one of a new detector, as in the whole motion."""
     bodies, motion = lab_bodies_and_motion(frames=120)
     detector = create_detector(name, bodies, shape=shape)
     whole = detector.detect(motion).verdict
@@ -153,6 +154,7 @@ def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_crowded_bodies_lose_no_contacts(name):
+    """All 105 pairs of 15 boxes of 10 cm meet, as their centres are about 1 cm apart."""
     bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(15)]
     positions = np.random.default_rng(0).normal(scale=0.01, size=(15, 3))
     assert counts_as_contact(create_detector(name, bodies).detect(motion_at_rest(bodies, positions)).verdict).all()

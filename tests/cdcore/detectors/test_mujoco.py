@@ -46,6 +46,7 @@ def test_a_body_may_be_called_anything():
 
 
 def test_refused_mesh_is_named_in_a_single_line():
+    """The body is a sheet of 30 km by 30 km by 0.1 mm, or a cube with edges of 1e100 m."""
     box, rotation = box_mesh(), random_rotations(np.random.default_rng(0), 1)[0]
     for vertices in (box.vertices * [3e4, 3e4, 1e-4] @ rotation, box.vertices * 1e100):
         with pytest.raises(InvalidMeshError, match=r"^MuJoCo .*slab.*$"):

@@ -35,6 +35,7 @@ def test_greatest_minimum_of_linear_functions_agrees_with_scipy(seed):
 @pytest.mark.parametrize(("limits", "count"), [(TRIANGLE, 48), (AROUND, 48), (TRIANGLE, 1), (AROUND, 2)])
 @pytest.mark.parametrize("seed", range(5))
 def test_compiled_greatest_minimum_equals_its_interpreted_reference(seed, limits, count, monkeypatch):
+    """The largest value of the least of ``count`` linear functions where ``limits @ x <= 0.3``."""
     slopes, values = functions_of(seed, count, limits.shape[1])
     right = np.full(len(limits), 0.3)
     quick = greatest_minimum(slopes, values, limits, right)

@@ -71,6 +71,7 @@ def arguments_of_meeting_bodies(bodies, move):
 
 @pytest.mark.parametrize("away", [[1.0, 0, 0], [1.0, 1.0, 0], [1.0, 1.0, 1.0], [0.3, 0.2, 1.0 - 1e-6]])
 def test_touching_cubes_separate(away):
+    """Unit cubes share a face, an edge or a corner, or are a micrometre deep in each other."""
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)

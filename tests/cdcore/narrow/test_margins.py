@@ -125,6 +125,7 @@ def come_apart(first, second, step, rotation=None, shift=(0, 0, 0)):
 @pytest.mark.parametrize("fraction", [0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 2.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_flush_cubes_separate_by_exactly_their_depth(seed, fraction):
+    """Unit cubes 2**-10 m deep in each other along x, y or z, by ``seed``; the step is ``fraction`` of the depth."""
     rotation = random_rotations(np.random.default_rng(seed), 1)[0] if seed else None
     shift = np.roll([1 - 2.0**-10, 0, 0], seed)
     if fraction != 1.0 or rotation is None:  # turned places round by more than nothing
@@ -133,6 +134,7 @@ def test_flush_cubes_separate_by_exactly_their_depth(seed, fraction):
 
 @pytest.mark.parametrize(("step", "free"), [(0.99e-3, False), (1.01e-3, True)])
 def test_oversized_plug_needs_a_step_of_its_oversize(step, free):
+    """A plug of 1.002 m in a hole of 1 m overlaps by 1 mm at every side."""
     hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     assert come_apart(box_mesh((1.002, 1.002, 3)), hole, step) == free
 

@@ -67,6 +67,7 @@ def test_sampling_agrees_for_blocks_whole_and_single_frames(rate):
 
 
 def test_full_rate_samples_every_frame_despite_rounded_stamps():
+    """9,000 stamps of 90 Hz, rounded to nanoseconds; at 45 Hz every second one is sampled."""
     times = np.round(np.arange(9000) / 90, 9)
     assert ZeroOrderHold(pairs=0, rate_hz=90.0).sampled(times).all()
     assert ZeroOrderHold(pairs=0, rate_hz=45.0).sampled(times).sum() == 4500

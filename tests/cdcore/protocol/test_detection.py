@@ -62,6 +62,7 @@ def test_a_digest_changes_with_any_verdict_stamp_or_name(change):
 
 
 def test_faces_digest_changes_with_a_single_face():
+    """The other detection has face 4 where this one has face 3, in one pair of faces."""
     other = sets_of([0, 1], [1, 0], [FACE_PAIRS[:1], np.array([[1, 7], [2, 4]])])
     assert detection(face_sets=other).faces_digest != detection().faces_digest
     assert detection(face_sets=other).digest == detection().digest
@@ -137,6 +138,7 @@ def test_detections_of_consecutive_blocks_join_to_the_whole():
 
 @pytest.mark.parametrize("more", [0, 1])
 def test_notebook_table_counts_omitted_pairs(more):
+    """Each pair touches in all 3 frames; 20 rows below the head are listed at most."""
     pairs = np.zeros((20 + more, 2), dtype=np.int64)
     page = detection(pairs=pairs, verdict=np.ones((3, len(pairs)), dtype=np.uint8))._repr_html_()
     assert page.count("<td>3</td>") == 20 and page.count("<tr>") == 21 and ("and 1 more" in page) == (more == 1)

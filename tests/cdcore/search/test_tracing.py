@@ -60,6 +60,7 @@ def test_search_starts_at_the_last_best_pair():
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize("settings", [{}, {"samples": 50}, {"rest": 0.1}, {"stop_first": False}], ids=str)
 def test_failed_live_searches_are_noted_without_searching_again(name, settings, monkeypatch):
+    """Only the searches that hit are run again when the motion is watched."""
     detector, motion, alone = traced_search(name, **settings)
     detect_live(detector, motion)
     searched, query = [], PairSearch.search_from

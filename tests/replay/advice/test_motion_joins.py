@@ -126,7 +126,8 @@ def test_pieces_are_tested_at_a_limited_number_of_frames(two_beakers, monkeypatc
     assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
     always = np.ones((len(assembly.motion), 1), dtype=np.bool_)  # of one pair
     cylinder = revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)
-    assert FalseContacts(assembly, "beaker", always).of([cylinder]).shape == (1, 2)
+    pieces, frames = FalseContacts(assembly, "beaker", always).of([cylinder]).shape
+    assert (pieces, frames) == (1, 2)
 
 
 @pytest.mark.slow

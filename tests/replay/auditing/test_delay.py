@@ -56,6 +56,6 @@ def test_interval_is_reported_by_a_contact_at_either_end():
     assert reported_frames(instants, instants, 0).tolist() == [False, False, True, False, False]
 
 
-def test_mask_is_false_before_the_first_frame_and_after_the_last():
+def test_mask_is_false_before_the_first_and_after_last_frame():
     mask = np.array([True, False, True])
     assert [at_frame(mask, frame) for frame in (-1, 0, 1, 2, 3)] == [False, True, False, True, False]

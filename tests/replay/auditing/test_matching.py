@@ -25,6 +25,7 @@ ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8")
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["why"])
 def test_coded_frames_have_their_matches(row):
+    """A row of letters.toml: verdicts of subject and oracle, a letter a frame, and how contacts are matched."""
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
     actual = matched(*sides, lambda frames, _: np.isin(frames, row.get("within", [])), row.get("reach", 0))

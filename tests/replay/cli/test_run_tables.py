@@ -32,6 +32,7 @@ def test_measured_fix_equals_a_run_of_the_fixed_detector():
 
 
 def test_unmeasured_fix_names_a_valid_detector_setting():
+    """Skins of 5 cm touch across gaps of 1 and 2 cm; the fix proposes 16 pieces."""
     gap = unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
     answer, _ = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
     assert "are worst" in answer.sentence

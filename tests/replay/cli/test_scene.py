@@ -152,6 +152,7 @@ def test_imported_scene_without_bodies_adds_to_the_recording(tmp_path):
 
 
 def test_folder_meshes_reach_their_bodies_in_import_and_draft(session_and_scene, capsys):
+    """A cube with edges of 10 units, taken for cm, or mm by option, and a tenth of an edge off on x."""
     folder, out = session_and_scene / "meshes", session_and_scene / "csv.mcap"
     folder.mkdir()
     for name, edge in (("a", 10.0), ("B (Clone)", 0.1)):

@@ -96,6 +96,7 @@ SNAPSHOT = table(
 
 
 def test_word_wider_than_the_terminal_is_folded_beside_its_row():
+    """20 columns less "first" and two blanks leave 13: 30 letters are lines of 13, 13 and 4."""
     lines = at_width([stacked(table("", ("row", "name"), [("first", "x" * 30)], words=("row", "name")))], width=20)
     assert max(map(len, lines)) <= 20 and lines[-3:] == ["first  " + "x" * 13, " " * 7 + "x" * 13, " " * 7 + "xxxx"]
 

@@ -35,7 +35,7 @@ def test_excused_contacts_count_in_no_fraction():
 
 
 def test_pair_frames_only_the_detector_left_undecided_are_counted():
-    """Of four frames left out the reference decided the first, clear, and the third, contact."""
+    """Four frames are left out; the reference decided the first, clear, and the third, contact."""
     reference = verdict_column(".uC-C")
     left_out, both = Outcome.LEFT_OUT, Outcome.BOTH
     comparison = SimpleNamespace(outcome=np.array([[left_out], [left_out], [left_out], [left_out], [both]]))

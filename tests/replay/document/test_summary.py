@@ -49,7 +49,7 @@ def test_dropped_frames_are_counted_by_reason():
 
 
 def test_verdicts_that_rest_on_a_flagged_pose_are_counted(monkeypatch):
-    """Of six frames in blocks of four, body a has a quaternion of length 1.5 in frames 1, 3 and 4; it touches in 4."""
+    """Six frames in blocks of four; body a has a quaternion of length 1.5 in frames 1, 3 and 4; it touches in 4."""
     monkeypatch.setattr(summary, "VERDICT_FRAMES", 4)
     positions, quaternions = np.zeros((6, 2, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (6, 2, 1))
     positions[:, 1, 0] = [1.03, 1.02, 1.01, 1.01, 0.99, 1.01]

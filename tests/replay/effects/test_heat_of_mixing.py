@@ -156,6 +156,7 @@ def test_hot_copper_warms_the_water_poured_onto_the_metal():
 
 @pytest.mark.parametrize("hz", [9, 90, *(pytest.param(hz, marks=pytest.mark.slow) for hz in (30, 250, 1000))])
 def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
+    """10 mmol of acid and of lye give 55.84 kJ/mol to 40 mL, which lose 5 W/K; ``hz`` frames a second."""
     seconds, count = 6.0, round(7.0 * hz)
     degrees = np.interp(np.arange(count) / hz, [0.0, 0.2, 0.7, 0.9], [0.0, 0.0, 120.0, 120.0])
     poses = {"a": poses_of_tilted_glass(degrees), "b": poses_at_rest(count)}

@@ -74,6 +74,7 @@ def test_pouring_conserves_volume_for_any_sequence_of_tilts(degrees, first, seco
 
 @pytest.mark.parametrize(("beside", "target"), [(0.0, "b"), (RADIUS - 1e-4, "b"), (RADIUS + 1e-4, "")])
 def test_a_pour_enters_the_opening_below_the_lip(beside, target):
+    """Beside the axis of glass b by 0.1 mm less, and more, than its radius; beyond it is spilled."""
     moved = moves(effects_of_tilt_degrees([0.0, 0.0, 60.0, 60.0, 60.0], position=(beside, 0.0, 0.0))["pour"])
     assert {event[2] for event in moved} == {target}
 

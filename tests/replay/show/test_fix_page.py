@@ -151,6 +151,7 @@ def test_page_compares_every_column_of_the_table_in_the_terminal(fix_of_stirred_
 
 
 def test_distance_beyond_a_box_is_that_of_its_surface():
+    """The surface is at 0.5; a point inside is 0 beyond a closed box, and 0.2 from an open one."""
     box = box_mesh((1.0, 1.0, 1.0))
     points = np.array([[0.7, 0.013, 0.031], [0.1, 0.2, 0.3], [0.8, 0.9, 0.017], [0.013, -0.6, 0.2]])
     assert beyond_mesh(points, box) == pytest.approx([0.2, 0.0, 0.5, 0.1], abs=1e-9)

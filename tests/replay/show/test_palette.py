@@ -54,6 +54,7 @@ def test_red_yellow_and_blue_differ_in_lightness():
     + [(tag, 1, 40) for tag in ("hand", "controller", "headset", "wand")],
 )
 def test_glass_is_translucent_and_the_user_never_hides_a_contact(tags, least, most):
+    """``least`` and ``most`` opacity, of 255."""
     assert least <= albedo(tuple(tags.split()))[3] <= most
 
 
@@ -117,6 +118,6 @@ def test_body_without_declared_tags_has_the_words_of_its_name():
     assert [tags_of(name, scene) for name in names] == [("glass", "rod"), ("metal",), ("left", "hand")]
 
 
-def test_body_before_a_contact_is_see_through_but_not_the_bench():
+def test_body_before_a_contact_is_see_through_except_the_bench():
     assert see_through(("rod",))[3] < albedo(("rod",))[3] == 255
     assert see_through(("bench",)) == albedo(("bench",))

@@ -40,6 +40,7 @@ def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():
 
 
 def test_plotted_step_is_drawn_as_two_level_lines():
+    """A minute at 90 Hz, from 20 to 24 degC at frame 4,000: four corners are left."""
     points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
     plot = curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)
     path = path_of(dict(plot.lines)["curve"])

@@ -37,6 +37,7 @@ def column(made, name):
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
 def test_uncertain_first_touch_states_its_uncertainty(away, known):
+    """``away``: metres from the origin; at 10 km rounding is larger than a micrometre."""
     depth, rotated = 1e-9, 1.5
     result = compute(grazing(away, depth, rotated), detectors="exact", oracle="continuous")
     (miss,) = result.misses["exact"]

@@ -17,6 +17,7 @@ def assembly_of(posed, pairs=()):
 
 @pytest.mark.parametrize(("posed", "frames"), [([1, 3, 4], [1, 3]), ([1, 2, 4, 5], [1, 4]), ([], [0, 0])])
 def test_first_and_middle_picture_have_poses(posed, frames):
+    """``posed``: frames with poses; ``frames``: the first and the middle one of them."""
     moments = moments_to_show(assembly_of(posed), closest_frame=2, closest_pair=0)
     assert [moment.frame for moment in moments] == [*frames, 2] and moments[2].bodies == ()
 

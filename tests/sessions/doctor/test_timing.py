@@ -51,6 +51,7 @@ def test_shifted_log_clock_is_accepted_and_its_jump_reported():
     ("step_ns", "expected"), [(400_000, True), (600_000, False), (400_000_000, False), (16_666_666_667, True)]
 )
 def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
+    """2,500 Hz and a frame in 17 s are no rates of a recorder; 1,667 Hz and 2.5 Hz may be."""
     draft = clean_draft()
     draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
     reported = [item for item in time_findings_of(draft) if item.code == "clock-unit"]

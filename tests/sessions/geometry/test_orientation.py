@@ -30,6 +30,7 @@ def test_the_side_of_any_points_is_that_of_rational_arithmetic(a, b, c):
 
 @given(st.integers(0, 255), st.integers(0, 255))
 def test_points_an_ulp_from_a_line_are_on_their_side(i, j):
+    """The points lie at most 255 ulps from (0.5, 0.5), which is on the line of the other two."""
     ulp = 2.0**-53
     points = (0.5 + i * ulp, 0.5 + j * ulp), (12.0, 12.0), (24.0, 24.0)
     assert orientation(*points) == sign(determinant(*points))

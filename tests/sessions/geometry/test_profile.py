@@ -30,6 +30,7 @@ def test_segments_are_shared_among_lines_by_their_length():
 
 
 def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
+    """Radius 1 up to height 2, growing to 2 at height 3, and 2 up to 4; volumes in units of pi."""
     cup = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [2.0, 3.0], [2.0, 4.0]])
     for level, volume in ((0.5, 0.5), (2.0, 2.0), (2.5, 2.0 + (1.5**3 - 1.0) / 3.0), (3.5, 2.0 + 7.0 / 3.0 + 2.0)):
         assert volume_below(cup, level) == pytest.approx(np.pi * volume, rel=1e-14)
@@ -41,6 +42,7 @@ def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
 
 
 def test_rounded_corner_is_a_tangent_quarter_circle():
+    """The corner at (2, 1) is rounded by a radius of 0.5; the weight of a stroke is its length."""
     first, arc, last = rounded_strokes([(1.0, 1.0), (2.0, 1.0, 0.5), (2.0, 4.0)])
     assert (first.end, arc.centre, last.start) == (pytest.approx((1.5, 1.0)), (1.5, 1.5), pytest.approx((2.0, 1.5)))
     assert arc.weight == pytest.approx(0.25 * np.pi) and arc.finish == pytest.approx(0.0, abs=1e-15)

@@ -31,6 +31,7 @@ def test_shape_is_closed_outward_and_within_its_size(shape, faces):
 
 
 def test_pointed_ball_is_closed_and_touches_its_sphere_on_axes():
+    """An octahedron whose 8 faces are split into 4 twice."""
     ball = pointed_ball(0.5, splits=2)
     assert has_consistent_winding(ball) and ball.volume > 0 and len(ball.faces) == 8 * 4**2
     assert np.linalg.norm(ball.vertices, axis=1) == pytest.approx(0.5)

@@ -16,6 +16,6 @@ def test_brief_states_the_problem_without_file_and_cure(error, problem):
     assert brief(error) == problem
 
 
-def test_refusal_ends_in_its_own_cure_or_that_of_its_code():
+def test_refusal_ends_in_its_own_cure_or_its_codes():
     assert str(refusal("take.mcap", "torn", "it is cut short", "record it again")).endswith("; record it again")
     assert str(refusal("take.mcap", "torn", "it is cut short")).endswith("; save what is there with `replay recover`")

@@ -330,6 +330,7 @@ RACK = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]
 
 
 def test_concave_faces_are_cut_inside_their_outline(tmp_path):
+    """The U has an area of 7 and an outline of 16 units, and is 1 unit deep."""
     stage = new_stage(tmp_path / "rack.usda")
     count = len(RACK)
     sides = [(at, (at + 1) % count, count + (at + 1) % count, count + at) for at in range(count)]

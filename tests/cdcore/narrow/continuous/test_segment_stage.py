@@ -116,6 +116,7 @@ def segment_poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
 
 
 def test_straight_angles_and_extreme_coordinates_are_not_searched():
+    """Half a turn has no shorter arc, and 1e80 m is beyond what the search computes with."""
     assert state_of(*segment_poses((0, 180))) == state_of(*segment_poses((180, 0))) == STRAIGHT_ANGLE
     assert state_of(*segment_poses((0, 179.99))) == HIT
     assert state_of(*segment_poses(offset=(1e80, 0, 0))) == TOO_LARGE

@@ -27,6 +27,7 @@ def gap_along(points, axis):
 @settings(deadline=None, max_examples=100)
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1e-6, 1e6]), st.sampled_from([0.0, 1e-3]))
 def test_returned_axes_separate_by_more_than_the_pad(seed, scale, pad):
+    """The axis of two random triangles is changed in place, unless they meet or it separates them as it is."""
     rng = np.random.default_rng(seed)
     points = (rng.normal(size=(6, 3)) + np.repeat(rng.normal(size=(2, 3)), 3, axis=0)) * scale
     axis = rng.normal(size=3)

@@ -63,6 +63,7 @@ def test_a_known_solid_assumes_nothing():
     ],
 )  # fmt: skip
 def test_ions_of_a_solid_or_complex_have_an_end_point(burette, flask, equation, formula, molar):
+    """``molar``: the concentration of ``formula`` in the flask, which the end point reveals."""
     (event,) = reaction(burette, flask, equation).events_named("end-point")
     assert event.values["formula"] == formula and event.values["mol_per_l"] == pytest.approx(molar, rel=0.01)
 
@@ -126,6 +127,7 @@ def equation(*reagents, process=-1, free_energy_j=np.nan):
     ],
 )  # fmt: skip
 def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
+    """Not traces of chlorine, nor where an equation has it react with water or hydroxide."""
     assert assumed({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected
 
 
@@ -138,6 +140,7 @@ def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
     ],
 )  # fmt: skip
 def test_halogens_in_lye_are_reported_without_their_equation(formula, mol, ph, reagents, expected):
+    """Iodine at pH 9.5, bromine already at 8.5; not traces, nor with an equation with hydroxide."""
     assert assumed({formula: mol}, ph=ph, reactions=[equation(*reagents)] if reagents else ()) == expected
 
 
@@ -146,6 +149,7 @@ def test_halogens_in_lye_are_reported_without_their_equation(formula, mol, ph, r
     [("Mn^2+", 5.0, 1e-3, ["to Mn"]), ("Mn^2+", 3.0, 1e-3, []), ("MnO4^2-", 5.0, 1e-3, []), ("Mn^2+", 5.0, 0.0, [])],
 )
 def test_permanganate_in_little_acid_is_doubted(product, ph, extent, expected):
+    """At pH 5 it does not become Mn^2+, as it does at pH 3; a reaction that did not run is not doubted."""
     process = Process("to Mn", {"MnO4-": -1.0, product: 1.0})
     assert assumed(ph=ph, processes=[process], extent=extent) == expected
 
@@ -156,6 +160,7 @@ def test_permanganate_in_little_acid_is_doubted(product, ph, extent, expected):
     ids=["even", "computed equilibrium", "runs to its end", "did not run"],
 )
 def test_equation_that_would_stop_early_is_named(energy_j, free_of_equilibrium, extent, expected):
+    """``energy_j``: its free energy; at 1 kJ/mol much of both sides is left, at -1,000 kJ/mol nothing."""
     made = {"reactions": [equation("A", process=0, free_energy_j=energy_j)], "processes": [Process("", {"A": -1.0})]}
     assert assumed(**made, extent=extent, free_of_equilibrium=free_of_equilibrium) == expected
 

@@ -68,6 +68,7 @@ def test_beyond_the_limit_the_table_is_far_from_pitzer():
     ],
 )  # fmt: skip
 def test_other_ions_lower_saturation_by_less_than_the_bound(phase, ions, elements, strength):
+    """``elements``: mol of other ions per kg of water; ``strength``: their ionic strength."""
     means = []
     for others in ({}, elements):
         dissolved = dissolved_by_pitzer(phase, others)

@@ -144,7 +144,7 @@ def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
 
 
 def test_undissolved_solid_leaves_the_capacity_of_its_solution_alone():
-    """Of 8 mol of NaNO3 in a kilogram of water 3 are solid: the other 5 count as if they were alone."""
+    """3 of 8 mol of NaNO3 in a kilogram of water are solid: the other 5 count as if they were alone."""
     column = {name: place for place, name in enumerate(("H+", "H2O", "NaNO3(s)", *ENERGY_COLUMNS))}
     heats = Heats(column, None, (), Warmth(4.18, {}, {}, 0.0, 80.0))
     joule_mol_k = solid_j_per_mol_k("NaNO3")

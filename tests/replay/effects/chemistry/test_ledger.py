@@ -50,6 +50,7 @@ def test_zinc_takes_only_protons_that_phosphate_loses_by_ph_7():
 
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
 def test_two_slow_reactions_last_as_long_as_time_does(seconds):
+    """Zinc reacts by 0.3 per second, magnesium by 0.9; 10 mol of acid are plenty, 0.1 mol too little."""
     components = dissolved_components("HCl")
     book = Ledger(["a"], [*components], [ZINC, MAGNESIUM], solver=None)
     book.fill(
@@ -79,6 +80,7 @@ def plain(process=(), warmth=UNFOLLOWED_WARMTH):
 
 
 def test_a_vessel_in_a_chain_gives_its_former_contents():
+    """In each of 3 frames a, 10 mL with 1 mol, gives b 1 mL, and b gives c 1 mL: its own water first."""
     book, frames = plain(), np.arange(1, 4)
     book.flow(frames, frames * 0.01, [("a", "b"), ("b", "c")], np.ones((3, 2)), np.zeros(2, dtype=bool))
     assert book.amounts[:3, book.column["Cl-"]] == pytest.approx([0.7, 0.1, 0.2])

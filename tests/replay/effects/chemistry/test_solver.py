@@ -65,6 +65,7 @@ def test_species_sum_to_totals_and_charges_to_zero():
     ("row", "reduced"), [({"FeCl3": 0.01, "KI": 0.02}, "Fe^2+"), ({"NH4NO3": 0.1, "NaNO2": 0.1}, "S^2-")]
 )
 def test_oxidation_states_do_not_react_with_each_other(row, reduced):
+    """The second solution only makes the reduced species a component; the first has none of it."""
     solver, totals = solver_and_totals([row, {reduced: 0.01}])
     answer = equilibrium(solver, totals)
     dissolved = answer.species[0] @ solver.mixture.powers

@@ -43,6 +43,7 @@ def test_aluminium_that_ammonia_keeps_dissolved_is_fresh(solid, dissolved, ammon
     ],
 )  # fmt: skip
 def test_copper_hydroxide_left_beside_much_ammonia_is_aged(hydroxide, copper, ammonia, anion, salt):
+    """In mol: 5 of ammonia are much, 3 are not; hydroxide of 1 in 200 of the copper is no remnant."""
     amounts = {"Cu(OH)2(s)": hydroxide, "Cu^2+": copper, "NH3": ammonia, anion: 1.0}
     texts = [event.text for event in aged_hydroxide_events(matter(**amounts)) if event.name == "aged"]
     assert len(texts) == bool(salt) and all(f"at first is {salt}, which" in text for text in texts)

@@ -192,6 +192,7 @@ SLOW, AT_ONCE = Process("A -> B", {"A": -1.0}, rate=1.0), Process("A -> B", {"A"
     ],
 )  # fmt: skip
 def test_equilibrium_states_what_fraction_has_reacted(process, extent, to_the_end, has_equilibrium, fraction):
+    """``extent`` mol have reacted and ``to_the_end`` could still; 0 and more than 99 % are not worth a word."""
     texts = stops(process, extent, {}, to_the_end=to_the_end, has_equilibrium=has_equilibrium)
     expected = f"A -> B stops at its equilibrium in flask: {fraction} has reacted, by its free energy"
     assert texts == [expected] * bool(fraction)
@@ -216,6 +217,7 @@ TWO = Process("2 A + B -> C", {"A": -2.0, "B": -1.0, "H+": -1.0})
     ids=["acid", "hydroxide", "acid left", "saturated", "one reagent", "no B", "some B", "a trace", "did not run"],
 )
 def test_reaction_stopped_for_want_of_acid_names_what_is_left(extent, limits, is_reported):
+    """``limits``: mol by which each reagent lets 2 A + B -> C run on: 0.2 by A are 400 mmol of it."""
     texts = stops(TWO, extent, limits)
     cause = next((name for name in limits if name in (Cause.ACID, Cause.HYDROXIDE)), "")
     amounts = f"400 mmol A and {1e3 * limits.get('B', 0.0):g} mmol B are left"

@@ -7,6 +7,7 @@ from replay.effects.chemistry.warming import heat_given_off, temperature_after_s
 
 
 def test_acid_gives_the_heat_of_its_table_and_no_more():
+    """``heats``: J per mol of acid, by mol of water per mol of acid; beyond the table its last."""
     heats = {1.0: 28.07e3, 10.0: 67.03e3, 50.0: 73.34e3}
     acid, water = np.array([1.0, 2.0, 1.0, 1.0]), np.array([1.0, 20.0, 50.0, 1e9])
     assert heat_given_off(acid, water, heats) == pytest.approx([28.07e3, 2.0 * 67.03e3, 73.34e3, 73.34e3])
@@ -18,6 +19,7 @@ def test_acid_gives_the_heat_of_its_table_and_no_more():
 
 @pytest.mark.parametrize("loss", [0.0, 1e-9, 0.4, 40.0])
 def test_an_excess_falls_by_newtons_law(loss):
+    """30 K above the room at first, a heat capacity of 418 J/K, and ``loss`` in W/K."""
     seconds, capacity = np.array([0.0, 0.01, 1.0, 60.0]), 418.0
     expected = 30.0 * np.exp(-loss * seconds / capacity)
     assert temperature_after_seconds(30.0, seconds, capacity=capacity, loss=loss) == pytest.approx(

@@ -19,6 +19,7 @@ from replay.show.rerun_log.lanes import log_lane, ranked_pairs, session_lanes, s
     ],
 )
 def test_span_lasts_to_the_next_word_or_one_frame(nanoseconds, labels, spans):
+    """A frame lasts the median step; alone, a nanosecond."""
     writer = SimpleNamespace(clock=SimpleNamespace(ns=np.array(nanoseconds, dtype=np.int64)))
     assert spans_of(writer, np.array(labels, dtype=object)) == spans
 
@@ -32,6 +33,7 @@ def test_span_lasts_to_the_next_word_or_one_frame(nanoseconds, labels, spans):
     ],
 )
 def test_neighbours_in_a_lane_are_parted_by_a_reset(spans, states):
+    """Where b begins as a ends, the reset comes a nanosecond earlier."""
     sent = []
     writer = SimpleNamespace(static=lambda *_: None, session_rows=lambda *row: sent.append(row))
     log_lane(writer, "lanes/x", spans, [("a", (0, 0, 0, 255)), ("b", (9, 9, 9, 255))])

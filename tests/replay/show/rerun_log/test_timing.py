@@ -47,7 +47,7 @@ def timed_detection(**seconds):
     return verdict_column("." * FRAMES, seconds=seconds)
 
 
-def test_stages_of_one_phase_are_added_and_idle_ones_left_out():
+def test_stages_of_one_phase_are_added_and_idle_omitted():
     """Two stages of the broad phase; seconds of all frames at once are 1 ms each; ``rest`` takes too little to show."""
     detection = timed_detection(volumes=np.array([1e-3, 2e-3, 0.0]), boxes=3e-3, surfaces=6e-3, rest=IDLE_S * FRAMES)
     stages = {name: milliseconds.tolist() for name, milliseconds in stage_ms(detection).items()}
@@ -64,6 +64,7 @@ def test_plot_of_times_ends_at_the_largest_99_9th_percentile(totals, cut):
 
 @pytest.mark.parametrize(("plot_top", "fraction"), [(30.0, 1.0), (1.0, 1.0), (0.9, 0.1), (0.1, 0.1), (0.09, 0.01)])
 def test_budget_line_is_a_power_of_ten_within_the_plot(plot_top, fraction):
+    """Both figures are fractions of the budget of a frame."""
     assert budget_fraction(plot_top * BUDGET_MS) == pytest.approx(fraction)
 
 

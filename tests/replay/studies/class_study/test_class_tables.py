@@ -131,6 +131,7 @@ def test_students_file_assigns_sessions_to_students(tmp_path):
 
 
 def test_class_headline_explains_students_missing_from_n(tables_of):
+    """The contacts of the first five students are removed."""
     runs, made = tables_of(12, 12, detectors={"slow": 0.9}, contacts=20)
     assert made.headlines()[0].count(", 12 students) and reports ")
     without = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]

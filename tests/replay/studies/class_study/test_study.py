@@ -350,7 +350,7 @@ def test_the_page_of_a_study_reads_so(class_runs, snapshot):
 
 
 def test_verbose_terminal_lists_associated_results_first(class_runs, tmp_path):
-    """Of the two planted results only that of contacts is an association; the codebook names it second."""
+    """Two results are planted; only that of contacts is an association; the codebook names it second."""
     study = study_of_class()
     assert [finding.conclusion == "associated" for finding in study.findings] == [False, True]
     short, long = (Console(width=200, file=StringIO()) for _ in range(2))

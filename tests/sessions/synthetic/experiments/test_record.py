@@ -97,7 +97,8 @@ def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(recorded):
 
 
 def test_session_has_requested_touches_and_near_misses():
-    session, truth = make_practice((0.02, 0.25), 3, pseudonym="S09", seed=2, noise="off")
+    """Two touches, of 20 and 250 ms, and three near misses are requested."""
+    session, truth = make_practice(touches=(0.02, 0.25), near=3, pseudonym="S09", seed=2, noise="off")
     lengths = [episode.nominal[1] - episode.nominal[0] for episode in truth.episodes if episode.kind == "contact"]
     assert np.allclose(lengths, [0.02, 0.25], atol=1e-6)
     assert len([fact for fact in truth.facts if fact.kind == "near_miss"]) == 3
