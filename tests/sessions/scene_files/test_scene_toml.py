@@ -11,7 +11,7 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect, SceneGroup
 from sessions.model.session import Session
 from sessions.scene_files.scene_meshes import scene_meshes, with_meshes, with_scene
-from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
+from sessions.scene_files.scene_toml import parse_scene, scene_to_toml, with_recorded_groups
 
 BENCH_TOML = """
 [scene]
@@ -227,3 +227,12 @@ def test_scene_without_bodies_adds_to_the_recorded(tmp_path):
     small.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "palm"]')
     with pytest.raises(SceneError, match="no body is 'palm'"):
         with_scene(session, small)
+
+
+def test_groups_of_a_recording_stay_where_a_scene_has_none():
+    hand, pair = SceneGroup("hand", ("thumb", "index")), SceneGroup("pair", ("glass", "lid"))
+    recorded = Scene(groups=(hand,))
+    extended = with_recorded_groups(Scene(bodies=(SceneBody("glass"), SceneBody("thumb"))), recorded)
+    assert [body.id for body in extended.bodies] == ["glass", "thumb", "index"] and extended.groups == (hand,)
+    grouped, plain = Scene(groups=(pair,)), Scene(bodies=(SceneBody("glass"),))
+    assert with_recorded_groups(grouped, recorded) is grouped and with_recorded_groups(plain, Scene()) is plain

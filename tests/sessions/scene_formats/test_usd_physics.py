@@ -451,6 +451,19 @@ def test_unsupported_usd_physics_is_listed_prim_by_prim(tmp_path):
         assert sentence in left_out
 
 
+@pytest.mark.parametrize("counts", [[4, 3, 3, 3], [3, 3, 3], [3, 3, 3, 3, 3, -3]])
+def test_mesh_of_contradicting_face_counts_is_listed(tmp_path, counts):
+    """The mesh has four triangles, so 12 indices; the last counts have that sum and are no counts of corners."""
+    stage = new_stage(tmp_path / "cup.usda")
+    rigid_body(stage, "/cup")
+    ball_collider(stage, "/cup/ball")
+    tetrahedron = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+    collider(stage_mesh(stage, "/cup/torn", faces=tetrahedron)).GetFaceVertexCountsAttr().Set(counts)
+    stage.Save()
+    sentence = f"the collider '/cup/torn': its mesh has 12 indices, and its faces count {sum(counts)}"
+    assert sentence in read_scene_source(tmp_path / "cup.usda").left_out
+
+
 def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
     stage = new_stage(tmp_path / "s.usda")
     table = rigid_body(stage, "/table")
