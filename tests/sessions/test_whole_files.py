@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from sessions.whole_files import is_abandoned, whole_file, whole_folder
+from sessions.whole_files import is_abandoned, locks, whole_file, whole_folder
 
 
 class RefusalError(Exception):
@@ -81,6 +81,19 @@ def test_written_file_is_locked_until_renamed_to_its_final_name(tmp_path):
     with whole_file(Watched(tmp_path / "out"), RefusalError) as stream:
         stream.write(b"all of it")
     assert (tmp_path / "out").read_bytes() == b"all of it"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no file is locked there")
+def test_only_files_that_nobody_holds_are_abandoned(tmp_path):
+    """A link is abandoned even if the file it leads to is held."""
+    held, link = tmp_path / "held", tmp_path / "link"
+    held.touch()
+    link.symlink_to(held)
+    with held.open("rb") as stream:
+        assert locks(stream)
+        assert not is_abandoned(held) and is_abandoned(link)
+    assert is_abandoned(held)
+    assert not is_abandoned(tmp_path / "none") and not is_abandoned(tmp_path)
 
 
 class Swept(type(Path())):

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 from support.planted_faults import FRAMES, STEP_NS, clean_draft
+from support.small_worlds import session_of_frames
 
 from sessions import Severity, Status
 from sessions.doctor.pose_pass import run_pose_pass
-from sessions.doctor.timing import time_findings
+from sessions.doctor.timing import FEW_FRAMES, time_findings
 
 
 def time_findings_of(draft):
@@ -56,6 +57,15 @@ def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
     draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
     reported = [item for item in time_findings_of(draft) if item.code == "clock-unit"]
     assert [(item.severity, item.count) for item in reported] == [(Severity.WARNING, FRAMES)] * expected
+
+
+@pytest.mark.parametrize(
+    ("count", "step_ns", "expected"), [(FEW_FRAMES, 10**10, True), (FEW_FRAMES - 1, 10**10, False), (FRAMES, 0, False)]
+)
+def test_few_frames_and_equal_stamps_say_no_unit(count, step_ns, expected):
+    session = session_of_frames(step_ns * np.arange(count), np.full((count, 1), Status.VALID))
+    codes = {item.code for item in time_findings(run_pose_pass([session.frames]))}
+    assert ("clock-unit" in codes) == expected
 
 
 IN_FIRST_HALF = np.arange(FRAMES) < FRAMES // 2
