@@ -16,7 +16,7 @@ from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, vector_at
 from cdcore.numerics import FloatArray
 
-MOST_STEPS: Final = 16
+TOO_MANY_STEPS: Final = 17
 """Triangles settle in five steps or so; those that go on are within rounding of touching and are asked exactly."""
 
 NO_PROGRESS: Final = 1e-12
@@ -152,7 +152,7 @@ def steps_to_separate(points: FloatArray, axis: FloatArray, pad: float, room: Fl
     ahead, w = least_difference(points, v)
     if ahead > pad * np.sqrt(dot(v, v)):
         return 0
-    for step in range(1, MOST_STEPS + 1):
+    for step in range(1, TOO_MANY_STEPS):
         put(room, count, w)
         count, v = nearest_on_simplex(room, count + 1)
         far = dot(v, v)
