@@ -5,6 +5,7 @@ from scipy.spatial import ConvexHull
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.poses import rotation_from_quaternion
+from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.solids import (  # noqa: F401
     ball_mesh,
     beaker_mesh,
@@ -15,6 +16,11 @@ from replay.studies.stress.solids import (  # noqa: F401
     rod_mesh,
     shift_mesh,
 )
+
+
+def triangle_family(name: str):
+    """The family of random triangle pairs of this name: its pairs are hard to decide in the way the name says."""
+    return next(family for family in FAMILIES if family.name == name)
 
 
 def without_faces(mesh: TriangleMesh, count: int) -> TriangleMesh:

@@ -80,6 +80,7 @@ def test_touching_cubes_separate(away):
 
 @pytest.mark.parametrize("away", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
 def test_overlapping_cubes_with_common_planes_do_not_separate(away):
+    """The faces in common planes touch only, though the cubes are up to half an edge deep in each other."""
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)

@@ -10,7 +10,7 @@ AT_ORIGIN = (I3, np.zeros(3))
 
 def curve_from(search, pose, seeds):
     """Face pairs that the flood fill reaches from these."""
-    search.search(pose, AT_ORIGIN, 0.0, budget=1)
+    search.search(pose, AT_ORIGIN, stamp=0.0, budget=1)
     search.state["hit_a"] = -1
     return {tuple(row) for row in search.curve(np.array(seeds, dtype=np.int64).reshape(-1, 2)).tolist()}
 
@@ -53,7 +53,7 @@ def test_resting_faces_edges_and_corners_are_filled_over_corners(offset):
     search = search_of(box, box, variant="local", budget=5000)
     pose = (I3, np.array(offset))
     truth = exact_pairs(search, box, box, pose, AT_ORIGIN)
-    assert search.search(pose, AT_ORIGIN, 0.0).hit in truth
+    assert search.search(pose, AT_ORIGIN, stamp=0.0).hit in truth
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
@@ -63,5 +63,5 @@ def test_arrays_grow_with_thousands_of_pairs():
     search = search_of(ball, ball)
     truth = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
     assert len(truth) > 10_000
-    assert search.search(AT_ORIGIN, AT_ORIGIN, 0.0).hit is not None
+    assert search.search(AT_ORIGIN, AT_ORIGIN, stamp=0.0).hit is not None
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth

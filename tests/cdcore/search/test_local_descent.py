@@ -29,7 +29,7 @@ def starts_beside_each_other(directions=150):
         torus_mesh(major=1.0, minor=0.3, around=60, across=24),
         variant="local",
     )
-    search.search((I3, np.array([0.02, 0.01, 0.62])), AT_ORIGIN, 0.0, budget=0)
+    search.search((I3, np.array([0.02, 0.01, 0.62])), AT_ORIGIN, stamp=0.0, budget=0)
     draw = np.random.default_rng(4)
     return search, draw.integers(len(search.first), size=(directions, 2)).tolist()
 
@@ -47,7 +47,7 @@ def test_descent_ends_only_at_local_minima():
     search, starts = starts_beside_each_other()
     ends, overlapping, longest = set(), 0, 0
     for i, j in starts:
-        search.search((I3, np.array([0.02, 0.01, 0.62])), AT_ORIGIN, 0.0, budget=0)
+        search.search((I3, np.array([0.02, 0.01, 0.62])), AT_ORIGIN, stamp=0.0, budget=0)
         end, distance, spent = descent_from(search, i, j)
         ends.add(end)
         *_, again = descent_from(search, i, j)

@@ -66,8 +66,8 @@ def test_equal_seeds_give_equal_queries_in_any_thread(variant):
 def test_degenerate_and_smallest_input_is_searched_all_the_same(variant):
     point = TriangleMesh([[0, 0, 0]], [[0, 0, 0]])
     search = search_of(point, point, variant=variant, budget=10)
-    assert search.search(AT_ORIGIN, AT_ORIGIN, 0.0).hit == (0, 0)
-    assert search.search((I3, np.array([0, 0, 1e-300])), AT_ORIGIN, 0.0).hit is None
+    assert search.search(AT_ORIGIN, AT_ORIGIN, stamp=0.0).hit == (0, 0)
+    assert search.search((I3, np.array([0, 0, 1e-300])), AT_ORIGIN, stamp=0.0).hit is None
 
 
 @pytest.mark.parametrize("scale", [2.0**-600, 2.0**400])
@@ -76,9 +76,9 @@ def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
     box = TriangleMesh(box_mesh().vertices * scale, box_mesh().faces)
     search = search_of(box, box, variant="local", budget=2000)
     pose = (I3, np.array([0.75, 0.5, 0.25]) * scale)
-    query = search.search(pose, AT_ORIGIN, 0.0)
+    query = search.search(pose, AT_ORIGIN, stamp=0.0)
     assert query.hit in exact_pairs(search, box, box, pose, AT_ORIGIN)
-    assert search.search((I3, np.array([1.5, 0, 0]) * scale), AT_ORIGIN, 0.0).hit is None
+    assert search.search((I3, np.array([1.5, 0, 0]) * scale), AT_ORIGIN, stamp=0.0).hit is None
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
@@ -89,7 +89,7 @@ def test_start_at_a_meeting_pair_hits_immediately(variant):
     pose = (I3, np.array([1.5, 0.1, 0.2]))
     assert len(intersecting_faces(ball, ball, np.block([[I3, pose[1][:, None]], [np.zeros((1, 3)), 1]])))
     start = min(exact_pairs(search, ball, ball, pose, AT_ORIGIN))
-    query = search.search(pose, AT_ORIGIN, 0.0, start=start)
+    query = search.search(pose, AT_ORIGIN, stamp=0.0, start=start)
     assert (query.hit, query.evaluations) == (start, 1)
     assert (int(search.state["start_a"]), int(search.state["start_b"])) == start
 
@@ -105,4 +105,4 @@ def test_touching_faces_are_never_skipped_wherever_they_lie(local, world):
     for rotation in random_rotations(rng, 200):
         # the same pose for both, so that the shared corner stays shared to the bit
         pose = rotation, rng.normal(size=3) * world
-        assert search.search(pose, pose, 0.0).hit == (0, 0)
+        assert search.search(pose, pose, stamp=0.0).hit == (0, 0)

@@ -51,7 +51,7 @@ def test_sampled_search_finds_only_pairs_of_sampled_faces(variant):
     truth = exact_pairs(search, ball, ball, pose, AT_ORIGIN)
     first, second = set(search.first.pick.tolist()), set(search.second.pick.tolist())
     left = {(i, j) for i, j in truth if i in first and j in second}
-    query = search.search(pose, AT_ORIGIN, 0.0)
+    query = search.search(pose, AT_ORIGIN, stamp=0.0)
     if variant in ("memetic", "local"):
         assert (query.hit is not None) == bool(left)
     if query.hit is not None:

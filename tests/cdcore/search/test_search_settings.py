@@ -54,15 +54,16 @@ def test_printed_search_breaks_within_a_few_dozen_steps(alpha):
     broke = []
     for seed in range(50):
         search = search_of(ball, ball, variant="printed", alpha=alpha, beta=2.0, budget=100_000, seed=seed)
-        query = search.search((I3, np.array([5.0, 0, 0])), (I3, np.zeros(3)), 0.0)
+        query = search.search((I3, np.array([5.0, 0, 0])), (I3, np.zeros(3)), stamp=0.0)
         assert query.reason == "broken"
         broke.append(query.iterations)
     assert 1 <= np.median(broke) <= 30
 
 
 def test_hit_during_descent_is_still_confirmed():
+    """Unit cubes 0.02 apart overlap; the pair reported is one of those that meet, which the curve lists."""
     box = box_mesh()
     search = search_of(box, box, variant="printed", budget=100_000)
-    query = search.search((I3, np.array([0.02, 0, 0])), (I3, np.zeros(3)), 0.0)
+    query = search.search((I3, np.array([0.02, 0, 0])), (I3, np.zeros(3)), stamp=0.0)
     assert query.reason == "hit"
     assert query.hit in {tuple(row) for row in search.curve(np.zeros((0, 2), dtype=np.int64)).tolist()}

@@ -88,7 +88,7 @@ def test_curve_of_a_hit_is_every_pair_of_two_boxes(offset):
     box, pose = box_mesh(), (I3, np.array(offset))
     search = search_of(box, box, variant="local", budget=1000)
     truth = exact_pairs(search, box, box, pose, AT_ORIGIN)
-    assert search.search(pose, AT_ORIGIN, 0.0).hit in truth
+    assert search.search(pose, AT_ORIGIN, stamp=0.0).hit in truth
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
@@ -98,5 +98,5 @@ def test_a_curve_outgrows_its_first_memory():
     search = search_of(ball, ball)
     truth = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
     assert len(truth) > 256
-    assert search.search(AT_ORIGIN, AT_ORIGIN, 0.0).hit is not None
+    assert search.search(AT_ORIGIN, AT_ORIGIN, stamp=0.0).hit is not None
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth

@@ -120,12 +120,12 @@ def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
     """Balls 2.4 m apart never meet; pheromone is clamped to 0.001 to 10."""
     ball = ball_of(faces=600)
     search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
-    query = search.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
+    query = search.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), stamp=0.0)
     pheromone = search.swarm["pheromone"]
     assert (pheromone >= 1e-3).all()
     assert (pheromone <= 10.0).all()
     whole = search_of(ball, ball, variant="corrected", budget=4000, restart_after=10**9)
-    same = whole.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
+    same = whole.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), stamp=0.0)
     assert (query == same) == (equation is None)
 
 
@@ -135,7 +135,7 @@ def test_search_of_larger_meshes_evaluates_the_same_pairs():
     for scale in (1.0, 1024.0):
         ball = ball_of(600, radius=scale)
         search = search_of(ball, ball, variant="corrected", budget=1000)
-        results.append(search.search((I3, np.array([2.4, 0, 0]) * scale), (I3, np.zeros(3)), 0.0))
+        results.append(search.search((I3, np.array([2.4, 0, 0]) * scale), (I3, np.zeros(3)), stamp=0.0))
     small, large = results
     assert large == small._replace(distance=1024.0 * small.distance)
 
@@ -148,16 +148,18 @@ AT_ORIGIN = (I3, np.zeros(3))
 @pytest.mark.parametrize("budget", [1, 7, 40, 1000])
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
     ball = ball_of(faces=600)
-    query = search_of(ball, ball, variant=variant, budget=budget).search(APART, AT_ORIGIN, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=budget).search(APART, AT_ORIGIN, stamp=0.0)
     assert query.evaluations == budget or (query.reason == "broken" and query.evaluations < budget)
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected"])
 def test_population_is_redrawn_after_quiet_evaluations(variant):
     ball = ball_of(faces=600)
-    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(APART, AT_ORIGIN, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(APART, AT_ORIGIN, stamp=0.0)
     assert 5 <= query.restarts <= 9
     assert (
-        search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).search(APART, AT_ORIGIN, 0.0).restarts
+        search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6)
+        .search(APART, AT_ORIGIN, stamp=0.0)
+        .restarts
         == 0
     )

@@ -56,10 +56,10 @@ def test_of_shifts_that_fit_equally_the_smallest_is_taken():
 
 def test_given_offset_is_kept_and_its_fit_reported():
     """At offset 0 the first report is 10 ms from a true moment, the second 500 ms, which is no partner."""
-    result = estimate_offset({BEGINS_OF_AB: [1.0, 2.0]}, {BEGINS_OF_AB: [1.01, 2.5]}, 0.0)
+    result = estimate_offset({BEGINS_OF_AB: [1.0, 2.0]}, {BEGINS_OF_AB: [1.01, 2.5]}, known_offset=0.0)
     assert (result.seconds, result.matched) == (0.0, 1) and result.residual == pytest.approx(0.01)
     assert str(result).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
-    lost = estimate_offset({BEGINS_OF_AB: [1.0]}, {}, 0.5)
+    lost = estimate_offset({BEGINS_OF_AB: [1.0]}, {}, known_offset=0.5)
     assert (lost.matched, lost.residual) == (0, None)
     assert str(lost).endswith("residual unknown: all 1 begins and ends are over 50 ms from a true one")
 
@@ -74,7 +74,7 @@ def test_offset_of_begins_is_not_guessed_from_ends():
 def test_single_report_fits_no_clock(reported):
     with pytest.raises(AuditError, match=r"fewer than two reports fit true contacts.*--offset"):
         estimate_offset(reported, {BEGINS_OF_AB: [0.0, 3.0], ENDS_OF_AB: [4.0]})
-    assert estimate_offset(reported, {BEGINS_OF_AB: [0.99]}, 0.0).matched == 1
+    assert estimate_offset(reported, {BEGINS_OF_AB: [0.99]}, known_offset=0.0).matched == 1
 
 
 def reports_of_a_drifting_clock(contacts, span, drift, rng, jitter=JITTER):
@@ -168,6 +168,6 @@ def test_given_offset_or_drift_is_no_clock_of_the_recording():
     facts = ClockFacts(frame_interval=0.01, recording_clock_offsets=(0.0,))
     reported, truth = reported_late(0.0)
     drifting = {key: [moment / 1.02 for moment in moments] for key, moments in truth.items()}
-    assert not estimate_offset(reported, truth, 0.001, facts).is_own_clock
+    assert not estimate_offset(reported, truth, known_offset=0.001, facts=facts).is_own_clock
     result = estimate_offset(drifting, truth, facts=facts)
     assert result.drift == pytest.approx(0.02) and not result.is_own_clock

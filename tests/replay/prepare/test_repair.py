@@ -49,7 +49,7 @@ def test_refusal_of_the_policy_stops_the_run_with_a_sentence(name):
 
 
 def test_path_is_known_where_used_poses_do_not_teleport():
-    """The recorded hand jumps to the origin and back; bridged it does not."""
+    """The hand is at the origin in frames 400 to 419: it jumps there and back; interpolated it does not."""
     jumps = {"keep": [400, 420], "interpolate:1": [], "drop": [*range(400, 421)]}
     for action, broken in jumps.items():
         result = compute(

@@ -28,8 +28,9 @@ def matter(process, extent, limits):
 
 
 def test_equation_states_how_far_it_ran_and_what_ended_it():
+    """``extent``: mol at 0, 1, 2 and 3 s; ``limits``: mol by which it could run on, by each cause."""
     limits = {"Mg(s)": np.array(0.0), "Cl-": np.array(0.01), Cause.ACID: np.array(0.0)}
-    (event,) = reacted_events(matter(MAGNESIUM, [0.0, 0.0, 0.003, 0.005], limits), (), ())
+    (event,) = reacted_events(matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits), (), ())
     assert event.text == "Mg + 2 HCl runs in flask by 5 mmol, until no Mg is left"
     assert (event.time, event.end, event.values["moles"]) == (2.0, 3.0, 0.005)
 

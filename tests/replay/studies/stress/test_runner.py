@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.optional import read_cases
 from support.processes import Watched
+from support.shapes import triangle_family
 
 from cdcore import Verdict
 from cdcore.errors import InvalidSettingError, UnknownDetectorError
@@ -16,6 +17,9 @@ from replay.studies.stress.runner import detectors_of, family_tally, numbers_of,
 from replay.studies.stress.tally import StressResult, Tally, judge_answers
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+CAVITY = 28
+"""Number of the hard case of bodies in a closed cavity."""
 
 
 def faces_above_floor(height):
@@ -49,12 +53,17 @@ MIXED_VERDICTS = [
 @pytest.mark.parametrize(
     ("family", "verdict", "tau", "counts"),
     [
-        (FAMILIES[0], OPPOSITE_OF_TRUTH, 2e-6, (2, 2, 2, 0, 0)),
-        (FAMILIES[0], OPPOSITE_OF_TRUTH, 0.0, (3, 3, 0, 0, 0)),
-        (FAMILIES[0], OPPOSITE_OF_TRUTH, 0.5e-6, (3, 3, 0, 0, 0)),
-        (FAMILIES[13], OPPOSITE_OF_TRUTH, 2e-6, (3, 3, 0, 0, 0)),
-        (FAMILIES[0], np.where(TRUTH, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8), 2e-6, (0, 0, 0, 0, 0)),
-        (FAMILIES[0], np.array(MIXED_VERDICTS, dtype=np.uint8), 2e-6, (0, 0, 0, 2, 1)),
+        (triangle_family("generic control"), OPPOSITE_OF_TRUTH, 2e-6, (2, 2, 2, 0, 0)),
+        (triangle_family("generic control"), OPPOSITE_OF_TRUTH, 0.0, (3, 3, 0, 0, 0)),
+        (triangle_family("generic control"), OPPOSITE_OF_TRUTH, 0.5e-6, (3, 3, 0, 0, 0)),
+        (triangle_family("tiny"), OPPOSITE_OF_TRUTH, 2e-6, (3, 3, 0, 0, 0)),
+        (
+            triangle_family("generic control"),
+            np.where(TRUTH, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8),
+            2e-6,
+            (0, 0, 0, 0, 0),
+        ),
+        (triangle_family("generic control"), np.array(MIXED_VERDICTS, dtype=np.uint8), 2e-6, (0, 0, 0, 2, 1)),
     ],
     ids=["wrong", "no tolerance", "a small tolerance", "no metres", "right", "refusals and volumes"],
 )
@@ -68,13 +77,21 @@ def test_an_answer_is_counted_once_under_the_right_word(family, verdict, tau, co
 
 def test_progress_counts_families_and_cases():
     watched = Watched()
-    stress("exact", families=FAMILIES[:2], cases=[28], pairs=2, progress=watched)
+    stress("exact", families=FAMILIES[:2], cases=[CAVITY], pairs=2, progress=watched)
     assert watched.stages["stress"] == (3, 3)
 
 
 def test_failing_triangle_pairs_beyond_tolerance_are_written(tmp_path):
     """Rows 2 and 3 are within tau; the other four are written."""
-    planted = "lab.engine:Planted", FAMILIES[0], 5, PAIRS_ABOVE_AND_BELOW, TRUTH, OPPOSITE_OF_TRUTH, 2e-6
+    planted = (
+        "lab.engine:Planted",
+        triangle_family("generic control"),
+        5,
+        PAIRS_ABOVE_AND_BELOW,
+        TRUTH,
+        OPPOSITE_OF_TRUTH,
+        2e-6,
+    )
     tally = family_tally(*planted, tmp_path / "new")
     path = tmp_path / "new" / "family-01-lab-engine-planted-seed-5.npz"
     assert [*path.parent.iterdir()] == [path] and tally.file == str(path)
@@ -98,7 +115,7 @@ def test_exact_is_right_on_a_sample_of_every_family():
 def test_python_fcl_behind_hybrid_fails_where_products_overflow():
     points, overflow = stress(
         "hybrid",
-        families=[family for family in FAMILIES if family.name in ("point on a face", "products overflow")],
+        families=[triangle_family("point on a face"), triangle_family("products overflow")],
         pairs=300,
     ).tallies
     assert points.within > 50 and points.missed == points.invented == 0
@@ -144,7 +161,7 @@ def test_stress_of_all_runs_detectors_that_decide_on_meshes(monkeypatch):
 
 
 def test_stress_takes_specs_and_screen_names():
-    result = stress("mesh50,slow=discrete[rate_hz=20],paper", families=FAMILIES[:1], cases=[28], pairs=2)
+    result = stress("mesh50,slow=discrete[rate_hz=20],paper", families=FAMILIES[:1], cases=[CAVITY], pairs=2)
     assert [tally.detector for tally in result.tallies[:3]] == ["mesh50", "slow", "paper"]
     with pytest.raises(InvalidSettingError, match="has no setting 'speed'"):
         stress("exact[speed=1]", families=FAMILIES[:1], pairs=1)

@@ -2,28 +2,39 @@
 
 import numpy as np
 import pytest
+from support.shapes import triangle_family
 
 from cdcore import Verdict
 from cdcore.errors import CollisionCoreError
 from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress import triangle_pairs
-from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.triangle_pairs import verdicts_of
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("number", [1, 7, 9, 13, 15, 16, 24])
-def test_exact_in_batches_equals_the_predicate(number, monkeypatch):
+@pytest.mark.parametrize(
+    "family",
+    [
+        "generic control",
+        "coplanar oblique",
+        "collinear against proper",
+        "far from the origin",
+        "products underflow",
+        "products overflow",
+        "lattice",
+    ],
+)
+def test_exact_in_batches_equals_the_predicate(family, monkeypatch):
     """40 pairs of each family, 16 a call."""
     monkeypatch.setattr(triangle_pairs, "PAIRS_PER_CALL", 16)
-    pairs = FAMILIES[number - 1].pairs(40)
+    pairs = triangle_family(family).pairs(40)
     assert np.array_equal(verdicts_of("exact", pairs) == Verdict.CONTACT, triangles_intersect(pairs))
     assert verdicts_of("exact", pairs[:0]).shape == (0,)
 
 
 def test_refused_triangle_pair_does_not_affect_other_pairs(monkeypatch):
     """The fifth of nine pairs is refused."""
-    pairs = FAMILIES[2].pairs(9)
+    pairs = triangle_family("shared vertex").pairs(9)
     create = triangle_pairs.create_detector
 
     def picky(name, bodies, **settings):
@@ -38,7 +49,7 @@ def test_refused_triangle_pair_does_not_affect_other_pairs(monkeypatch):
 
 @pytest.mark.parametrize("detector", ["discrete", "sphere"])
 def test_the_cheaper_settings_change_no_verdict(detector, monkeypatch):
-    pairs = FAMILIES[0].pairs(60)
+    pairs = triangle_family("generic control").pairs(60)
     cheap = verdicts_of(detector, pairs)
     monkeypatch.setattr(triangle_pairs, "CHEAPER_SETTINGS", {})
     assert np.array_equal(verdicts_of(detector, pairs), cheap)
