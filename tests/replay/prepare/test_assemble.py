@@ -138,6 +138,16 @@ def test_session_without_pairs_is_refused_with_the_reason(session, text):
         assemble(session)
 
 
+@pytest.mark.parametrize(
+    ("start", "end", "text"),
+    [(5.0, 9.0, "between 5 and 9 s"), (None, -1.0, "between 0 and -1 s"), (0.2, None, "between 0.2 and 0.11 s")],
+)
+def test_window_without_frames_is_refused_with_its_ends(start, end, text):
+    """12 frames at 100 Hz, the last at 0.11 s."""
+    with pytest.raises(AssemblyError, match=f"no frame lies {text}; the session runs from 0 to 0.11"):
+        assemble(unit_cubes_on_x({"a": [0] * 12, "b": range(12)}), start=start, end=end)
+
+
 def test_body_that_is_always_lost_leaves_no_pair():
     status = np.ones((12, 2))
     status[:, 1] = int(Status.LOST)
@@ -148,6 +158,7 @@ def test_body_that_is_always_lost_leaves_no_pair():
 def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
     session = session_with_jump(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", fixed=Pose((9.0, 9.0, 9.0))),)))
     assembly = assemble(session)
+    assert assembly.names == ("a", "b")
     assert "the fixed pose of body 'b' is not used: the recording has poses of it" in assembly.notes
     assert assembly.motion.translations[:, 1, 2].tolist() == (3.0 + 0.01 * np.arange(12)).tolist()
 
@@ -157,6 +168,11 @@ def test_engine_reports_naming_unknown_bodies_are_noted():
     contacts = tuple(LiveContact(0, first, second, "enter") for first, second in reports)
     notes = assemble(dataclasses.replace(session_with_jump(np.ones((12, 2))), live_contacts=contacts)).notes
     assert "compared with nothing, for no body is called 'B', 'Bench': 3 reports of the engine" in notes
+    many = tuple(LiveContact(0, "a", f"x{k}", "enter") for k in range(assembling.MOST_UNKNOWN_NAMES + 2))
+    (note,) = assembling.unknown_in_reports(
+        dataclasses.replace(session_with_jump(np.ones((12, 2))), live_contacts=many)
+    )
+    assert f" and 2 more: {len(many)} reports of the engine" in note
     known = dataclasses.replace(session_with_jump(np.ones((12, 2))), live_contacts=contacts[:1])
     assert not any("compared with nothing" in note for note in assemble(known).notes)
 

@@ -1,9 +1,13 @@
+from types import SimpleNamespace
+
 import pytest
 from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
+from replay.detection.progress import Silent
 from replay.errors import OutputError
+from replay.running.runner import with_measured_fixes
 from sessions import write_session
 from sessions.errors import SessionFileError
 
@@ -42,3 +46,14 @@ def test_recording_of_a_run_is_matched_by_content(tmp_path):
     (tmp_path / "s1.mcap").rename(tmp_path / "another_name.mcap")
     (tmp_path / "s1.mcap").write_bytes(b"of another lesson")
     assert main(["shrink", str(tmp_path / "run"), "--miss", "1", "-o", str(tmp_path / "case")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("fix_time", "answers", "is_measured"), [(0.0, ("slow",), False), (5.0, (), False), (5.0, ("slow",), True)]
+)
+def test_fixes_are_measured_where_time_and_answers_are(monkeypatch, fix_time, answers, is_measured):
+    """``fix_time``: seconds to measure in; an answer stands for a detector that is wrong."""
+    monkeypatch.setattr("replay.advice.measured_fix.measured_fixes", lambda result, seconds, progress: seconds)
+    document = SimpleNamespace(settings=SimpleNamespace(fix_time=fix_time))
+    result = SimpleNamespace(document=document, answers=answers)
+    assert with_measured_fixes(result, Silent()) == (fix_time if is_measured else result)
