@@ -1,0 +1,24 @@
+"""Points in another body's frame agree with matrix products; the margin for rounding grows with both bodies' places."""
+
+import numpy as np
+import pytest
+from support.shapes import random_rotations
+
+from cdcore.containment.placed_points import margin_at, margin_of, point_in_outer
+
+TRANSLATIONS = np.array([[[9.0, 9.0, 9.0]] * 3, [[1.0, -2.0, 3.0], [9.0, 9.0, 9.0], [-4.0, 5.0, -6.0]]])
+"""Of three bodies in two frames; below, body 0 is inside body 2 in frame 1."""
+
+
+def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
+    expected = 1024 * np.finfo(float).eps * (0.5 + (1 + 2 + 3) + (4 + 5 + 6))
+    assert margin_at(TRANSLATIONS, 1, 0, 2, 0.5) == pytest.approx(expected, rel=1e-15)
+    assert margin_of(TRANSLATIONS[1], 0, 2, 0.5) == pytest.approx(expected, rel=1e-15)
+
+
+def test_point_in_the_outer_frame_is_that_of_matrix_products():
+    rng = np.random.default_rng(0)
+    rotations, points = random_rotations(rng, 2, 3), rng.normal(size=(4, 3))
+    (inner, _, outer), (inner_place, _, outer_place) = rotations[1], TRANSLATIONS[1]
+    expected = outer.T @ (inner @ points[3] + inner_place - outer_place)
+    assert point_in_outer(rotations, TRANSLATIONS, 1, 0, 2, points, 3) == pytest.approx(expected)
