@@ -67,3 +67,14 @@ def test_tangent_spheres_stay_candidates_despite_rounding(centre, away):
         Motion(np.arange(count), positions, rotations)
     )
     assert (verdict == Verdict.CANDIDATE).all()
+
+
+def test_tangent_spheres_stay_candidates_where_squares_underflow():
+    """Squares of 1e-160 m have lost most of their digits."""
+    directions = np.random.default_rng(2).normal(size=(100, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    positions = 2e-160 * np.stack([np.zeros((100, 3)), directions], axis=1)
+    verdict, _ = SphereStage([Sphere(np.zeros(3), 1e-160)] * 2, FIRST_AND_SECOND).candidates(
+        unrotated_motion(positions)
+    )
+    assert (verdict == Verdict.CANDIDATE).all()
