@@ -121,17 +121,16 @@ def run_out(
     for first, last in pairwise(inflow_frames):
         segment = slice(first, last + 1)
         volume += float(inflow[first])
-        if last > first and area[segment].any():
-            segment_volume = volume_run_out(
-                times[segment],
-                area[segment],
-                discharge=discharge,
-                section=section,
-                head=foot + volume / section,
-                available=volume,
-            )
-            run_out_volume[first + 1 : last + 1] = np.diff(segment_volume)
-            volume -= float(segment_volume[-1])
+        segment_volume = volume_run_out(
+            times[segment],
+            area[segment],
+            discharge=discharge,
+            section=section,
+            head=foot + volume / section,
+            available=volume,
+        )
+        run_out_volume[first + 1 : last + 1] = np.diff(segment_volume)
+        volume -= float(segment_volume[-1])
     return run_out_volume
 
 

@@ -1,7 +1,11 @@
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from support.small_worlds import unit_cubes_on_x
 
 from replay.effects.contact import SPEC
+from replay.effects.contact import compute as contacts_of
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -43,3 +47,38 @@ def test_contact_effect_is_independent_of_audited_detectors():
         for touch in requested
     }
     assert len(answers) == 1
+
+
+class Inputs(SimpleNamespace):
+    """Inputs of an effect, with as many frames as times."""
+
+    def __len__(self):
+        return len(self.times)
+
+
+def normal_of_contact(points):
+    """Normal of a contact of one pair, whose surfaces meet along a curve through these points."""
+    touching = SimpleNamespace(
+        pair=("a", "b"),
+        touching=np.array([False, True, True]),
+        known=np.ones(3, dtype=bool),
+        section=lambda _: np.stack([points[:-1], points[1:]], axis=1),
+    )
+    inputs = Inputs(
+        times=np.arange(3.0),
+        pairs=[("a", "b")],
+        contact=lambda _: touching,
+        lane_spans=lambda *_: [],
+        end=lambda _: None,
+    )
+    ((contact,),) = contacts_of(inputs).data.values()
+    return contact.normal
+
+
+def test_normal_of_a_contact_is_that_of_its_curve():
+    """A loop of 2 mm across the normal (1, 2, 2) / 3, five metres from the origin; a straight curve has no plane."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 9)
+    first, second, normal = np.array([2.0, 1.0, -2.0]) / 3.0, np.array([2.0, -2.0, 1.0]) / 3.0, [1 / 3, 2 / 3, 2 / 3]
+    loop = np.array([5.0, 0.0, 0.0]) + 1e-3 * (np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second))
+    assert abs(np.dot(normal_of_contact(loop), normal)) == pytest.approx(1.0)
+    assert normal_of_contact(np.outer(angles, first)) is None

@@ -3,7 +3,8 @@ import pytest
 from support.liquid_worlds import effects_of_tilt_degrees, glass, poses_at_rest, session_with_effects
 
 from replay.effects.chemistry.solution_water import water_molar
-from replay.effects.output import COLOURS
+from replay.effects.output import COLOURS, Findings, Series
+from replay.effects.temperatures import note_temperature
 from replay.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -186,3 +187,12 @@ def test_a_heated_solid_changes_colour_once():
     assert drawn.level[0] > drawn.floor
     cool = compute(dish_of_salt({**COLOUR_CHANGE, "turns_c": 90.0})).effects["heat"]
     assert not cool.output.events_named("turned") and len(cool.output.liquids["dish"].times) == 1
+
+
+@pytest.mark.parametrize(("is_wet", "seconds"), [(None, 1.0), ([True, False, True, True], 2.0), ([False] * 4, None)])
+def test_boiling_begins_at_the_boiling_point_of_a_liquid(is_wet, seconds):
+    """Water is at 100 degC from second 1 on; without water nothing boils."""
+    findings = Findings(4)
+    celsius = Series(np.arange(4.0), np.array([20.0, 100.0, 100.0, 99.0]), "degC")
+    note_temperature(findings, "pot", celsius, boils_c=100.0, is_wet=None if is_wet is None else np.array(is_wet))
+    assert [event.time for event in findings.events] == ([] if seconds is None else [seconds])

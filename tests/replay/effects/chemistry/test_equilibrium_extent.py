@@ -35,11 +35,31 @@ def test_isomers_stop_at_the_ratio_of_their_constant(a, b, log_k):
     assert extent(Process("", ISOMER, log_k=log_k), a, A=a, B=b) == pytest.approx(expected, abs=1e-4)
 
 
+def test_isomers_of_a_long_titration_stop_in_every_row():
+    """A grows from row to row and half of it becomes B."""
+    column = {name: index for index, name in enumerate(COLUMNS)}
+    amounts = np.zeros((100, len(COLUMNS)))
+    amounts[:, column["H2O"]], amounts[:, column["A"]] = KILOGRAM_MOL, np.linspace(0.1, 2.0, 100)
+    changes = np.array([[ISOMER.get(name, 0.0) for name in COLUMNS]])
+    unbound = np.zeros(len(COLUMNS))
+    extents = EquilibriumExtents([Process("", ISOMER, log_k=0.0)], changes, column, solver=None, holds_acid=unbound)
+    half = extents.extent(0, amounts, amounts[:, column["A"]], np.full(100, 25.0))
+    assert half == pytest.approx(0.5 * amounts[:, column["A"]], abs=1e-4)
+
+
 @pytest.mark.parametrize(
     "process", [Process("", ISOMER, rate=1.0, log_k=0.0), Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0)]
 )
 def test_slow_reactions_and_gases_never_run_back(process):
     assert extent(process, most=0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0
+
+
+def test_free_protons_count_in_the_quotient_and_water_does_not():
+    """B by A and free protons becomes 1; 0.2 mol of ammonia hold as many of the 0.5 mol of protons."""
+    process = Process("", {"A": -1.0, "H+": -1.0, "B": 1.0, "H2O": 1.0}, log_k=0.0)
+    expected = brentq(lambda x: x - (0.5 - x) * (0.3 - x), 0.0, 0.3)
+    mol = {"A": 0.5, "H+": 0.5, "NH3": 0.2}
+    assert extent(process, 0.3, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, rel=1e-2)
 
 
 def test_complete_reaction_uses_up_its_reagent():

@@ -3,7 +3,7 @@
 import pytest
 
 from replay.effects.chemistry.components import components_of
-from replay.effects.chemistry.formulas import atoms, equation_of, ion_of
+from replay.effects.chemistry.formulas import atoms, crystal_water, equation_of, ion_of
 
 
 def known(formula):
@@ -76,6 +76,22 @@ def test_edta_by_its_abbreviation_is_refused_with_its_formula(text):
 def test_two_balanced_readings_are_refused_with_a_remedy():
     with pytest.raises(ValueError, match=r"read in \d ways; write charges with \^"):
         equation_of("Xe22+ -> Xe22+")
+
+
+@pytest.mark.parametrize("reading", ["Xe2^2+", "Xe22+"])
+def test_of_two_balanced_readings_the_known_is_taken(reading):
+    """The charge of Xe22+ is 2 or 1; a molecule need not be known."""
+    equation = equation_of("Xe22+ + H2O -> Xe22+ + H2O", lambda formula: formula == reading)
+    assert equation.reagents == {reading: 1, "H2O": 1}
+
+
+def test_solid_that_only_stands_on_the_left_dissolves():
+    sides = {"NaCl(s) -> NaCl": {"NaCl"}, "NaCl(s) -> NaCl(s)": set(), "NaCl -> NaCl(s)": set(), "NaCl -> NaCl": set()}
+    assert {text: set(equation_of(text).dissolved) for text in sides} == sides
+
+
+def test_crystal_water_is_counted_behind_the_dot():
+    assert [crystal_water(formula) for formula in ("CuSO4.5H2O", "Na2CO3.H2O", "NaCl")] == [5, 1, 0]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,16 @@
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from replay.effects.models.outflow import GRAVITY_M_S2, Stream, entry_times, flows, run_out
+from replay.effects.models.outflow import (
+    GRAVITY_M_S2,
+    Stream,
+    entry_times,
+    flows,
+    points_at_height,
+    run_out,
+    twist_angle,
+)
 
 UP = np.array([0.0, 1.0, 0.0])
 REST = np.zeros(3)
@@ -19,6 +28,9 @@ def disc_entered(start, velocity, discs):
 
 
 DROP_S = float(np.sqrt(2 * 0.2 / GRAVITY_M_S2))
+THROWN_S = max(np.roots([-0.5 * GRAVITY_M_S2, 2.0, -0.1]))
+"""Seconds after which what is thrown up at 2 m/s comes down through a height 10 cm above."""
+
 POINT_HIT_AT_0_3_M_S = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
 
 
@@ -36,6 +48,7 @@ POINT_HIT_AT_0_3_M_S = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
         # Thrown up it comes down through an opening it started below.
         ((0.0, -0.1, 0.0), (0.0, 2.0, 0.0), [disc()], "cup"),
         ((0.0, -0.1, 0.0), (0.0, 1.0, 0.0), [disc()], ""),
+        ((-0.5, -0.1, 0.0), (0.5 / THROWN_S, 2.0, 0.0), [disc()], "cup"),
     ],
 )
 def test_liquid_falls_into_the_upward_opening_below(start, velocity, discs, name):
@@ -55,6 +68,22 @@ def stream(times, volumes, source="a", target="b"):
         volume_ml=np.array(volumes),
         points=np.zeros((len(times), 3)),
     )
+
+
+@pytest.mark.parametrize("speed_up", [1.0, 0.0, -1.0])
+def test_liquid_lands_where_its_parabola_meets_the_height(speed_up):
+    """Let go at (1, 0.5, 2) with 0.3 m/s along x, it lands at a height of 0.2 m; to 5 m it never gets."""
+    start, velocity = np.array([[1.0, 0.5, 2.0]] * 2), np.array([[0.3, speed_up, 0.0]] * 2)
+    landed, never = points_at_height(start, velocity, np.array([0.2, 5.0]))
+    seconds = max(np.roots([-0.5 * GRAVITY_M_S2, speed_up, 0.5 - 0.2]))
+    assert landed == pytest.approx([1.0 + 0.3 * seconds, 0.2, 2.0])
+    assert never.tolist() == [1.0, 0.5, 2.0]
+
+
+def test_twist_angle_is_that_of_the_rotation_about_the_axis():
+    axis, angles = np.array([1.0, 2.0, -2.0]) / 3.0, np.array([-3.0, -1.0, 0.0, 0.5, 2.5])
+    rotations = Rotation.from_rotvec(angles[:, None] * axis).as_matrix()
+    assert twist_angle(rotations, axis) == pytest.approx(angles)
 
 
 def test_only_a_long_pause_splits_a_flow():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from manifold3d import Manifold, Mesh
+from support.small_worlds import cube
 
 from replay.effects.models.sliced import SlicedCavity, volume_kept
 from sessions.glassware.catalogue import made_instrument as make_instrument
@@ -53,6 +54,21 @@ def test_onset_and_volume_agree_with_slices_of_another_library(name):
             first = int(np.argmax(kept <= fill * cavity.capacity_m3 * 1e6))
             assert truth(tilts[first] - 0.5, side) >= fill * cavity.capacity_m3 * 1e6 >= truth(tilts[first] + 0.5, side)
             assert kept[first] == pytest.approx(truth(tilts[first], side), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "side_degrees", "kept_ml"),
+    [(0.0, 0.0, 1000.0), (45.0, 0.0, 500.0), (10.3, 20.7, 882.9), (180.0, 0.0, 0.0)],
+)
+def test_box_keeps_what_its_lowest_rim_holds(degrees, side_degrees, kept_ml):
+    """A box of 10 cm, open at its top: tilted by 45 degrees it keeps the half below its diagonal.
+
+    Below that the liquid falls in the middle by 5 cm (cos side + sin side) tan tilt, to the height of a corner.
+    """
+    cavity = sliced(cube(edge=0.1), opening=(0.0, 0.05, 0.0))
+    down = gravity_when_tilted(math.radians(degrees), math.radians(side_degrees))
+    assert cavity.kept_ml(down[None]) == pytest.approx([kept_ml], abs=1.0)
+    assert cavity.level(np.array([0.0, 250.0, 1000.0])) == pytest.approx([-0.05, -0.025, 0.05])
 
 
 RADIUS, HEIGHT = 0.03, 0.08
