@@ -43,3 +43,17 @@ def test_marks_of_jerky_steps_do_not_depend_on_blocks(size):
         np.testing.assert_array_equal(in_blocks[1], whole[1])
         teleports += is_marked(whole[0], Mark.TELEPORT).sum()
     assert 30 < teleports < 3 * COUNT / 2
+
+
+@pytest.mark.parametrize(("excess", "expected"), [(0.0, []), (2.4, []), (2.6, [10]), (-2.4, []), (-2.6, [10])])
+def test_step_unlike_those_around_it_is_a_teleport(excess, expected):
+    """A body at 3 m/s whose step to frame 10 differs by ``excess`` m/s; 2.5 m/s is the least that is no motion."""
+    speeds = np.full(COUNT, 3.0)
+    speeds[10] += excess
+    samples = np.zeros(COUNT, SAMPLE)
+    samples["row"] = np.arange(COUNT)
+    samples["time"] = samples["row"] * STEP_S
+    samples["position"][:, 0] = np.cumsum(speeds * STEP_S)
+    samples["quaternion"][:, 3] = 1.0
+    marks, _ = marks_and_steps(samples, COUNT)
+    assert np.flatnonzero(is_marked(marks, Mark.TELEPORT)).tolist() == expected
