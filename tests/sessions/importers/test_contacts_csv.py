@@ -46,6 +46,8 @@ def test_repeated_reports_are_merged_and_booked(tmp_path):
         ("time,a,b,what,impulse\n0.5,cup,rod,begin,1\n", "line 1: the header names .*'impulse'; write four"),
         ("time [days],a,b,what\n0.5,cup,rod,begin\n", "'days' is no unit of time; write seconds"),
         ("0.5,cup,cup,begin\n", "line 1: the bodies are 'cup' and 'cup'; name two bodies"),
+        ("0.5,,rod,begin\n", "line 1: the bodies are '' and 'rod'; name two bodies"),
+        ("0.5,cup,,begin\n", "line 1: the bodies are 'cup' and ''; name two bodies"),
         ("0.5,cup,rod\n", "line 1: 3 columns; write four: time, a, b, begin or end"),
     ],
 )
