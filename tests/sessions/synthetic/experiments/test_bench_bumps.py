@@ -3,7 +3,7 @@ import pytest
 from scipy.stats import kstest
 
 from sessions.synthetic.assembly import Recording
-from sessions.synthetic.experiments.bench_bumps import nearly_touch
+from sessions.synthetic.experiments.bench_bumps import carry_cylinder, hold_rod, nearly_touch, stir_and_touch
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.record import experiment
 
@@ -38,3 +38,23 @@ def test_hand_is_kept_from_loss_around_its_near_miss():
     ((start, end),), miss = lab.keep["hand-left"], lab.last("near_miss")
     assert lab.late > 0.0 and miss.end - miss.start == pytest.approx(0.6)
     assert (start, end) == pytest.approx((miss.start - 0.6, miss.end + 0.4))
+
+
+def test_tracking_is_kept_around_bumps_stirring_and_holds():
+    """From before a hand comes near a glass until it is away, the tracker must not lose it."""
+    lab = Lab(experiment("bench-bumps"), Recording(noise="vive"), faces=600)
+    hold_rod(lab)
+    stir_and_touch(lab)
+    carry_cylinder(lab)
+    (stirred,) = lab.hands["right"].overlays
+    grasp, release = lab.last("grasp"), lab.last("release")
+    at_risk = [
+        ("hand-right", stirred.start - 1.1, stirred.end + 0.9),  # so long the rod goes into the beaker, and out
+        ("hand-left", grasp.start - 0.5, release.end + 0.3),
+    ]
+    for episode in lab.episodes(seconds=600.0):
+        hand = "hand-right" if "rod" in episode.pair else "hand-left"
+        start, end = episode.possibly
+        at_risk.append((hand, start - 0.1, end + 0.1))
+    for hand, start, end in at_risk:
+        assert any(window[0] <= start and end <= window[1] for window in lab.keep[hand]), (hand, start, end)
