@@ -93,6 +93,25 @@ def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
     assert result.min() > 0 and result.sum() == pytest.approx(areas.sum(), rel=1e-12)
 
 
+NOTCHES = [
+    [(0, 0), (4, 0), (4, 4), (0, 4), (0, 3), (4, 2), (0, 1)],
+    [(0, 0), (4, 0), (4, 4), (3, 4), (2, 0), (1, 4), (0, 4)],
+]
+"""A square of side 4 with a triangular notch, 2 wide and 4 deep, whose tip lies on the edge behind."""
+
+
+@pytest.mark.parametrize("corners", NOTCHES)
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_notch_that_touches_the_opposite_edge_stays_empty(corners, mirrored):
+    """The outline may begin at any corner; 16 - 4 square units are covered once."""
+    for first_corner in range(len(corners)):
+        outline = np.roll(np.array(corners, dtype=np.float64), first_corner, axis=0)
+        if mirrored:
+            outline = outline[::-1]
+        areas = doubled_areas(outline, clip_ears(outline).triangles) / 2
+        assert np.abs(areas).sum() == pytest.approx(12.0)
+
+
 @pytest.mark.parametrize("count", [FEW_CORNERS - 1, FEW_CORNERS + 1, 500])
 def test_star_of_n_corners_has_n_minus_2_triangles(count):
     """A polygon of n corners has n - 2 triangles; up to FEW_CORNERS all corners are searched, beyond only near ones."""

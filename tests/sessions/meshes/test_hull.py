@@ -1,0 +1,20 @@
+import numpy as np
+import pytest
+
+from sessions.geometry.solids import box
+from sessions.mesh_data import MeshData, has_consistent_winding
+from sessions.meshes.hull import convex_hull
+
+
+def test_hull_of_an_l_shape_is_closed_and_fills_its_corner():
+    """An L of two boxes, 2 x 1 x 1 and 1 x 2 x 1: its hull lacks only a corner of half a cube of the 2 x 2 x 1 box."""
+    lying, standing = box((2.0, 1.0, 1.0), (6.0, 5.5, 3.5)), box((1.0, 2.0, 1.0), (5.5, 6.0, 3.5))
+    vertices = np.concatenate([lying.vertices, standing.vertices])
+    hull = convex_hull(MeshData(vertices, np.concatenate([lying.faces, standing.faces + len(lying.vertices)])))
+    assert has_consistent_winding(hull)
+    assert hull.volume == pytest.approx(4.0 - 0.5)
+
+
+def test_flat_mesh_has_no_hull_and_stays_as_it_is():
+    flat = MeshData([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[0, 1, 2], [0, 2, 3]])
+    assert convex_hull(flat) is flat
