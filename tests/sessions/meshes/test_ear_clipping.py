@@ -112,6 +112,34 @@ def test_notch_that_touches_the_opposite_edge_stays_empty(corners, mirrored):
         assert np.abs(areas).sum() == pytest.approx(12.0)
 
 
+def saw(teeth, rounding=0.0):
+    """A triangle with its base up, and on it teeth of base 1 and height 1; they meet ``rounding`` above that base."""
+    between = [(x, y) for number in range(teeth - 1, 0, -1) for x, y in ((number, rounding), (number - 0.5, 1.0))]
+    return np.array([(0.0, 0.0), (teeth / 2, -teeth / 2), (teeth, 0.0), (teeth - 0.5, 1.0), *between])
+
+
+SLIT = [(30, 26), (34, 30), (23, 26), (29, 24), (23, 26), (18, 22), (18, 15), (23, 23), (22, 8), (27, 4), (36, 13)]
+
+
+@pytest.mark.parametrize(
+    ("corners", "area"),
+    [
+        (SLIT, 247.0),  # by the shoelace formula
+        (saw(6), 9.0 + 3.0),  # few corners: all are looked at
+        (saw(FEW_CORNERS + 6), 1225.0 + 35.0),
+        (saw(FEW_CORNERS + 6, rounding=1e-15), 1225.0 + 35.0),
+        (-saw(FEW_CORNERS + 6, rounding=1e-15), 1225.0 + 35.0),
+    ],
+)
+def test_corners_on_a_diagonal_are_not_cut_off(corners, area):
+    """A diagonal that runs through other corners, or along a slit, is no side of a triangle."""
+    outline = np.array(corners, dtype=np.float64)
+    cut = clip_ears(outline)
+    areas = doubled_areas(outline, cut.triangles) / 2
+    assert cut.covers and areas.min() > 0.1
+    assert areas.sum() == pytest.approx(area)
+
+
 @pytest.mark.parametrize("count", [FEW_CORNERS - 1, FEW_CORNERS + 1, 500])
 def test_star_of_n_corners_has_n_minus_2_triangles(count):
     """A polygon of n corners has n - 2 triangles; up to FEW_CORNERS all corners are searched, beyond only near ones."""
