@@ -37,3 +37,11 @@ def test_samples_stamped_before_zero_are_refused():
     for prefix, message in (("/scalars/", scalar), ("/hands/", hand)):
         with pytest.raises(SessionFileError, match="a sample is stamped before 0"):
             a.read_stream(prefix, [message.SerializeToString()])
+
+
+@pytest.mark.parametrize(("phase", "point"), [(0, []), (4, []), (1, [1.0, 2.0]), (0, [1.0, 2.0])])
+def test_live_contact_of_unknown_phase_or_partial_point_is_refused(phase, point):
+    """Phases are 1 to 3, and a point has no number or three."""
+    payload = message_class("Contact")(body_a="a", body_b="b", phase=phase, point=point).SerializeToString()
+    with pytest.raises(SessionFileError, match="no known phase or a point that is not three numbers"):
+        a.read_contact(payload)
