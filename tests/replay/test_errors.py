@@ -32,6 +32,6 @@ def test_error_of_a_run_folder_counts_and_lists_problems(count, words, rest):
         (ValueError("no footer"), "is damaged"),
     ],
 )
-def test_reason_of_the_system_is_told_from_a_damaged_file(error, reason):
+def test_unreadable_file_is_damaged_unless_the_system_refuses_it(error, reason):
     """An error of the system has a reason of its own; a library that cannot read a file has none."""
     assert str(RunFolderError.unreadable(Path("run.json"), error)).startswith(f"run.json {reason}; ")

@@ -145,14 +145,14 @@ def test_shallow_miss_is_said_to_be_possible_tracker_noise(metres, noise):
     assert f'"{text}"' in report_html(result).replace("&#34;", '"').replace("&quot;", '"')
 
 
-def test_deepest_frame_is_found_where_rotation_and_path_add_up():
+def test_rotation_and_path_of_the_origin_add_up_to_the_depth():
     """A cube 10 m from its body's origin: half of its way comes of the rotation, half of the path of the origin."""
     depths, reach = np.array([0.1, 0.12, 0.35, 0.12, 0.2]), np.array([10.0, 0.0, 0.0])
-    angles, place_of_b = np.arcsin((depths[0] - depths) / 20.0), np.array([1.0, 2.0, 3.0])
+    angles, origin_of_b = np.arcsin((depths[0] - depths) / 20.0), np.array([1.0, 2.0, 3.0])
     arcs = 10.0 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
     origins = np.array([0.0, 1.0 - depths[0], 0.0]) - reach + arcs - reach
     quaternions = np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], axis=1)
-    poses = {"a": (place_of_b + origins, quaternions), "b": (np.tile(place_of_b, (5, 1)), np.tile(STILL, (5, 1)))}
+    poses = {"a": (origin_of_b + origins, quaternions), "b": (np.tile(origin_of_b, (5, 1)), np.tile(STILL, (5, 1)))}
     meshes = {"a": MeshData(cube().vertices + reach, cube().faces), "b": cube()}
     assembly = assemble(Session.from_arrays(np.arange(5) * STEP_NS, poses, meshes))
     (depth,) = contact_depths(assembly, [Episode(pair=0, first=0, last=4, start=0.0, end=0.05)], {}).contacts

@@ -63,8 +63,8 @@ def test_a_frame_before_a_gap_lasts_the_median_step():
     assert frame_ends(np.array([0.0, 1.0, 2.5, 9.0])).tolist() == [1.0, 2.5, 4.0, 10.5]
 
 
-def test_lost_frames_within_part_of_a_contact_are_counted():
-    """Poses are lost in frames 3 to 5 and 8; the parts hold all of them, some, one and none."""
+def test_lost_frames_within_a_segment_of_a_contact_are_counted():
+    """Poses are lost in frames 3 to 5 and 8; the segments hold all of them, some, one and none."""
     contact = Episode(pair=0, first=0, last=9, start=0.0, end=0.1, lost=((3, 5), (8, 8)), cuts=2)
-    assert [contact.lost_within(*part) for part in ((0, 9), (4, 8), (5, 5), (0, 2), (6, 7))] == [4, 3, 1, 0, 0]
+    assert [contact.lost_within(*segment) for segment in ((0, 9), (4, 8), (5, 5), (0, 2), (6, 7))] == [4, 3, 1, 0, 0]
     assert (contact.frames_lost, contact.frames) == (4, 6)

@@ -25,7 +25,7 @@ REMOTE = SimpleNamespace(joinpath=None)
         (3, False, "from_arrays"),
     ],
 )
-def test_session_or_path_of_one_is_accepted(given, path, hint):
+def test_session_or_its_path_is_accepted(given, path, hint):
     if hint is None:
         require_session(given, path=path)
     else:
