@@ -103,7 +103,7 @@ def test_38_far_from_the_origin_no_contact_is_lost(name):
 
 @pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
 @pytest.mark.parametrize("world", [0.0, 1.0, 1e3, 1e6])
-def test_38_tangent_spheres_of_touching_bodies_overlap(local, world):
+def test_tangent_spheres_of_touching_bodies_overlap(local, world):
     # Two octahedra share one vertex, at which their bounding spheres are exactly tangent.
     rng, count = np.random.default_rng(7), 1000
     shift = rng.normal(size=3) * local

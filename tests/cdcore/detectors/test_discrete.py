@@ -85,11 +85,17 @@ def test_query_without_a_pose_changes_no_state(name):
     blind = Motion(times, motion.translations, motion.rotations, valid)
     detector = create_detector(name, BODIES, rate_hz=22.5)
     detection = detector.detect(blind, faces=True)
-    assert detection.verdict[:, 0].tolist() == [1] * 4 + [Verdict.NO_POSE] * 2 + [1] * 2 + [0] * 4
+    assert (
+        detection.verdict[:, 0].tolist()
+        == [Verdict.CONTACT] * 4 + [Verdict.NO_POSE] * 2 + [Verdict.CONTACT] * 2 + [Verdict.CLEAR] * 4
+    )
     assert name == "collider" or detection.faces(6, 0).tolist() == detection.faces(0, 0).tolist()
     valid[:5] = False
     blind = Motion(times, motion.translations, motion.rotations, valid)
-    assert detector.detect(blind).verdict[:, 0].tolist() == [Verdict.NO_POSE] * 6 + [Verdict.NOT_FOUND] * 2 + [0] * 4
+    assert (
+        detector.detect(blind).verdict[:, 0].tolist()
+        == [Verdict.NO_POSE] * 6 + [Verdict.NOT_FOUND] * 2 + [Verdict.CLEAR] * 4
+    )
 
 
 def test_faces_and_sections_stay_with_their_sampled_verdict():
@@ -153,6 +159,7 @@ def test_contact_starts_at_the_sum_of_both_skins(shape):
         bare, skinned = (
             create_detector("collider", [cube, wall], pairs=[names], shape=shape, skin_m=skin) for skin in (0.0, 0.001)
         )
-        assert bare.detect(motion).verdict[:, 0].tolist() == [1, 0, 0, 0, 0, 0]
-        assert skinned.detect(motion).verdict[:, 0].tolist() == [1, 1, 1, 0, 0, 1]
+        assert np.array_equal(bare.detect(motion).verdict[:, 0], np.where(gaps < 0.0, Verdict.CONTACT, Verdict.CLEAR))
+        of_skins = np.where(gaps < 0.002, Verdict.CONTACT, Verdict.CLEAR)
+        assert np.array_equal(skinned.detect(motion).verdict[:, 0], of_skins)
         assert detect_live(skinned, motion).digest == skinned.detect(motion).digest

@@ -51,6 +51,7 @@ def test_feature_index_follows_the_angle_fraction(draws):
 
 
 def test_the_weight_is_the_product_of_powers(draws):
+    """Equation 16 of the paper."""
     tau, eta, alpha, beta = draws.uniform(0.01, 10, 4)
     assert np.exp(compiled_equation(16, tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
 
@@ -68,6 +69,7 @@ def test_gate_is_a_rotation_and_not_swaps_amplitudes(draws):
 
 
 def test_pheromone_follows_fitness_and_evaporates(draws):
+    """Equations 19 and 20 of the paper."""
     tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
     assert compiled_equation(19, tau, change, exponent, 0.0) == pytest.approx(
         tau + np.sign(change) * abs(change) ** exponent

@@ -69,6 +69,7 @@ def test_the_ball_around_a_face_holds_its_corners():
 
 
 def test_duplicate_vertices_merge_and_large_fans_are_cheap():
+    """A torus whose faces share no vertex, and a fan of 3,000 faces round one vertex."""
     free = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
     assert np.array_equal(features_of(free).near, features_of(torus_mesh()).near)
     angle = np.linspace(0, 2 * np.pi, 3001)

@@ -8,7 +8,7 @@ import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of
 from support.shapes import box_mesh
 
-from cdcore import Body, Motion, create_detector
+from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.protocol import detect_live
 from cdcore.search.search_settings import EQUATIONS, VARIANTS
 
@@ -56,11 +56,11 @@ def test_ant_search_offline_live_and_traced_agree(settings, three_boxes):
     bodies, motion, exact = three_boxes
     detector = create_detector("qaco", bodies, budget=100, **settings)
     offline, watched = detector.detect(motion, faces=True), detector.watch(motion)
-    contact = offline.verdict == 1
+    contact = offline.verdict == Verdict.CONTACT
     assert settings.get("samples") or contact.any()  # 12 samples of the triangles may miss every contact
     for frame, pair in np.argwhere(contact).tolist():
         assert face_pairs(offline, frame, pair) <= face_pairs(exact, frame, pair)
-    assert np.array_equal(detect_live(detector, motion).verdict == 1, contact)
+    assert np.array_equal(detect_live(detector, motion).verdict == Verdict.CONTACT, contact)
     assert watched.search.noted
     for (frame, pair), noted in watched.search.noted.items():
         trace = watched.search.trace(motion, frame, pair)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.shapes import lab_bodies_and_motion
 
-from cdcore import create_detector, intersecting_faces
+from cdcore import Verdict, create_detector, intersecting_faces
 from cdcore.protocol import detect_live
 from cdcore.search.pair_search import PairSearch
 from cdcore.search.tracing import Watchable
@@ -44,13 +44,14 @@ def test_traced_search_equals_the_untraced_search(settings):
         query, trace = noted[frame, column], sample.search.trace(motion, frame, column)
         assert trace.result == query.result
         assert len(trace.distance) == query.result.evaluations
-        assert (query.result.hit is not None) == (detection.verdict[frame, column] == 1)
+        assert (query.result.hit is not None) == (detection.verdict[frame, column] == Verdict.CONTACT)
         assert settings.get("variant") == "printed" or trace.iteration.max() == query.result.iterations
 
 
 def test_search_starts_at_the_last_best_pair():
     started = {}
-    for (_, column), query in sorted(traced_search()[2].search.noted.items()):
+    _, _, sample = traced_search()
+    for (_, column), query in sorted(sample.search.noted.items()):
         assert query.start == started.get(column)
         started[column] = query.result.hit or query.result.closest
     assert started

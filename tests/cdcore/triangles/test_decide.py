@@ -50,7 +50,7 @@ def test_arrays_that_are_no_triangle_pairs_are_refused(given, text):
 def test_exact_integers_decide_pairs_that_float_stages_leave_open():
     """``left_open``: how many pairs the filter, and then the exact sums, leave undecided."""
     assert left_open(triangle_family("generic control").pairs(2_000, seed=22)) == (0, 0)
-    wild = np.array([FLOOR, FLOOR], dtype=float)
+    wild = np.array([FLOOR, FLOOR], dtype=float)  # moved by so little that exact sums hold not all digits
     wild[1] += [2.0**-300, 0, 0]
     wild[1, 0] = [2.0**-300, 2.0**-300, 0]
     pairs = [[FLOOR, [[9, 9, 9], [8, 9, 9], [9, 8, 9]]], [FLOOR, FLOOR], wild]
@@ -66,7 +66,7 @@ def test_an_answer_of_the_filter_is_that_of_integers(family):
     certain = answers != UNDECIDED
     assert np.array_equal(answers[certain], [pair_intersects_integers(pair.tolist()) for pair in pairs[certain]])
     # products out of range are left open, not guessed
-    assert family.number not in (15, 16) or (1 not in answers and UNDECIDED in answers)
+    assert family.name not in ("products underflow", "products overflow") or (1 not in answers and UNDECIDED in answers)
 
 
 @kernel

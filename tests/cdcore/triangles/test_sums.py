@@ -92,6 +92,7 @@ def test_exact_sum_holds_192_terms_of_extreme_size(size):
 
 
 def test_only_zero_and_moderate_sizes_count_as_moderate():
+    """Moderate is from 2**-200 to 2**200."""
     assert exponents_are_moderate(np.array([0.0, 1.0, -(2.0**-199)]))
     assert not exponents_are_moderate(np.array([0.0, 1.0, 2.0**-201]))
     assert not exponents_are_moderate(np.array([0.0, 1.0, -(2.0**201)]))

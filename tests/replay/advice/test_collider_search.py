@@ -43,9 +43,9 @@ def test_good_pieces_of_the_same_body_are_taken(two_beakers):
 
 @pytest.mark.slow
 def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_cutter_only, monkeypatch):
-    by_volume = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
+    by_volume = fix_colliders(two_beakers, limits=Limits(false=0.2), time_limit=None)
     monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
-    joined = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
+    joined = fix_colliders(two_beakers, limits=Limits(false=0.2), time_limit=None)
     assert [row["how"] for row in joined.bodies if row["body"] == "beaker"] == [
         "sectors by height and angle, joined by motion"
     ]
@@ -76,7 +76,7 @@ def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_onl
 
 def test_limit_of_missed_contact_is_among_the_limits():
     """``hold(false, missed)``: fractions; without a limit of missed contact all may be missed."""
-    assert Limits(0.2).hold(0.2, 1.0)
+    assert Limits(false=0.2).hold(0.2, 1.0)
     assert Limits(false=0.2, missed=0.1).hold(0.2, 0.1)
     assert not Limits(false=0.2, missed=0.1).hold(0.2, 0.11)
     assert not Limits(false=0.2, missed=0.1).hold(0.21, 0.0)
@@ -162,7 +162,7 @@ def plant_methods(monkeypatch, shrunk):
 def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monkeypatch, shrunk, method):
     """Planted pieces of another method have 0.9999 of the size of the sectors, or all of it."""
     plant_methods(monkeypatch, shrunk)
-    fixed = fix_colliders(beaker_and_rod, limits=Limits(0.2))
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.2))
     (beaker,) = [row for row in fixed.bodies if row["body"] == "beaker"]
     assert (beaker["how"], beaker["after"]["pieces"]) == (method, 8)
     assert fixed.after["false"] < 0.2
@@ -172,7 +172,7 @@ def test_cut_skipped_for_lack_of_time_names_its_duration(beaker_and_rod, monkeyp
     plant_methods(monkeypatch, shrunk=1.0)
     seconds = Cut.seconds.fget
     monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))
-    fixed = fix_colliders(beaker_and_rod, limits=Limits(0.2))
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.2))
     assert "CoACD of beaker (8 pieces) was not tried: it takes about 15 min." in fixed.remarks
     assert fixed.as_json()["not_tried"] == list(fixed.not_tried)
 
@@ -193,5 +193,5 @@ def test_time_of_counting_the_hulls_is_not_in_the_limit(beaker_and_rod, monkeypa
     monkeypatch.setattr(
         collider_search.Deadline, "begin", lambda deadline: (begin(deadline), began.append(deadline.left()))
     )
-    fix_colliders(beaker_and_rod, limits=Limits(1.0), time_limit=0.5)
+    fix_colliders(beaker_and_rod, limits=Limits(false=1.0), time_limit=0.5)
     assert len(began) == 1 and began[0] > 0.3

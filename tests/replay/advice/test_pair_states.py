@@ -160,6 +160,7 @@ def test_steps_into_touch_or_through_a_surface_are_noticed():
 
 
 def test_inside_of_an_open_mesh_is_unknown():
+    """A ball of 4 cm in the middle of a block of 30 cm, once with a face removed."""
     block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)
     open_block = MeshData(block.vertices, block.faces[:-1])
     poses = np.eye(3)[None], np.zeros((1, 3))

@@ -12,6 +12,7 @@ from replay.cutting.surface_distance import Surface, is_outside
 
 
 def test_larger_box_has_its_closed_form_errors():
+    """A box of twice the volume stands out by half a metre at two ends."""
     small, large = box_mesh((1.0, 1.0, 1.0)), box_mesh((2.0, 1.0, 1.0))
     card = shape_figures(small, [large])
     assert (card["pieces"], card["triangles"], card["most_triangles"]) == (1, 12, 12)
@@ -33,6 +34,7 @@ def test_float32_rounding_of_written_colliders_is_not_reported(shift):
 
 
 def test_half_a_box_misses_half_of_a_box():
+    """Half the volume is missing, up to half a metre from the piece."""
     whole, half = box_mesh((1.0, 1.0, 1.0)), shift_mesh(box_mesh((0.5, 1.0, 1.0)), (-0.25, 0.0, 0.0))
     card = shape_figures(whole, [half])
     assert card["missing"] == pytest.approx(0.5, rel=1e-6) and card["beyond"] == pytest.approx(0.0, abs=1e-6)

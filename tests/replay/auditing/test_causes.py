@@ -120,6 +120,7 @@ def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, inve
 
 @pytest.mark.slow
 def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
+    """Each planted detector loses contacts by one cause; the oracle tests the way between frames as well."""
     planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_SAMPLES)
     result = compute(
         corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_detectors:Swept"
@@ -130,6 +131,7 @@ def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
 
 
 def test_a_contact_that_no_instant_shows_is_lost_between_frames():
+    """From frame 1 to 2 cube b goes from 3 to -3, through a; the oracle tests the way as well."""
     session = unit_cubes_on_x({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]})
     result = compute(session, detectors="exact", oracle="truth=support.planted_detectors:Swept")
     (miss,) = result.misses["exact"]

@@ -24,6 +24,7 @@ def test_broken_gate_is_named_in_quiet_mode(capsys):
 
 
 def test_stage_prints_fraction_time_left_and_final_time():
+    """3 s for 20 % leave 12 s for the other 80 %."""
     assert [progress_text(0.2, 3.0), progress_text(1.0, 14.2), progress_text(0.0, 5.0)] == [
         " 20 %  12 s left",
         "100 %  14 s",

@@ -7,6 +7,7 @@ from PIL import Image
 from support.planted_sessions import true_contact, write_scene
 
 import replay
+from cdcore import Verdict
 from replay.cli import look
 from replay.cli.main import main
 from replay.show import scene_look
@@ -41,7 +42,7 @@ def recording(imported, tmp_path):
 
 def contact(path):
     verdict = replay.run(path, detectors="exact", oracle="none").detections["exact"].verdict
-    return verdict[:, 0] == 1
+    return verdict[:, 0] == Verdict.CONTACT
 
 
 def test_doctor_look_in_a_pipe_prints_question_and_pictures(recording, capsys):

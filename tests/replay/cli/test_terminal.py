@@ -133,6 +133,7 @@ def test_name_never_becomes_markup_or_an_extra_cell():
 
 @pytest.mark.parametrize(("count", "notes"), [(20, ()), (22, ("… and 2 more",))])
 def test_of_many_sessions_twenty_are_listed(count, notes):
+    """Sessions of 3 frames; the last row is their sum."""
     session = structs.replace(EMPTY.session, frames=3)
     run = SessionOfBatch.of(document_with(session=session))
     made = session_table(SimpleNamespace(audit={}, runs={f"s{k}": run for k in range(count)}))

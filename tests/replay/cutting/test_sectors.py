@@ -101,6 +101,7 @@ def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(pieces_by_count, 
 
 
 def test_distance_of_mesh_outside_pieces_matches_hand_value():
+    """The corner (1, 1, 1) is 0.5 beyond the unit cube on every axis."""
     small, large = box_mesh((1.0, 1.0, 1.0)), box_mesh((1.0, 1.0, 3.0))
     assert outside_by(large, [small]) == pytest.approx(1.0, abs=1e-6)
     corner = TriangleMesh([[1, 1, 1], [0, 0, 0], [0, 0, 0.1]], [[0, 1, 2]])

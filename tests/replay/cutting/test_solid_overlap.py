@@ -43,6 +43,7 @@ def overlap(first, second, at, tilt=STILL, seed=0):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_boxes_have_their_closed_form(seed):
+    """The common part of two bars has the edges ``common``; the shortest is the depth."""
     rng = np.random.default_rng(seed)
     first, second = rng.uniform(0.5, 2.0, size=(2, 3))
     common = rng.uniform(0.05, 0.2, size=3)
@@ -77,6 +78,7 @@ def test_prism_in_a_slab_is_as_deep_as_its_face(sides, depth):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_tetrahedron_corner_in_a_slab_has_closed_form(seed):
+    """Below the slab's top is a tip of a tetrahedron of height 1: its volume grows by the cube of the depth."""
     depth = 0.02 * (seed + 1)
     corner = np.array([[0, 0, 0], [1, 0, 1], [-1, 0.5, 1], [-0.2, -1, 1]], dtype=np.float64)
     result = overlap(hull_of(corner), bar_of_edges(3, 3, 2), (0.0, 0.0, 1.0 - depth), seed=seed)
@@ -86,6 +88,7 @@ def test_tetrahedron_corner_in_a_slab_has_closed_form(seed):
 
 
 def test_tetrahedron_within_another_is_as_deep_as_the_inscribed_sphere():
+    """The corners are those of a cube of edge 2: a volume of 8/3, faces 1 / root of 3 from the middle."""
     corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
     result = overlap(hull_of(0.9 * corners), hull_of(corners), (0.0, 0.0, 0.0), seed=3)
     assert result.depth == pytest.approx(1 / np.sqrt(3), rel=1e-6)

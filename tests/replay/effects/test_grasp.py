@@ -9,7 +9,7 @@ from replay.effects.inputs import BodyPoses
 from replay.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
-from sessions.model.session import HandTrack
+from sessions.model.session import HandTrack, Status
 
 STAMPS = np.arange(200) * 10_000_000
 TIMES = STAMPS / 1e9
@@ -29,7 +29,7 @@ def grasps_by_hand(hand, cup, trigger, jar=FAR_AWAY, lost=None, degrees=0.0, sce
     session = Session.from_arrays(STAMPS, poses, {name: cube(edge=0.2) for name in poses}, scene)
     if lost is not None:
         session.frames.status.setflags(write=True)
-        session.frames.status[lost, 0] = 2
+        session.frames.status[lost, 0] = Status.LOST
     hands = {} if trigger is None else {"ann/left": HandTrack(STAMPS, trigger)}
     return compute(replace(session, hands=hands), detectors=()).effects["grasp"]
 

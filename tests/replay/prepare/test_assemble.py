@@ -197,8 +197,8 @@ def messy_session(seed, frames=60, bodies=3):
     rng = np.random.default_rng(seed)
     step = rng.choice([-3, 0, 7, 11, 11, 11, 40, 90], size=frames) * MILLISECOND_NS + rng.integers(0, 3, size=frames)
     stamps = np.cumsum(step)
-    status = rng.choice([0, 0, 1, 1, 1, 1, 2, 3], size=(frames, bodies))
-    status[0] = 1
+    status = rng.choice([*[Status.ABSENT] * 2, *[Status.VALID] * 4, Status.LOST, Status.HELD], size=(frames, bodies))
+    status[0] = Status.VALID
     position = np.cumsum(rng.normal(size=(frames, bodies, 3)) * 0.1, axis=0)
     quaternion = Rotation.random(frames * bodies, rng=rng).as_quat().reshape(frames, bodies, 4)
     session = session_of_frames(stamps - stamps.min(), status, position, quaternion)

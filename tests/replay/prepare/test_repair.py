@@ -16,7 +16,7 @@ from sessions import Frames, MeshData, ScalarTrack, Status
 
 def test_losses_flagged_by_the_tracker_need_no_repair():
     draft = clean_draft()
-    draft.arrays["status"][100:110, 1] = 2
+    draft.arrays["status"][100:110, 1] = Status.LOST
     session = draft.session()
     repair = repair_session(session, parse_policy())
     assert repair.session is session

@@ -18,6 +18,7 @@ def two_session_files(tmp_path):
 
 
 def test_audit_of_two_sessions_sums_their_counts():
+    """Each session has two contacts, of one and of three frames."""
     result = replay.audit(
         [unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)], detectors=[SLOW, "hybrid"]
     )

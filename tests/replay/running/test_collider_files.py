@@ -101,7 +101,7 @@ def test_printed_figures_match_a_run_of_the_written_colliders(unity_fix):
 def test_fewer_pieces_fall_short_and_more_are_not_written(session, unity_fix, tmp_path):
     pieces = {row["body"]: row["after"]["pieces"] for row in unity_fix.bodies}
     assert 1 < pieces["beaker"] <= 8 and pieces["rod"] == pieces["cube*"] == 1
-    free = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(1.0))
+    free = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(false=1.0))
     assert all(row["after"]["pieces"] == 1 for row in free.bodies) and free.before["false"] == free.after["false"]
 
 
@@ -121,13 +121,14 @@ class Stages:
 def test_collider_search_out_of_time_writes_single_hulls(session, tmp_path):
     stages = Stages()
     made = fix_colliders(
-        session, tmp_path / "made", engine="mujoco", limits=Limits(0.0), time_limit=0.0, progress=stages
+        session, tmp_path / "made", engine="mujoco", limits=Limits(false=0.0), time_limit=0.0, progress=stages
     )
     assert made.time_up and not made.reached and all(row["after"]["pieces"] == 1 for row in made.bodies)
     total, *percents = stages.units["Cutting and trying colliders"]
     assert total == 100 and 0 < sum(percents) <= 100
     assert json.loads((made.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))["time_up"]
-    assert not fix_colliders(session, tmp_path / "all", engine="mujoco", limits=Limits(1.0), time_limit=None).time_up
+    unlimited = fix_colliders(session, tmp_path / "all", engine="mujoco", limits=Limits(false=1.0), time_limit=None)
+    assert not unlimited.time_up
 
 
 @pytest.mark.slow
@@ -159,7 +160,7 @@ def test_every_method_has_a_card_or_its_time(session, monkeypatch, tmp_path):
     monkeypatch.setattr(piece_store, "in_memory", {})  # another test may have cut the beaker by CoACD
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     monkeypatch.setitem(METHODS, "coacd", replace(METHODS["coacd"], seconds=lambda _: 900.0))
-    made = fix_colliders(session, limits=Limits(0.3), every_method=True)
+    made = fix_colliders(session, limits=Limits(false=0.3), every_method=True)
     cards = {card["how"]: card for card in made.bodies[0]["others"]}
     assert {"one box", "one sphere", "one capsule", "V-HACD, 16 at most"} == cards.keys()
     assert cards["one box"]["beyond"] > made.bodies[0]["before"]["beyond"] > made.bodies[0]["after"]["beyond"]
@@ -184,7 +185,7 @@ def test_mujoco_takes_bodies_of_a_tenth_of_a_millimetre(session, tmp_path):
     tiny = {name: MeshData(5e-3 * mesh.vertices, mesh.faces) for name, mesh in session.meshes.items()}
     poses = {name: (5e-3 * track.positions, track.quaternions_xyzw) for name, track in session.tracks.items()}
     small = Session.from_arrays(session.stamps(), poses, tiny)
-    made = fix_colliders(small, tmp_path / "made", engine="mujoco", limits=Limits(1.0))
+    made = fix_colliders(small, tmp_path / "made", engine="mujoco", limits=Limits(false=1.0))
     assert mujoco.MjModel.from_xml_path(str(made.folder / "colliders.xml")).nmesh == len(tiny)
 
 
@@ -261,7 +262,7 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     )
     meshes = {name: tmp_path / f"{name}.glb" for name in ("Cup", "Rod")}
     session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml", meshes=meshes)
-    shipped = fix_colliders(session, tmp_path / "made", engine=engine, limits=Limits(1.0))
+    shipped = fix_colliders(session, tmp_path / "made", engine=engine, limits=Limits(false=1.0))
     placed = placed_by_an_engine(shipped.folder / "Cup.glb", importer)
     (piece,) = [points for name, points in placed.items() if name in ("UCX_Cup_00", "Cup_00-convcolonly")]
     assert farthest(piece, in_engine) < 1e-6
@@ -303,7 +304,7 @@ def test_mujoco_geoms_lie_on_the_users_mesh(tmp_path):
     )
     meshes = {name: tmp_path / f"{name}.obj" for name in ("Cup", "Rod")}
     session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml", meshes=meshes)
-    shipped = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(1.0))
+    shipped = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(false=1.0))
     model = mujoco.MjModel.from_xml_path(str(shipped.folder / "colliders.xml"))
     body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "Cup")
     corners = geoms_in_mujoco(model, body)
@@ -330,7 +331,7 @@ def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path)
     still = np.tile([0.0, 0.0, 0.0, 1.0], (4, 1))
     poses = {name: (np.tile(0.001 * k * np.arange(4)[:, None], 3), still) for k, name in enumerate(names)}
     named = Session.from_arrays(np.arange(4) * STEP_NS, poses, dict.fromkeys(names, session.meshes["cube*"]))
-    shipped = fix_colliders(named, tmp_path / "made", engine="mujoco", limits=Limits(1.0))
+    shipped = fix_colliders(named, tmp_path / "made", engine="mujoco", limits=Limits(false=1.0))
     files = [row["file"] for row in shipped.bodies]
     written = sorted(file.name for file in shipped.folder.glob("*.glb"))
     assert written == sorted(files) and len({file.lower() for file in files}) == len(names)
@@ -367,7 +368,7 @@ def dipped(session):
 
 
 def test_false_contact_is_mended_where_nothing_ever_touches(dipped):
-    fixed = fix_colliders(dipped(0.0), limits=Limits(0.2))
+    fixed = fix_colliders(dipped(0.0), limits=Limits(false=0.2))
     assert fixed.before["false"] == 1.0 and not fixed.after["false"]
     assert fixed.before["missed"] == fixed.after["missed"] == 0
 
@@ -380,8 +381,8 @@ def test_session_in_which_not_even_hulls_touch_is_refused(dipped):
 @pytest.mark.parametrize(
     ("limits", "missed", "sentence"),
     [
-        (Limits(0.3), 0.25, "Missed contact: 25 %; with a hull a body it is 0 %."),
-        (Limits(0.3), 0.0, ""),
+        (Limits(false=0.3), 0.25, "Missed contact: 25 %; with a hull a body it is 0 %."),
+        (Limits(false=0.3), 0.0, ""),
         (Limits(false=0.3, missed=0.5), 0.25, "Missed contact: 25 %; at most 50 % was asked for."),
     ],
 )

@@ -63,6 +63,7 @@ def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, r
     ("row", "confidence"), [("{ms}", Confidence.SURE), ("{step}", Confidence.OPEN), ("{step}00", Confidence.SURE)]
 )
 def test_guessed_time_unit_is_sure_at_tracker_rates(tmp_path, row, confidence):
+    """Steps of 11 or 100 fit a tracker in a single unit, steps of 1 in several."""
     assumption = assumptions_by_draft(tmp_path, f"stamp,x,y,z,{QUATERNION}", row + ",1,2,3,0,0,0,1")[Subject.TIME_UNIT]
     assert (assumption.origin, assumption.confidence) == (Origin.GUESS, confidence)
 

@@ -65,6 +65,7 @@ def test_path_is_that_of_the_centre_and_of_the_rotation():
 
 
 def test_facts_of_a_body_are_skew_and_reach():
+    """Body 0 has a rotation that is 1e-3 off; the reach of a unit cube is half its diagonal."""
     rotations = np.tile(np.eye(3), (4, 2, 1, 1))
     rotations[2, 0] += 1e-3 * np.arange(9).reshape(3, 3)
     search = search_of_cubes(np.zeros((4, 2, 3)), rotations)
@@ -119,6 +120,7 @@ def test_larger_pad_leaves_less_of_the_gap(two_pairs):
 
 
 def test_paths_as_long_as_the_gap_use_it_up():
+    """The bodies move by 1 and 3 m a frame, 20 m in the five frames from 5 to 10."""
     translations = np.zeros((12, 2, 3))
     translations[:, :, 0] = np.outer(np.arange(12.0), [1.0, -3.0])
     search = search_of_cubes(translations)
@@ -141,6 +143,7 @@ def test_paths_as_long_as_the_gap_use_it_up():
     ],
 )
 def test_extreme_sizes_and_skewed_rotations_are_beyond_the_kernels(size, places, scaling, verdict):
+    """Cubes of edge ``size`` at ``places`` on x, with rotation matrices times ``scaling``."""
     translations = np.zeros((2, 2, 3))
     translations[:, :, 0] = places
     rotations = np.tile(np.eye(3) * scaling, (2, 2, 1, 1))

@@ -69,6 +69,7 @@ def test_tree_search_counts_and_faces_equal_a_recursive_search(kind, scene, ever
 
 
 def test_cached_axis_ends_most_leaf_tests_of_solid():
+    """``hits`` of the ``leaf`` tests end by the axis kept from before; meeting faces alone need an exact test."""
     result, counts, _ = trees_and_search("solid-style", "ball and beaker")[2]
     _, leaf, hits, steps, exact = counts.sum(axis=0).tolist()
     assert hits > 0.3 * leaf > 0

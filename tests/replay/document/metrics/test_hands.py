@@ -8,6 +8,7 @@ from replay.document.metrics.hands import activities_at, frames_at, measure_hand
 from replay.document.metrics.near import close_intervals
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
+from sessions.model.session import Status
 
 MINUTE_IN_STEPS_OF_10_MS = np.arange(6001) * 0.01
 
@@ -26,7 +27,7 @@ def test_path_and_idle_time_of_a_half_idle_hand():
 def test_a_lost_tracker_adds_no_path_and_no_valid_time():
     """Lost in 100 of 300 frames of 10 ms; of 600 samples of two bodies 100 are flagged."""
     status = np.ones((300, 2), dtype=np.uint8)
-    status[100:200, 0] = 0
+    status[100:200, 0] = Status.ABSENT
     assembly = assemble(session_of_frames(np.arange(300) * 10_000_000, status, names=("hand", "cube")))
     result = measure_hands(assembly, [0])
     assert result.valid_minutes * 60 < 2.1

@@ -93,6 +93,7 @@ def test_a_flow_without_reaction_has_a_row_per_frame():
 
 
 def test_a_pour_leaves_the_heat_of_the_glass_behind():
+    """5 mL at 10 K above the room carry 5 * 4.18 * 10 J; the glass, of 41.8 J/K, keeps its own."""
     book = plain(warmth=Warmth(per_ml=4.18, glass={"a": 41.8}, excess={"a": 10.0}, loss=0.0, most=np.inf, room=20.0))
     step(book, 1, 0.01, [("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])
