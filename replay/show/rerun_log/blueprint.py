@@ -124,7 +124,7 @@ def _answer_tab(picture: Picture) -> Any:
     )
     title = "Moments: click a time; --miss and --false take the numbers"
     moments = _list_view([f"{LISTS_ENTITY}/**"] if picture.moments else [], title)
-    height = _lanes_height(max(3, len(lanes)))
+    height = height_of_lanes(max(3, len(lanes)))
     close_up = _close_up_view(picture, bool(picture.moments))
     return _column(
         (
@@ -211,7 +211,7 @@ def _effects_tab(picture: Picture) -> Any:
         _plot_view(picture.session_axis, "effects", unit, paths)
         for unit, paths in effect_plots(effects)[:MOST_EFFECT_PLOTS]
     ]
-    lanes_height, plots_height = min(MOST_HEIGHT, _lanes_height(len(lanes))), PLOTS_HEIGHT if plot_views else 0.0
+    lanes_height, plots_height = min(MOST_HEIGHT, height_of_lanes(len(lanes))), PLOTS_HEIGHT if plot_views else 0.0
     return _column(
         (_row((room_view, 0.36), (text_column, 0.28)), 1.0 - lanes_height - plots_height),
         (lanes_view, lanes_height),
@@ -268,7 +268,7 @@ def _close_up_view(picture: Picture, has_moments: bool) -> Any:
     return _spatial_view(f"Close-up nearest the cursor{worst}", picture.room(PINS_ENTITY), EYE_ENTITY)
 
 
-def _lanes_height(lanes: int) -> float:
+def height_of_lanes(lanes: int) -> float:
     """Share of the height of a tab that so many lanes need; none needs nothing."""
     return (RULER_POINTS + LANE_POINTS * lanes) / LOW_POINTS if lanes else 0.0
 

@@ -92,8 +92,9 @@ def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
     assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)
 
 
-def test_a_contact_between_frames_is_fixed_by_continuous():
+@pytest.mark.parametrize("detector", ["collider[shape=mesh]", "discrete[containment=false]"])
+def test_a_contact_between_frames_is_fixed_by_continuous(detector):
     # 3 edges away at 10 ms, and as far beyond at 20 ms.
-    (answer,) = compute(jumping(), detectors="collider[shape=mesh]", oracle="continuous").answers
+    (answer,) = compute(jumping(), detectors=detector, oracle="continuous").answers
     assert answer.fix.measured and "continuous" in answer.fix.text
     assert answer.moment.seconds == pytest.approx(0.01 + 0.01 / 3, abs=1e-6)

@@ -115,6 +115,8 @@ def test_contacts_per_minute_leave_out_contacts_of_a_grasped_body(oracle):
         (0, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # the hand on what it holds
         (0, 3.6, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # as it reaches for it
         (0, 3.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # long before
+        (0, 6.4, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # as it lets go
+        (0, 7.1, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # long after
         (2, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # on another thing
         (2, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=-1),), True),  # a grasp that failed
         (1, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # two things against each other
