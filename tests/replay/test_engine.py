@@ -126,6 +126,8 @@ def test_faces_listed_by_the_reference_are_not_queried_again(monkeypatch):
 
 
 def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
+    """Its 12 frames are too many for limits of 5 in memory and 3 a call, so that memory is given back."""
+
     def answers(result):
         digests = {label: (actual.digest, actual.face_sets is not None) for label, actual in result.detections.items()}
         return digests, result.misses, result.episodes

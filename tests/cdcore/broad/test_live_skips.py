@@ -15,10 +15,10 @@ def note_compiled(poses, valid, spheres, last_poses, steps):
 
 def steps_of(place, last_place, centre=(0.0, 0.0, 0.0), valid=True):
     """By how much a body with a ball of 0.5 m about ``centre`` may have moved between two places, without rotation."""
-    steps, unrotated_motion = np.zeros(1), np.eye(3)[None].copy()
-    poses = unrotated_motion[None], np.array([[place]], dtype=float)
+    steps, no_rotation = np.zeros(1), np.eye(3)[None].copy()
+    poses = no_rotation[None], np.array([[place]], dtype=float)
     spheres = np.array([centre], dtype=float), np.array([0.5]), np.array([0.5])
-    last_poses = unrotated_motion.copy(), np.array([last_place], dtype=float)
+    last_poses = no_rotation.copy(), np.array([last_place], dtype=float)
     note_compiled(poses, np.array([[valid]]), spheres, last_poses, steps)
     return steps[0]
 

@@ -48,6 +48,7 @@ def test_misses_are_numbered_by_time_and_name_their_bodies():
 
 
 def test_a_miss_that_no_frame_shows_comes_last():
+    """``lengths``: metres of the curve in which the surfaces meet; where they only touch there is none to see."""
     oracle, subject = verdict_column("C.C.C"), verdict_column(".....")
     misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
     lengths = [0.0, 0.01, 0.0]

@@ -117,6 +117,7 @@ def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
 
 
 def test_students_file_assigns_sessions_to_students(tmp_path):
+    """Six sessions by three detectors are 18 rows."""
     made_class(tmp_path / "runs", sessions=6, students=6, nobody=6, rare=0)
     named = tmp_path / "students.csv"
     named.write_text("session,student\n" + "".join(f"{k:016x},S{k}\n" for k in range(6)))
