@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from replay.effects.colour import compute
-from replay.effects.output import Series
+from replay.effects.output import COLOURS, Liquid, Series
 
 RED_TO_BLUE_FROM_6_TO_8 = {
     "in": "flask", "indicator": "mine", "species": "", "from_ph": 6.0, "to_ph": 8.0, "acid_colour": "red",
@@ -21,14 +21,17 @@ class Inputs(SimpleNamespace):
         return len(self.times)
 
 
-def coloured(ph, step_s=0.1):
-    """The effect of an indicator that is red below pH 6 and blue above 8, of a pH at times so far from each other."""
-    times = step_s * np.arange(len(ph))
+def coloured(ph, step_s=0.1, start_s=0.0, liquids=(), declared=(RED_TO_BLUE_FROM_6_TO_8,)):
+    """The effect of an indicator that is red below pH 6 and blue above 8, of a pH at times so far from each other.
+
+    ``liquids``: vessel -> what effect mixing draws; ``declared``: indicators, where it is not that one.
+    """
+    times = start_s + step_s * np.arange(len(ph))
     outputs = {
         "reaction": SimpleNamespace(series={"flask/pH": Series(times, np.array(ph, dtype=float), "pH")}),
-        "mixing": SimpleNamespace(liquids={}),
+        "mixing": SimpleNamespace(liquids=dict(liquids)),
     }
-    return compute(Inputs(declared=[RED_TO_BLUE_FROM_6_TO_8], times=times, output=outputs.get))
+    return compute(Inputs(declared=declared, times=times, output=outputs.get))
 
 
 TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns from blue to red"
@@ -59,10 +62,44 @@ def test_slow_change_states_when_it_is_complete():
     """The pH is 10 s apart: it leaves red at 10 s and is blue at 40 s."""
     (event,) = coloured([5, 7, 7, 7, 9], step_s=10.0).events
     assert event.text == f"{TO_BLUE}, wholly at 40.000 s" and (event.time, event.end) == (10.0, 40.0)
+    (quick,) = coloured([5, 7, 9], start_s=1000.0).events
+    assert quick.text == TO_BLUE
 
 
 def test_lane_has_both_colours_and_what_is_between():
     """The range is pH 6 to 8: pH 7 is halfway."""
     lanes = coloured([5, 7, 9]).lanes["flask"]
-    assert [span.word for span in lanes] == ["red", "red to blue", "blue"]
+    spans = [(span.word, span.start, span.end) for span in lanes]
+    assert spans == [("red", 0.0, 0.1), ("red to blue", 0.1, 0.2), ("blue", 0.2, 0.2)]
     assert coloured([5, 7, 9]).series["flask/mine colour"].values.tolist() == [0.0, 0.5, 1.0]
+
+
+def test_liquid_has_the_colour_of_the_ph_at_its_time():
+    """The pH is 5, 7 and 9 at 0, 0.1 and 0.2 s; the liquid changes at these times and between them."""
+    times = np.array([0.0, 0.05, 0.15, 0.2])
+    grey = np.full((4, 4), 100, dtype=np.uint8)
+    liquid = Liquid(times, level=np.zeros(4), floor=0.0, radius=0.03, rgba=grey)
+    rgba = coloured([5, 7, 9], liquids={"flask": liquid}).liquids["flask"].rgba
+    red, blue = np.array(COLOURS["red"], dtype=float), np.array(COLOURS["blue"], dtype=float)
+    assert rgba == pytest.approx(np.array([red, red, (red + blue) / 2.0, blue]), abs=0.5)
+    # Of two indicators the colourless one lets the colour of the other through.
+    clear = {
+        **RED_TO_BLUE_FROM_6_TO_8,
+        "indicator": "other",
+        "acid_colour": "colourless",
+        "from_ph": 10.0,
+        "to_ph": 12.0,
+    }
+    both = coloured([5, 7, 9], liquids={"flask": liquid}, declared=(RED_TO_BLUE_FROM_6_TO_8, clear))
+    assert both.liquids["flask"].rgba.tolist() == rgba.tolist()
+    assert set(both.lanes) == {"flask", "flask other"}
+
+
+def test_without_a_ph_nothing_has_a_colour():
+    inputs = Inputs(
+        declared=[RED_TO_BLUE_FROM_6_TO_8],
+        times=np.arange(3.0),
+        output=lambda _: SimpleNamespace(series={}, liquids={}),
+        count=lambda _: None,
+    )
+    assert not compute(inputs).events

@@ -1,13 +1,16 @@
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
 from replay.effects.inputs import BodyPoses
-from replay.effects.vessels import Cylinder, Vessel, is_inside
+from replay.effects.models.outflow import Stream
+from replay.effects.vessels import Cylinder, Vessel, check_vessels, flow_event, is_inside
+from replay.errors import PlanError
 from sessions.glassware.catalogue import make_instrument
-from sessions.model.scene import SceneBody
+from sessions.model.scene import Scene, SceneBody
 
 
 def test_a_declared_cylinder_precedes_the_cavity_of_the_instrument():
@@ -52,3 +55,28 @@ def test_point_inside_a_vessel_is_between_floor_and_opening():
     poses = BodyPoses(np.arange(5.0), np.full((5, 3), 7.0), rotated, observed, observed)
     assert is_inside(within @ rotated[0].T + 7.0, poses, vessel).tolist() == observed.tolist()
     assert not is_inside(without @ rotated[0].T + 7.0, poses, vessel).any()
+
+
+def test_vessel_may_be_full_to_its_brim_and_not_above():
+    brim_ml = math.pi * RADIUS**2 * HEIGHT * 1e6
+    tables = {"mixing": ({"in": ["a"]},)}
+    check_vessels(tables, Scene(bodies=(glass("a", brim_ml),)), "scene.toml")
+    with pytest.raises(PlanError, match="and a brim at"):
+        check_vessels(tables, Scene(bodies=(glass("a", 1.001 * brim_ml),)), "scene.toml")
+
+
+class Inputs(SimpleNamespace):
+    """Inputs of an effect, with as many frames as times."""
+
+    def __len__(self):
+        return len(self.times)
+
+
+@pytest.mark.parametrize(("frames", "end"), [([2, 3, 5], 0.5), ([2, 3, 9], None)])
+def test_flow_has_an_end_unless_it_runs_in_the_last_frame(frames, end):
+    """Ten frames, 0.1 s apart."""
+    times = np.arange(10) / 10.0
+    flow = Stream("a", "b", False, times[frames], np.array(frames), np.array([1.0, 2.0, 3.5]), np.zeros((3, 3)))
+    event = flow_event(Inputs(times=times), flow, "pour", "are poured")
+    assert (event.time, event.end, event.text) == (0.2, end, "6.5 mL are poured")
+    assert event.values == {"volume_ml": 6.5, "seconds": pytest.approx(times[frames[-1]] - 0.2)}

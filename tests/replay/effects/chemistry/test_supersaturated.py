@@ -34,6 +34,12 @@ def test_aluminium_that_ammonia_keeps_dissolved_is_fresh(solid, dissolved, ammon
     assert len(texts) == bool(percent) and all(text.startswith(f"{percent} of the aluminium") for text in texts)
 
 
+def test_aluminium_is_not_fresh_where_nobody_knows_the_ph():
+    contents = matter(**{"Al(OH)3(s)": 0.5, "Al^3+": 0.5, "NH3": 2.0})
+    contents.solver = None
+    assert list(aged_hydroxide_events(contents)) == []
+
+
 @pytest.mark.parametrize(
     ("hydroxide", "copper", "ammonia", "anion", "salt"),
     [
