@@ -52,7 +52,8 @@ def has_faces(detection):
 
 
 def test_detector_has_the_methods_of_the_protocol(name, scene):
-    detector = create_detector(name, scene[0])
+    bodies, _ = scene
+    detector = create_detector(name, bodies)
     assert isinstance(detector, Detector)
     assert detector.name == detection_of_whole_motion(name).detector == name
     assert isinstance(detector.settings, detector.Settings)
@@ -172,7 +173,7 @@ def test_digest_is_independent_of_the_order_of_bodies(name, scene):
 
 
 def test_pair_without_both_poses_gets_verdict_no_pose(name, scene):
-    motion, detection = scene[1], detection_of_whole_motion(name)
+    (_, motion), detection = scene, detection_of_whole_motion(name)
     either = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
     assert either.any()
     assert (detection.verdict[either] == Verdict.NO_POSE).all()

@@ -22,11 +22,15 @@ def verified_anew():
     cache_seals.remove_outdated.cache_clear()
 
 
-def squared(x):
+def square_plus_seven(x):
     return x * x + 7
 
 
-NAMES = ("module.squared-9{python}.nbi", "module.squared-9{python}.1.nbc", "module.squared-9{python}.2.nbc")
+NAMES = (
+    "module.square_plus_seven-9{python}.nbi",
+    "module.square_plus_seven-9{python}.1.nbc",
+    "module.square_plus_seven-9{python}.2.nbc",
+)
 
 
 @pytest.fixture(scope="module")
@@ -151,23 +155,23 @@ def test_read_only_cache_is_used_only_while_intact(sealed_folder, tmp_path, monk
 @pytest.mark.parametrize("kind", ["nbi", "nbc", "seal"])
 def test_a_damaged_kernel_is_compiled_again_and_kept(tmp_path, monkeypatch, kind):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    first = kernel(squared)
+    first = kernel(square_plus_seven)
     assert first(2) == 11 and first.dispatcher.stats.cache_misses
     (file,) = tmp_path.rglob(f"*.{kind}")
     content = bytearray(file.read_bytes())
     content[len(content) // 2] ^= 1
     file.write_bytes(bytes(content))
-    second = kernel(squared)
+    second = kernel(square_plus_seven)
     assert second(2) == 11 and second.dispatcher.stats.cache_misses
-    third = kernel(squared)
+    third = kernel(square_plus_seven)
     assert third(2) == 11 and third.dispatcher.stats.cache_hits and not third.dispatcher.stats.cache_misses
 
 
 def test_each_new_signature_is_sealed(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    first = kernel(squared)
+    first = kernel(square_plus_seven)
     assert (first(2), first(2.0)) == (11, 11.0)
-    again = kernel(squared)
+    again = kernel(square_plus_seven)
     assert (again(2), again(2.0)) == (11, 11.0) and not again.dispatcher.stats.cache_misses
 
 

@@ -82,6 +82,7 @@ def test_press_outside_the_requested_window_is_no_grasp(start, end, count):
 
 
 def test_bodies_tagged_as_hands_take_precedence_over_names():
+    """The body "far" has the tag, "hand-right" only the name, which counts where nothing is tagged."""
     positions, trigger = session_of_carried_cube()
     assembly, session = assembly_with_trigger(positions, trigger)
     assert {assembly.names[k]: side for k, side in hand_bodies(assembly, session).items()} == {"hand-right": "right"}

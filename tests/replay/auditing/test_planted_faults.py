@@ -70,7 +70,8 @@ def test_counts_of_misses_and_false_contacts_equal_planted_faults(plate, fault):
 
 
 def test_contact_of_bounding_spheres_alone_is_unconfirmed(plate):
-    ball = compute(plate[0], detectors="ball=sphere")
+    session, _ = plate
+    ball = compute(session, detectors="ball=sphere")
     assert {item.cause for item in ball.false["ball"]} == {"only bounding volumes overlap"}
     console = Console(width=200, record=True, file=StringIO())
     console.print(run_tables(ball))

@@ -372,6 +372,7 @@ def test_most_numbers_occur_in_more_than_two_outputs(outputs):
 
 @pytest.mark.parametrize("outputs", ["several"], indirect=True)
 def test_another_number_in_a_single_output_is_noticed(outputs):
+    """77 is in no output; the cell is the one that most others hold as well."""
     facts, _ = outputs
     for output in ("terminal", "Markdown", "report", "picture", "Parquet", "summary"):
         cell = max(facts[output], key=lambda cell: sum(cell in known for known in facts.values()))

@@ -14,7 +14,9 @@ from sessions.synthetic.truth import (
     write_truth,
 )
 
-TOUCH = PlantedEpisode(("a", "b"), "contact", (1.0, 2.0), (1.1, 1.9), (0.9, 2.1), "a touch")
+TOUCH = PlantedEpisode(
+    ("a", "b"), "contact", nominal=(1.0, 2.0), surely=(1.1, 1.9), possibly=(0.9, 2.1), note="a touch"
+)
 NEAR = PlantedEpisode(("a", "b"), "contact", nominal=None, surely=None, possibly=(5.0, 5.5))
 POUR = Fact("pour", start=3.0, end=4.0, bodies=("a",), values={"volume_ml": 0.1 + 0.2, "into": "b"})
 
@@ -33,6 +35,7 @@ def test_truth_file_is_json_with_the_planted_facts(tmp_path):
 
 
 def test_expected_knows_sure_open_and_clear_frames():
+    """Frames before, at the edges of and within TOUCH and NEAR; while a pose is lost nothing is expected for sure."""
     stamps = 10**18 + np.array([0.5, 1.0, 1.5, 2.05, 3.0, 5.2]) * 1e9
     answer = truth().expected("b", "a", stamps.astype(np.int64)).tolist()
     assert answer == [CLEAR, OPEN, PRESENT, OPEN, CLEAR, OPEN]

@@ -34,7 +34,8 @@ def silver_chloride_run():
 @pytest.fixture(scope="module")
 def rows_by_detector(silver_chloride_run):
     """Rows of metrics by the label of their detector."""
-    return {row["detector"]: row for row in metric_rows(silver_chloride_run[0])}
+    result, _ = silver_chloride_run
+    return {row["detector"]: row for row in metric_rows(result)}
 
 
 def facts_of_kind(truth, kind):
@@ -42,7 +43,7 @@ def facts_of_kind(truth, kind):
 
 
 def test_metrics_of_a_made_up_session_equal_planted_counts(silver_chloride_run, rows_by_detector):
-    truth, row = silver_chloride_run[1], rows_by_detector["exact"]
+    (_, truth), row = silver_chloride_run, rows_by_detector["exact"]
     assert row["grasps"] == row["grasp_attempts"] == len(facts_of_kind(truth, "grasp")) > 0
     assert row["near_misses"] == len(facts_of_kind(truth, "near_miss")) == 1
     assert row["breakages"] is None  # the scene asks nobody to look

@@ -62,7 +62,8 @@ def test_figure_7_has_a_panel_for_budgets_time_and_families(drawn_figures):
     rates, _ = colony_tables([([rate, ("flask", *rate[1:])], [])], 1)
     tables = [accuracy_table(cut_short), time_table(complete), rates]
     figure_7({table.key: table for table in tables})
-    *budgets, time, torus, flask = drawn_figures[0].axes
+    (figure,) = drawn_figures
+    *budgets, time, torus, flask = figure.axes
     assert [axes.get_title() for axes in budgets] == [f"7a, b: accuracy, B = {b:g}" for b in BUDGET_FRACTIONS]
     assert [axes.get_title() for axes in (torus, flask)] == [f"7e: random collisions, {n}" for n in ("torus", "flask")]
     assert [set(axes.lines[0].get_xdata()) for axes in (budgets[0], time, torus)] == [{5 / 10}, {2.0}, {fraction}]
@@ -80,7 +81,8 @@ def test_figure_8_has_coverage_misses_and_evaluations_of_covered(drawn_figures, 
     shapes = feature_sample_tables([SampleSearches("torus", {size: [1] for size in SAMPLE_SIZES}, defaultdict(list))])
     tables = [replace(table, rows=tuple(rows)) for table, rows in zip(shapes, (coverage, search), strict=True)]
     figure_8({table.key: table for table in tables})
-    covered, missed, work = drawn_figures[0].axes
+    (figure,) = drawn_figures
+    covered, missed, work = figure.axes
     assert covered.lines[0].get_xdata().tolist() == [50.0, 75.0], "all faces stand to the right of the largest sample"
     assert covered.lines[0].get_ydata().tolist() == [0.2, 0.0] and missed.lines[0].get_ydata().tolist() == [0.25] * 2
     assert work.get_yscale() == scale and (evaluations is None or work.lines[0].get_ydata().tolist() == [50.0] * 2)
