@@ -136,6 +136,7 @@ def write_transforms(path, rows):
 
 
 def chunk(tag, content):
+    """A chunk of an XDF file."""
     return b"\x04" + struct.pack("<I", len(content) + 2) + struct.pack("<H", tag) + content
 
 

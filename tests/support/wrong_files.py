@@ -123,6 +123,7 @@ def of_chunk(change):
 
 
 def of_messages(change, channel=None):
+    """A change of the file that changes its messages, those of one channel if given."""
     return lambda data: with_messages(data, change, channel)
 
 

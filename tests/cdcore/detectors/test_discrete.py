@@ -11,6 +11,7 @@ BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 
 
 def ball_at_x(xs, times):
+    """The ball on the x axis at these places, and the box at the origin."""
     positions = np.zeros((len(xs), 2, 3))
     positions[:, 0, 0] = xs
     return unrotated_motion(positions, times)

@@ -32,6 +32,7 @@ def fresh(function):
 
 
 def code_of(compiled):
+    """Lines of the LLVM code of the only compiled signature."""
     return next(iter(compiled.inspect_llvm().values())).splitlines()
 
 

@@ -40,7 +40,7 @@ def recording(imported, tmp_path):
     return tmp_path / "s.mcap"
 
 
-def contact(path):
+def contact_by_frame(path):
     verdict = replay.run(path, detectors="exact", oracle="none").detections["exact"].verdict
     return verdict[:, 0] == Verdict.CONTACT
 
@@ -84,13 +84,13 @@ def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
 
 def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, capsys):
     before, picture = recording.read_bytes(), recording.with_name("s-look") / "closest.png"
-    assert not np.array_equal(contact(recording), true_contact())
+    assert not np.array_equal(contact_by_frame(recording), true_contact())
     assert main(["doctor", str(recording), "--look"]) == 3
     unanswered = picture.read_bytes()
     assert main(["doctor", str(recording), "--answer", "1b"]) == 0
     assert '--mesh-axes "body"' in capsys.readouterr().err
     assert picture.read_bytes() != unanswered
-    assert np.array_equal(contact(recording), true_contact())
+    assert np.array_equal(contact_by_frame(recording), true_contact())
     assert main(["doctor", str(recording), "--look", "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["questions"] == []
     assert main(["doctor", str(recording), "--forget-answers"]) == 0

@@ -21,6 +21,7 @@ def session_of_reports(*reports, facts=None):
 
 
 def run_and_verdicts(session, **settings):
+    """The run of the recorded contacts as a detector, and its verdicts by frame."""
     result = compute(session, detectors=[("recorded", settings)], oracle="exact")
     (label,) = result.comparisons
     assert 0.0 < result.detections[label].seconds["lookup"] < 5.0

@@ -57,17 +57,17 @@ def test_end_points_and_ph_are_right_at_every_rate(row, hz):
     check_end_points_and_ph(**row, hz=hz)
 
 
-def settings(effects):
+def end_point_texts(effects):
     return [event.text for event in effects["reaction"].output.events_named("end-point")]
 
 
 def test_a_mixture_names_the_strong_acid_first():
     tables = ("HCl + NaOH -> NaCl + H2O", "CH3COOH + NaOH -> CH3COONa + H2O")
     mixture = {"HCl": 0.05, "CH3COOH": 0.05}
-    texts = settings(titrated(mixture, {"NaOH": 0.1}, tables))
+    texts = end_point_texts(titrated(mixture, {"NaOH": 0.1}, tables))
     assert [text.partition(" are ")[0] for text in texts] == ["HCl and NaOH", "CH3COOH + HCl and NaOH"]
     assert "after 5.00 mL (end point 1 of 2)" in texts[0] and "after 10.00 mL (end point 2 of 2); overshot" in texts[1]
-    assert settings(titrated(dict(reversed(mixture.items())), {"NaOH": 0.1}, tables[::-1])) == texts
+    assert end_point_texts(titrated(dict(reversed(mixture.items())), {"NaOH": 0.1}, tables[::-1])) == texts
 
 
 @pytest.mark.parametrize("hz", RATES_HZ)

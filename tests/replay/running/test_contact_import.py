@@ -125,6 +125,7 @@ def unity_log(path, stamps, begins, ends, reports):
 
 
 def recorded_figures(session):
+    """Counts of the recorded contacts by exact: all, missed, late or cut short, and false contacts."""
     audit = compute(session, detectors="recorded", oracle="exact").document.audit["recorded"]
     return audit.contacts, audit.contacts_missed, audit.late_or_cut_short, audit.false_contact.count
 

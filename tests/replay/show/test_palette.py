@@ -18,6 +18,7 @@ def hue_distance(a, b):
 
 
 def lightness(colour):
+    """The luminance of a colour, from 0 to 1."""
     r, g, b = (channel / 255 for channel in colour[:3])
     return 0.2126 * r**2.2 + 0.7152 * g**2.2 + 0.0722 * b**2.2
 

@@ -52,13 +52,13 @@ def test_rounded_corner_is_a_tangent_quarter_circle():
 seeds = st.integers(0, 2**32 - 1)
 
 
-def some(seed, count=20):
+def random_scipy_rotations(seed, count=20):
     return Rotation.random(count, rng=np.random.default_rng(seed))
 
 
 @given(seeds)
 def test_products_rotations_and_inverses_agree_with_scipy(seed):
-    a, b = some(seed), some(seed + 1)
+    a, b = random_scipy_rotations(seed), random_scipy_rotations(seed + 1)
     product = Rotation.from_quat(rotations.quaternion_product(a.as_quat(), b.as_quat()))
     np.testing.assert_allclose(product.as_matrix(), (a * b).as_matrix(), atol=1e-14)
     v = np.random.default_rng(seed).normal(size=(20, 3))
@@ -70,7 +70,7 @@ def test_products_rotations_and_inverses_agree_with_scipy(seed):
 
 @given(seeds)
 def test_matrices_and_vectors_give_their_rotation(seed):
-    rotation = some(seed, count=1)[0]
+    rotation = random_scipy_rotations(seed, count=1)[0]
     from_matrix = rotations.quaternion_from_matrix(rotation.as_matrix())
     np.testing.assert_allclose(Rotation.from_quat(from_matrix).as_matrix(), rotation.as_matrix(), atol=1e-13)
     assert from_matrix[3] >= 0.0

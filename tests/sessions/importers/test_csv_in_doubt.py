@@ -30,6 +30,7 @@ def imported(tmp_path, header, rows, delimiter=",", **options):
 
 
 def rows_of(times, *before):
+    """A row a time: what stands before, the time, and a pose that goes on by 1 mm on x."""
     return [(*(value[k] for value in before), time, 0.001 * k, 1, 0, 0, 0, 0, 1) for k, time in enumerate(times)]
 
 

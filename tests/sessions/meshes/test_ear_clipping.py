@@ -10,6 +10,7 @@ from sessions.meshes.ear_clipping import FEW_CORNERS, clip_ears
 
 
 def doubled_areas(points, triangles):
+    """Twice the signed areas of triangles, above 0 where they run anticlockwise."""
     a, b, c = (points[[triangle[k] for triangle in triangles]] for k in range(3))
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
 

@@ -23,6 +23,7 @@ def star(points):
 
 
 def comb(teeth):
+    """The outline of a comb: a bar with teeth 2 wide and 3 high."""
     return [[4 * teeth - 2, -1], *([x, y] for t in range(teeth)[::-1] for x, y in tooth(4 * t)), [0, -1]]
 
 
@@ -31,6 +32,7 @@ def tooth(x):
 
 
 def spiral(corners):
+    """The outline of a band that winds one and a half times."""
     angles = np.linspace(0, 3 * np.pi, corners // 2)
     arms = [[[(r + angle) * np.cos(angle), (r + angle) * np.sin(angle)] for angle in angles] for r in (2, 1)]
     return arms[0] + arms[1][::-1]

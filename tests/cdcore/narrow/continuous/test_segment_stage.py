@@ -126,6 +126,7 @@ PLATE, BALL = build_box_trees([box_mesh((1.0, 1.0, 0.002)).triangles, ball_mesh(
 
 
 def legs_of_straight_move(before, after):
+    """A straight move without a rotation, as the kernels take it."""
     return legs_of(np.tile(np.eye(3), (2, 1, 1)), np.array([before, after], dtype=float), np.array([1]))
 
 

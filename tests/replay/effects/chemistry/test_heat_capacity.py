@@ -19,7 +19,7 @@ def neutralised(molar, per_ml=None):
     return effects["heat"]
 
 
-def last(effect):
+def last_temperature_of_b(effect):
     return effect.series["b/temperature"].values[-1]
 
 
@@ -52,7 +52,7 @@ def test_concentrated_solution_cools_by_its_own_heat_capacity(solutes, per_ml, t
 def test_dilute_solutions_keep_the_heat_of_water():
     """1 mol/L, against water's 4.18 J/K a millilitre."""
     effect, declared = neutralised(molar=1.0), neutralised(molar=1.0, per_ml=4.18)
-    assert last(effect) == pytest.approx(last(declared), abs=0.02)
+    assert last_temperature_of_b(effect) == pytest.approx(last_temperature_of_b(declared), abs=0.02)
     assert not effect.output.events_named("estimated")
 
 
@@ -63,4 +63,4 @@ def test_a_strong_capacity_is_named_as_estimated_unless_declared():
     assert {event.bodies for event in events} == {("a",), ("b",)}
     assert all("may be off by a tenth" in event.text for event in events)
     assert not declared.output.events_named("estimated")
-    assert last(effect) != pytest.approx(last(declared), abs=0.1)
+    assert last_temperature_of_b(effect) != pytest.approx(last_temperature_of_b(declared), abs=0.1)

@@ -30,6 +30,7 @@ sys.exit(main(sys.argv[2:]))
 
 
 def write(path, count=30):
+    """A recording file of so many clouds of 100 points."""
     with recording_file("test", path, rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         for k in range(count):
             stream.log(f"p{k}", rr.Points3D(np.ones((100, 3))))

@@ -23,15 +23,16 @@ SPANS = [Interval(BEGIN + 2 * STEP_NS, BEGIN + 9 * STEP_NS, "task", "stir", {"by
 EVENTS = [Event(BEGIN + 3 * STEP_NS, "buttondown", "trigger", "b")]
 
 
-def recorded(positions=MEET_IN_4_AND_8_TO_10, **more):
+def cubes_with_events_and_intervals(positions=MEET_IN_4_AND_8_TO_10, **more):
     return unit_cubes_on_x(positions, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
 
 
 RUNS = {
     "audited": lambda: compute(
-        recorded(MEET_IN_4_AND_8_TO_10 | {"c": [9] * 12}), detectors="slow=discrete[rate_hz=20],sphere"
+        cubes_with_events_and_intervals(MEET_IN_4_AND_8_TO_10 | {"c": [9] * 12}),
+        detectors="slow=discrete[rate_hz=20],sphere",
     ),
-    "effects of a part": lambda: compute(recorded(scene=SCENE), detectors=(), start=0.01),
+    "effects of a part": lambda: compute(cubes_with_events_and_intervals(scene=SCENE), detectors=(), start=0.01),
     "nothing happened": lambda: compute(
         unit_cubes_on_x({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid"
     ),

@@ -38,6 +38,7 @@ def finding_of_grasps(beta=0.2, kind="multiple", p=0.5):
 
 
 def study_of(*sensitivity, changing=()):
+    """A study of which the charts need these rows alone."""
     return SimpleNamespace(
         detector="exact",
         sensitivity=sensitivity,

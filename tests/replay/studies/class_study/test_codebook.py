@@ -6,6 +6,7 @@ from replay.studies.class_study.codebook import read_codebook
 
 
 def read(tmp_path, text):
+    """The codebook that a YAML file with this text holds."""
     file = tmp_path / "codebook.yaml"
     file.write_text(text, encoding="utf-8")
     return read_codebook(file)

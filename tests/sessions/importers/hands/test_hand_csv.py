@@ -56,6 +56,7 @@ def only_joints(hands, joints):
 
 
 def assumption_about(session, subject):
+    """The assumption that a session records about a subject."""
     return next(row for row in assumptions_of(session.facts) if row.subject is subject)
 
 
