@@ -149,3 +149,12 @@ def test_mutants_end_in_a_mesh_or_a_sentence(tmp_path, kind, count):
         assert np.isfinite(mesh.vertices).all() and mesh.faces.max() < len(mesh.vertices)
 
     tried(path, count, read)
+
+
+@pytest.mark.parametrize(
+    ("data", "kind", "noun"),
+    [(b"\x89PNG\r\n\x1a\n", "glb", "a picture"), (b"glTF\2\0\0\0", "obj", "a GLB"), (b"glTF\2\0\0\0", "stl", "a GLB")],
+)
+def test_file_of_another_kind_is_refused_by_its_kind(data, kind, noun):
+    with pytest.raises(MeshFileError, match=f"it is {noun}.*, no {kind.upper()}"):
+        mesh_from_bytes(data + bytes(40), kind)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sessions.errors import MeshFileError
+from sessions.meshes import obj_file
 from sessions.meshes.mesh_files import mesh_from_bytes
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -106,6 +107,13 @@ def test_faces_are_read_from_mesh_files_of_several_programs(name):
     kind, text, faces = READ[name]
     mesh = mesh_from_bytes(text if isinstance(text, bytes) else text.encode("latin-1"), kind)
     assert mesh.faces.tolist() == faces
+
+
+def test_corners_from_the_end_count_vertices_of_all_blocks(monkeypatch):
+    """Words become numbers a block at a time: here after the third vertex, so that the fourth waits."""
+    monkeypatch.setattr(obj_file, "BLOCK", 6)
+    mesh = mesh_from_bytes(f"{SQUARE}f -4 -3 -2\nv 9 9 9\nf -5 -4 -3".encode(), "obj")
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 1, 2]]
 
 
 def binary_ply(order, rows):

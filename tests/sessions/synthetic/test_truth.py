@@ -1,7 +1,9 @@
 import json
 
 import numpy as np
+import pytest
 
+from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.truth import (
     CLEAR,
     OPEN,
@@ -63,3 +65,15 @@ def test_episode_length_is_bounded_by_noise_and_tessellation():
         ("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], noise=0.125, tessellation=0.25, clock=(0.5, 8.5)
     )
     assert (begun.surely, begun.nominal, begun.possibly) == ((0.0, 1.125), (0.0, 1.5), (0.0, 1.625))
+
+
+@pytest.mark.parametrize("name", ["ball-plate", "fast-ball"])
+def test_noise_leaves_both_ends_of_a_contact_open(name):
+    """What noise may shift lies between the span in which contact is possible and that in which it is sure."""
+    seconds = 6.0
+    _, truth = make_analytic(name, seconds=seconds, noise="vive")
+    whole = [episode for episode in truth.episodes if episode.possibly[0] > 0.0 and episode.possibly[1] < seconds]
+    assert len(whole) > 2
+    for episode in whole:
+        assert episode.possibly[0] < episode.nominal[0] < episode.surely[0]
+        assert episode.surely[1] < episode.nominal[1] < episode.possibly[1]
