@@ -23,6 +23,7 @@ def test_benchmark_counts_python_fcl_pairs_and_renews_other_poses():
     assert not run(workload, "bool").any()
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", ENGINES)
 def test_all_engines_agree_on_which_pairs_touch_when(name):
     """An engine is asked whether each pair touches in each frame ("bool") and how many pairs of faces do ("faces")."""

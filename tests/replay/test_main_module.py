@@ -15,6 +15,7 @@ from sessions import write_session
 FOREIGN = 'open("ran", "w").write(__name__)\nraise SystemExit("this is not the tool")\n'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("-P",)], ids=["plain", "-P"])
 def test_the_current_folder_does_not_come_before_the_environment(tmp_path, options):
     write_session(unit_cubes_on_x({"a": [0] * 12, "b": [3, 3, 0.9] * 4}), tmp_path / "s.mcap")

@@ -96,6 +96,7 @@ def requested(good, at, numbers, capsys):
 
 
 # 992: the column of detectors has another name, which the page of a class once added to a word.
+@pytest.mark.slow
 def test_changed_run_folder_ends_in_answer_or_sentence(good_run_folder, no_window, tmp_path, capsys):
     faults, growth = requested(good_run_folder, tmp_path / "at", [0, 1, 992, 1004, 1005], capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH

@@ -46,6 +46,7 @@ def strolling_motion(rng, count, step=0.004):
     return Motion(np.arange(count) / 90, np.stack([0 * positions, positions], axis=1), both)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", INNER)
 def test_components_that_moved_less_than_clearance_stay_outside(name):
     """At random poses the body moves in a random direction by 0.9 to 1 times its clearance."""

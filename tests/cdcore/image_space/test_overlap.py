@@ -119,6 +119,7 @@ def test_body_is_inside_when_its_box_and_volume_are(outer, size, position, insid
     assert overlap_volume(outer, box).inside == (1 if inside else -1)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("world", [box_mesh((2, 2, 2)).triangles, octahedron(None)], ids=["box", "ball"])
 def test_rays_through_edges_and_corners_cross_twice(world):
     """Rays on integers, where diagonals of the box's faces, meridians of the ball and corners of both lie."""

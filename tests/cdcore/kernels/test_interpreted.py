@@ -11,6 +11,7 @@ def interpreted_worlds():
     return script("interpreted_worlds")
 
 
+@pytest.mark.slow
 def test_interpreted_kernels_give_digests_of_compiled_kernels(interpreted_worlds):
     comparison = interpreted_worlds.compare_worlds([0], ["exact"])
     assert (comparison.rows, comparison.differing, comparison.unfinished) == (1, [], [])

@@ -26,7 +26,7 @@ def piece_counts(fixed):
     return {row["body"]: row["after"]["pieces"] for row in fixed.bodies}
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [0.02, 0.0, 0.2])
 def test_pieces_that_miss_more_than_they_save_are_not_taken(two_beakers, missing_pieces, limit):
     fixed = fix_colliders(two_beakers, limits=Limits(limit))
@@ -67,6 +67,7 @@ def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch)
     assert sum(piece_counts(fixed).values()) == min(tried["pieces"] for tried in alike)
 
 
+@pytest.mark.slow
 def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_only, monkeypatch):
     monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
     fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)

@@ -106,6 +106,7 @@ def exact_contacts(first, second, rotations, positions):
     return counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)[:, 0]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):

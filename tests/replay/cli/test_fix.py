@@ -43,6 +43,7 @@ def own(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_import_run_and_fix_lead_to_colliders_for_unity(own, capsys):
     assert main(IMPORT) in (0, 3)
     assert main(["run", "own.mcap", "--detectors", "hull50,exact", "--no-picture"]) == 0
@@ -83,6 +84,7 @@ def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, mes
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_page_is_written_without_an_engine(own, capsys):
     """Without a name the page replaces the one before; a folder that somebody named stays."""
     main(IMPORT)

@@ -89,6 +89,7 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
     assert program.wait(30) in (0, 1)  # 1: its output could not be written
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
 @pytest.mark.parametrize(("where", "unbuffered"), [(">&-", "1"), (">/dev/full", ""), (">&- 2>&-", "")])
 def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):

@@ -77,6 +77,7 @@ def distinct_tokens(lines):
     return {word for line in lines for word in line.split() if set(word) - set("─\\")}
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_word_and_number_is_whole_at_every_width(screens, verb):
     wide = at_width(screens[verb], width=1000)

@@ -121,6 +121,7 @@ def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
     assert missing[cuts[0].key].spent > 0.0 == missing[cuts[1].key].spent
 
 
+@pytest.mark.slow
 def test_pieces_are_cut_where_nothing_can_be_kept(empty_cache):
     empty_cache.write_text("a file where the folder should be", "utf-8")
     assert len(convex_pieces(Cut(CHANNEL, "planes", 16))) > 1

@@ -74,6 +74,7 @@ def test_pieces_end_where_no_more_help_and_triangles_come_next():
     assert "pieces" not in answer.fix.text and "skin_m=0" in answer.fix.text
 
 
+@pytest.mark.slow
 def test_two_numbers_of_pieces_are_two_settings():
     # Cut by planes, all numbers of pieces of a body come from a single cut.
     compounds = [f"c{pieces}=collider[shape=compound,pieces={pieces},method=planes]" for pieces in (1, 2, 4)]

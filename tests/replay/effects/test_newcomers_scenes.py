@@ -41,6 +41,7 @@ def nitre(celsius, mass_g=40.0):
     )
 
 
+@pytest.mark.slow
 def test_a_salt_crystallises_where_its_solution_merely_cools():
     effects = standing(4.0, nitre(celsius=70.0), NITRE, HEAT)
     (event,) = effects["precipitation"].events

@@ -185,6 +185,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     assert not effects["reaction"].output.events_named("supersaturated")
 
 
+@pytest.mark.slow
 def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
     """6 g of potassium nitrate in water of 80 degC, which cools to a room of 20 degC."""
     bodies = (

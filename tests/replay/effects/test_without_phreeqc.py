@@ -26,6 +26,7 @@ WITHOUT_CHEMISTRY = {
 }
 
 
+@pytest.mark.slow
 def test_only_scenes_with_an_equilibrium_import_phreeqc():
     """One program runs all scenes that need no PHREEQC, and then one that does."""
     runs = "\n".join(WITHOUT_CHEMISTRY.values())

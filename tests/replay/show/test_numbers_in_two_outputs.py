@@ -336,6 +336,7 @@ def agrees(a, b):
     return float(digits[0]) - whole <= scale * number <= float(digits[-1]) + whole
 
 
+@pytest.mark.sampled(4)
 def test_a_cell_reads_the_same_in_every_output(outputs):
     facts, _ = outputs
     different = [

@@ -30,6 +30,7 @@ def closed_meshes(instrument):
         yield instrument.cavity.to_brim
 
 
+@pytest.mark.sampled(5)
 def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made_glassware):
     meshes = [*closed_meshes(made_glassware)]
     assert meshes

@@ -18,6 +18,7 @@ POSITION = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "lead
 CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown": 1}]
 
 
+@pytest.mark.slow
 def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
     for bookmark in read_bookmarks(recording):
         requested = {"miss": (bookmark.number, None), "false": (None, bookmark.number)}.get(bookmark.kind)

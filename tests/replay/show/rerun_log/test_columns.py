@@ -24,6 +24,7 @@ def test_values_that_rerun_drops_are_an_error(tmp_path):
         writer.rows("x", [0, 1], rr.Points3D.columns())
 
 
+@pytest.mark.slow
 def test_a_long_session_is_strided_but_for_its_moments(demo):
     """270 frames with room for 100: every third is drawn, and the frames 100 and 200 of misses."""
     assert RecordingClock.of(demo.assembly, limit=270).drawn_frames.tolist() == list(range(270))

@@ -27,6 +27,7 @@ def reader_process():
     return process
 
 
+@pytest.mark.slow
 def test_reader_that_ended_or_hangs_is_replaced(recording, monkeypatch):
     bookmarks = read_bookmarks(recording)
     ended = reader_process()

@@ -130,6 +130,7 @@ def more_contacts(results):
 RECOUNTS = {0: pairs_missed, 1: more_contacts}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(len(QUESTIONS)))
 def test_sql_questions_of_the_guide_agree_with_a_recount(number, result_by_name, tables):
     db = duckdb.connect()

@@ -20,6 +20,7 @@ assert pa.array(pd.Series([1.0, float("nan")])).null_count == 1
 """
 
 
+@pytest.mark.slow
 def test_pandas_is_imported_only_to_make_a_data_frame():
     pytest.importorskip("pandas")
     done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=False)

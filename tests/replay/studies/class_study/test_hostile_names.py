@@ -51,6 +51,7 @@ def study_folder(tmp_path_factory):
     return write_study(runs, study, folder / "study", inputs={}, heading=Heading(HOSTILE))
 
 
+@pytest.mark.slow
 def test_hostile_names_are_escaped_in_the_class_page(study_folder):
     page = (study_folder / "study.html").read_text("utf-8")
     assert page.count("&lt;script&gt;throw 1") > 5 and "<img" not in page and "\u202e" not in page

@@ -115,6 +115,7 @@ def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
     assert fault.pairs.tolist() == [[0, 1], [0, 2], [1, 2]]
 
 
+@pytest.mark.slow
 def test_contained_body_is_shrunk_to_a_tetrahedron():
     """The inner box needs one face and the outer four to stay contained."""
     bodies = tuple(Body(name, box_mesh([edge] * 3)) for name, edge in (("out", 4.0), ("in", 1.0)))

@@ -78,6 +78,7 @@ def write_export(exporter, path, hands):
     return write_long(path, TIMES, hands, name=lambda joint: str(first + order.index(joint)))
 
 
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize(
     ("exporter", "bones"),
     [
