@@ -96,6 +96,7 @@ def test_exactly_fitting_plug_separates():
 
 
 def test_tool_on_a_sheet_separates_for_either_winding():
+    """The bottom of a unit cube is in the plane of a flat sheet, whose faces look up or down."""
     for faces in (grid_plate(), grid_plate()[:, ::-1]):
         bodies = [*bodies_of([faces]), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
         assert MarginStage(bodies, 2e-6).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))

@@ -222,6 +222,7 @@ def test_times_that_do_not_increase_are_refused_by_frame(times, message):
 
 @pytest.mark.parametrize("spoil", ["turn", "last row"])
 def test_bad_pose_after_repeated_poses_is_refused(spoil):
+    """Body 1 of frame 3 has a rotation with a NaN, or a last row other than 0, 0, 0, 1."""
     poses = np.tile(np.eye(4), (5, 2, 1, 1))
     poses[3, 1, 3, 0] = 1.0 if spoil == "last row" else 0.0
     poses[3, 1, 0, 0] = 1.0 if spoil == "last row" else np.nan

@@ -95,7 +95,7 @@ def test_a_flow_without_reaction_has_a_row_per_frame():
 def test_a_pour_leaves_the_heat_of_the_glass_behind():
     """5 mL at 10 K above the room carry 5 * 4.18 * 10 J; the glass, of 41.8 J/K, keeps its own."""
     book = plain(warmth=Warmth(per_ml=4.18, glass={"a": 41.8}, excess={"a": 10.0}, loss=0.0, most=np.inf, room=20.0))
-    step(book, 1, 0.01, [("a", "c", 5.0)])
+    step(book, frame=1, time=0.01, moves=[("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])
 
 
@@ -104,7 +104,7 @@ def test_liquid_stays_between_freezing_and_boiling(excess, kept, latent):
     """Kelvin above a room of 20 degC: water boils at 80 and freezes at -20; what is beyond makes steam or ice."""
     book = plain(warmth=Warmth(4.18, {}, {"b": excess}, loss=0.0, most=80.0, room=20.0))
     for frame in (1, 2):
-        step(book, frame, 0.01 * frame, [("b", "c", 0.5)])
+        step(book, frame, time=0.01 * frame, moves=[("b", "c", 0.5)])
     poured = book.amounts[2, [book.column[HEAT_COLUMN], book.column[LATENT_HEAT_COLUMN]]]
     # A millilitre of water, 4.18 J/K.
     assert poured == pytest.approx([4.18 * kept, 4.18 * latent])

@@ -47,7 +47,7 @@ def all_tables(made):
 @pytest.mark.parametrize(("students", "nobody", "few"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (6, 6, 1), (6, 1, 0)])
 def test_class_below_five_students_lists_sessions_without_figures(tables_of, tmp_path, students, nobody, few):
     """Six sessions of so many students, ``nobody`` of them without a name; ``few``: below five are known."""
-    runs, made = tables_of(6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
+    runs, made = tables_of(sessions=6, students=students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
     known = min(students, 6 - nobody)
     result = all_tables(made)
     for table in result:
@@ -74,7 +74,7 @@ def test_class_below_five_students_lists_sessions_without_figures(tables_of, tmp
 
 
 def test_small_cells_cannot_be_derived_from_totals(tables_of, tmp_path):
-    runs, _ = tables_of(8, 8, detectors={"slow": 0.9}, contacts=20)
+    runs, _ = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     item = runs.tables["misses"].to_pylist()[0]
     # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
     counts = {"search": (8, 1), "budget ran out": (7, 2), "late": (3, 3)}
@@ -94,7 +94,7 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of, tmp_path):
 
 
 def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
-    runs, made = tables_of(5, 5, detectors={})
+    runs, made = tables_of(sessions=5, students=5, detectors={})
     assert [row[:2] for row in made.detectors().rows] == [("exact", "trusted")]
     assert not made.pairs().rows and not made.causes().rows and made.headlines() == []
     assert {row[1].text for row in sessions_table(runs, places(runs, tmp_path)).rows} == {"not audited"}
@@ -133,7 +133,7 @@ def test_students_file_assigns_sessions_to_students(tmp_path):
 
 def test_class_headline_explains_students_missing_from_n(tables_of):
     """The contacts of the first five students are removed."""
-    runs, made = tables_of(12, 12, detectors={"slow": 0.9}, contacts=20)
+    runs, made = tables_of(sessions=12, students=12, detectors={"slow": 0.9}, contacts=20)
     assert made.headlines()[0].count(", 12 students) and reports ")
     without = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]
     schema = runs.tables["episodes"].schema
@@ -143,7 +143,7 @@ def test_class_headline_explains_students_missing_from_n(tables_of):
 
 
 def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_path):
-    runs, made = tables_of(12, 6, contacts=20)
+    runs, made = tables_of(sessions=12, students=6, contacts=20)
     by_detector = {}
     for label in ("exact", *runs.audited_detectors):
         of_student = {}
@@ -159,7 +159,9 @@ def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_p
 
 @pytest.mark.parametrize("state", ["equal", "few students", "other sessions"])
 def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
-    runs, made = tables_of(8, 4 if state == "few students" else 8, detectors={"slow": 0.5}, contacts=20)
+    runs, made = tables_of(
+        sessions=8, students=4 if state == "few students" else 8, detectors={"slow": 0.5}, contacts=20
+    )
     rows = [dict(own) for own in runs.metrics.values()]
     if state == "equal":
         rows = [own | {"slow": own["slow"] | {"contacts_per_min": own["exact"]["contacts_per_min"]}} for own in rows]
@@ -171,7 +173,7 @@ def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
 
 
 def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tables_of):
-    runs, made = tables_of(8, 8)
+    runs, made = tables_of(sessions=8, students=8)
     members = {"S01", "S02", "S03", "S04", "S05", *runs.students[:2]}
     seconds, minutes = {}, {}
     for run, rows in runs.metrics.items():
@@ -191,7 +193,7 @@ def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tables_of):
 
 
 def test_head_counts_false_contacts_of_each_detector(tables_of):
-    runs, made = tables_of(8, 8, detectors={"slow": 0.9}, contacts=20)
+    runs, made = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     (line,) = made.headlines()
     false = [row for row in runs.tables["false_contacts"].to_pylist() if row["detector"] == "slow"]
     expected = f"{len(false) / len(runs.metrics):.2g} false contacts a session" if false else "no false contact"
@@ -199,12 +201,12 @@ def test_head_counts_false_contacts_of_each_detector(tables_of):
 
 
 def test_every_class_table_notes_that_n_counts_students(tables_of):
-    _, made = tables_of(8, 8)
+    _, made = tables_of(sessions=8, students=8)
     assert all("n counts the students" in " ".join(table.notes) for table in all_tables(made))
 
 
 def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
-    runs, _ = tables_of(8, 5, nobody=1)
+    runs, _ = tables_of(sessions=8, students=5, nobody=1)
     names = {run: name for run, (name, _) in places(runs, tmp_path).items()}
     assert len({*names.values()}) == len(names)
     for run, name in names.items():
@@ -220,7 +222,7 @@ def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
 
 
 def test_contacts_are_grouped_by_every_task_stage_and_vr_type(tables_of):
-    runs, made = tables_of(12, 12, detectors={"slow": 0.9}, contacts=20)
+    runs, made = tables_of(sessions=12, students=12, detectors={"slow": 0.9}, contacts=20)
     episodes = runs.tables["episodes"].to_pylist()
     names = {("task", row["task"] or NO_NAME) for row in episodes}
     names |= {("stage", row["stage"] or NO_NAME) for row in episodes}
