@@ -67,6 +67,17 @@ def test_face_in_several_pairs_is_counted_once():
     assert faces_of_pairs(np.zeros((0, 2), dtype=np.int64)) == 0
 
 
+def test_pose_between_coarse_distances_is_found(monkeypatch):
+    """At none of eight distances of the first direction 98 to 102 faces meet; between two of them they do."""
+    monkeypatch.setattr(fixtures, "MOST_DIRECTIONS", 1)
+    monkeypatch.setattr(fixtures, "DISTANCES_AT_ONCE", 8)
+    fixture_without_its_cache = make_fixture.__wrapped__
+    assert abs(fixture_without_its_cache(100, 0).faces - 100) <= TARGET_TOLERANCE * 100
+    monkeypatch.setattr(fixtures, "MOST_BRACKETS", 0)  # looks between none of them
+    with pytest.raises(FixtureError):
+        fixture_without_its_cache(100, 0)
+
+
 def test_fixture_is_refused_when_no_attempt_finds_a_pose(monkeypatch):
     monkeypatch.setattr(fixtures, "MOST_DIRECTIONS", 0)  # gives up before the first pose
     fixture_without_its_cache = make_fixture.__wrapped__
