@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 import pytest
-from support.shapes import revolved_mesh
+from support.shapes import box_mesh, revolved_mesh
 
 from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.protocol import Solids, counts_as_contact
@@ -98,6 +98,39 @@ def test_refined_pieces_cover_the_body_and_report_less(stirred_beaker):
     fine = refined_by_motion(coarse, stirred_beaker.mesh, stirred_beaker.false_contacts, lambda: None)
     assert len(coarse) < len(fine) <= MOST_PIECES and outside_by(stirred_beaker.mesh, fine) < 1e-9
     assert stirred_beaker.false(fine) < stirred_beaker.false(coarse)
+
+
+class FirstPieceTouches:
+    """False contact of the first piece alone of those asked, at fewer of 40 moments each time."""
+
+    moments = 40
+
+    def of(self, pieces):
+        self.moments -= 1
+        touches = np.zeros((len(pieces), 40), dtype=np.bool_)
+        touches[0, : self.moments] = True
+        return touches
+
+
+def test_refining_stops_at_the_most_pieces(monkeypatch):
+    """Each cut of the box that touches makes two, of which again only the first touches."""
+    monkeypatch.setattr(motion_joins, "MOST_PIECES", 6)
+    box = box_mesh((0.1, 0.1, 0.1))
+    assert len(refined_by_motion([box], box, FirstPieceTouches(), lambda: None)) == 6
+
+
+class EveryPieceTouches:
+    """False contact of all pieces at all of five moments, however they are cut."""
+
+    def of(self, pieces):
+        return np.ones((len(pieces), 5), dtype=np.bool_)
+
+
+def test_pieces_that_cuts_do_not_help_are_given_up():
+    """Two useless cuts of a piece in turn: the box gives two pieces, and each of those two that are cut no further."""
+    box = box_mesh((0.1, 0.1, 0.1))
+    assert motion_joins.MOST_USELESS_CUTS == 2
+    assert len(refined_by_motion([box], box, EveryPieceTouches(), lambda: None)) == 4
 
 
 def test_joining_stops_when_its_time_check_raises(stirred_beaker):
