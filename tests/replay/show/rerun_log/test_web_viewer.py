@@ -122,3 +122,19 @@ def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
     del commands["layout"]
     assert commands == {"miss-2": cursor_at(5), "false-1-mesh": cursor_at(6), "": cursor_at(7)}
     assert moment_commands(tmp_path, []).keys() == {"", "layout"}, "a run that asked no detector"
+
+
+@pytest.mark.parametrize(
+    ("nanoseconds", "digits"),
+    [(0, b"\x00"), (127, b"\x7f"), (128, b"\x80\x01"), (300, b"\xac\x02"), (-1, 9 * b"\xff" + b"\x01")],
+)
+def test_cursor_message_is_protobuf_of_timeline_and_time(nanoseconds, digits):
+    """Field 6 holds field 2, whose field 1 is the name of the timeline, and field 3, whose field 1 is a number.
+
+    A field with a length has the tag 8 * number + 2, a number the tag 8 * number; of digits of 7 bits the lowest is
+    first, and all but the last have bit 8 set.
+    """
+    timeline = b"\x0a\x07session"
+    time_field = b"\x08" + digits
+    content = b"\x12" + bytes([len(timeline)]) + timeline + b"\x1a" + bytes([len(time_field)]) + time_field
+    assert cursor_at(nanoseconds) == b"\x32" + bytes([len(content)]) + content
