@@ -8,7 +8,7 @@ from sessions import load_mesh, make_shape
 from sessions.doctor.meshes import mesh_findings
 from sessions.glassware.catalogue import make_instrument
 from sessions.mesh_data import MeshData, concatenated_meshes
-from sessions.meshes.separate_surfaces import separate_surfaces
+from sessions.meshes.separate_surfaces import MOST_GROUPS, separate_surfaces
 
 JAR = make_shape("cylinder", {"radius": 0.04, "length": 0.12}, 200)
 TUBE = make_shape("cylinder", {"radius": 0.008, "length": 0.15}, 200)
@@ -49,6 +49,14 @@ def test_distant_surfaces_are_counted_with_their_distance(meshes, surfaces, gap)
     assert separate_surfaces(rotated)[0] == surfaces
     codes = [finding.code for finding in mesh_findings("jar", mesh)]
     assert codes.count("mesh-apart") == (surfaces > 1)
+
+
+def test_no_more_than_most_groups_are_looked_for():
+    """Crumbs each 1.2 times as far away as the one before are set apart from the farthest on."""
+    crumbs = [shifted_mesh(CRUMB, 1.2**number, 0, 0) for number in range(MOST_GROUPS + 20)]
+    count, distance = separate_surfaces(concatenated_meshes(crumbs))
+    assert count == MOST_GROUPS
+    assert distance == pytest.approx(1.2**21 - 1.2**20, rel=0.01)  # the first twenty-one stay one group
 
 
 def test_instruments_and_devices_of_others_are_one_surface():
