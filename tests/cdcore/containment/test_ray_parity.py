@@ -11,6 +11,8 @@ from cdcore.containment.ray_parity import (
     OUTSIDE,
     UNCERTAIN,
     build_inside_grid,
+    edge_side,
+    plane_side,
     point_inside,
     point_state,
     triangle_crossed,
@@ -91,3 +93,48 @@ def test_points_moved_by_the_margin_never_contradict_a_certain_crossing(margin):
         shaken = triangles + rng.uniform(-margin, margin, (2000, 3, 3))
         after = crossed(shaken, points + rng.uniform(-margin, margin, (2000, 3)), 0.0)
         assert ((after == answers) | (after == UNCERTAIN))[certain].all()
+
+
+def shaken(rng, corners, point, margin):
+    """Copies of a triangle (n, 3, 3) and a point (n, 3), each coordinate off by the margin up or down."""
+    signs = rng.choice([-margin, margin], size=(300, 4, 3))
+    return corners + signs[:, :3], point + signs[:, 3]
+
+
+def edge_products(corners, points):
+    """Cross products in y and z of the edge from corner 0 to 1 and of the way from corner 0 to a point, (n,)."""
+    edge, offset = (corners[:, 1] - corners[:, 0])[:, 1:], (points - corners[:, 0])[:, 1:]
+    return edge[:, 0] * offset[:, 1] - edge[:, 1] * offset[:, 0]
+
+
+def volumes(corners, points):
+    """Determinants of both edges at corner 0 and the way from there to a point, (n,)."""
+    return np.linalg.det(np.stack([corners[:, 1], corners[:, 2], points], axis=1) - corners[:, :1])
+
+
+@pytest.mark.parametrize(
+    ("side_of", "products"),
+    [
+        (lambda corners, point, margin: edge_side(corners, 0, 1, point, margin), edge_products),
+        (plane_side, volumes),
+    ],
+    ids=["edge", "plane"],
+)
+def test_certain_side_survives_every_error_within_the_margin(side_of, products):
+    """A side is left open only where errors matter: the bound is below 60 times the largest of 300."""
+    rng, certain, unsure = np.random.default_rng(6), 0, 0
+    for _ in range(300):
+        corners = rng.normal(size=(3, 3)) * rng.choice([0.1, 1.0, 10.0], size=3)
+        point = rng.normal(size=3) * rng.choice([0.1, 1.0, 10.0], size=3)
+        product, margin = products(corners[None], point[None])[0], 10.0 ** rng.uniform(-4, -0.5)
+        errors = np.abs(products(*shaken(rng, corners, point, margin)) - product)
+        side = side_of(corners, point, margin)
+        if side == 0:
+            unsure += 1
+            assert abs(product) < 60.0 * errors.max()
+        else:
+            certain += 1
+            assert side == np.sign(product)
+            assert errors.max() < abs(product)
+    assert certain > 50
+    assert unsure > 20
