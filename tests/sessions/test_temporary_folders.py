@@ -78,8 +78,12 @@ def test_folders_in_use_and_foreign_folders_stay(temp):
         (temp / "replay-link").symlink_to(first.parent, target_is_directory=True)
         remove_leftovers()
         assert first.exists() and second.exists() and (temp / "replay-link").is_symlink()
+    (temp / "elsewhere").mkdir()
+    (temp / "elsewhere" / IN_USE).touch()  # nobody holds it, but only a link to its folder has the name of a leftover
+    (temp / "replay-elsewhere").symlink_to(temp / "elsewhere", target_is_directory=True)
     remove_leftovers()
-    assert file_names(temp) == ["replay-file", "replay-link", "replay-notes"]
+    assert file_names(temp) == ["elsewhere", "replay-elsewhere", "replay-file", "replay-link", "replay-notes"]
+    assert file_names(temp / "elsewhere") == [IN_USE]
 
 
 NO_OPEN_FILE_IS_REMOVED = pytest.mark.skipif(sys.platform == "win32", reason="no open file is removed there")

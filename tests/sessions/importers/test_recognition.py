@@ -8,7 +8,8 @@ from support.mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import IMPORTERS, import_session
-from sessions.importers.recognition import recognised_format
+from sessions.importers.hands.joint_names import JOINTS
+from sessions.importers.recognition import joints_in, recognised_format
 
 HERE = Path(__file__).parent
 SAMPLES = {
@@ -102,3 +103,11 @@ def test_files_that_are_no_text_are_named(tmp_path, kind, start, text):
     (tmp_path / "log.csv").write_bytes(start)
     with pytest.raises(ImportFileError, match=text):
         import_session(kind, tmp_path / "log.csv")
+
+
+@pytest.mark.parametrize(("kind", "expected"), [("", True), ("pos", True), ("q", False), ("v", False)])
+def test_joints_make_hands_by_their_positions_alone(tmp_path, kind, expected):
+    """``kind`` stands before the axis: of a position, a quaternion, a velocity."""
+    columns = [f"left_{joint.replace(' ', '_')}_{kind}{axis}" for joint in JOINTS for axis in "xyz"]
+    (tmp_path / "take.csv").write_text("\n".join([",".join(["time", *columns]), ",".join(["0"] * (len(columns) + 1))]))
+    assert (joints_in(tmp_path / "take.csv") != "") == expected
