@@ -13,23 +13,23 @@ def note_compiled(poses, valid, spheres, last_poses, steps):
     note_moves(poses, valid, spheres, last_poses, steps)
 
 
-def steps_of(place, last_place, centre=(0.0, 0.0, 0.0), valid=True):
-    """By how much a body with a ball of 0.5 m about ``centre`` may have moved between two places, without rotation."""
+def steps_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
+    """How far a body with a ball of 0.5 m about ``centre`` may have moved between two positions, unrotated."""
     steps, no_rotation = np.zeros(1), np.eye(3)[None].copy()
-    poses = no_rotation[None], np.array([[place]], dtype=float)
+    poses = no_rotation[None], np.array([[position]], dtype=float)
     spheres = np.array([centre], dtype=float), np.array([0.5]), np.array([0.5])
-    last_poses = no_rotation.copy(), np.array([last_place], dtype=float)
+    last_poses = no_rotation.copy(), np.array([last_position], dtype=float)
     note_compiled(poses, np.array([[valid]]), spheres, last_poses, steps)
     return steps[0]
 
 
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 0.0), (1e6, -2e6, 3e6)])
 @pytest.mark.parametrize("length", [1e-3, 5e6])
-def test_step_is_the_move_and_the_rounding_of_places(length, centre):
-    """Rounding grows with the radius and the coordinates of the place and of the centre."""
-    place = np.array([3e6, -4e6, 1e6])
-    step = steps_of(place, place - np.array([length, 0.0, 0.0]), centre)
-    exact = place[0] - (place[0] - length)
+def test_step_is_the_move_and_its_rounding(length, centre):
+    """Rounding grows with the radius and the coordinates of the position and of the centre."""
+    position = np.array([3e6, -4e6, 1e6])
+    step = steps_of(position, position - np.array([length, 0.0, 0.0]), centre)
+    exact = position[0] - (position[0] - length)
     rounding = STEP_ULPS * EPS * (0.5 + 8e6 + np.abs(centre).sum())
     assert step >= exact + 0.99 * rounding
     assert step == pytest.approx(exact + rounding, rel=1e-8)

@@ -19,6 +19,6 @@ def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
 def test_point_in_the_outer_frame_is_that_of_matrix_products():
     rng = np.random.default_rng(0)
     rotations, points = random_rotations(rng, 2, 3), rng.normal(size=(4, 3))
-    (inner, _, outer), (inner_place, _, outer_place) = rotations[1], TRANSLATIONS[1]
-    expected = outer.T @ (inner @ points[3] + inner_place - outer_place)
+    (inner, _, outer), (inner_position, _, outer_position) = rotations[1], TRANSLATIONS[1]
+    expected = outer.T @ (inner @ points[3] + inner_position - outer_position)
     assert point_in_outer(rotations, TRANSLATIONS, 1, 0, 2, points, 3) == pytest.approx(expected)

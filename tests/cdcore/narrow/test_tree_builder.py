@@ -16,11 +16,11 @@ from cdcore.narrow.tree_builder import (
 )
 
 
-def test_half_surface_of_a_box_is_the_sum_of_three_sides():
+def test_half_surface_is_the_sum_of_three_sides():
     assert half_surface(np.array([2.0, 3.0, 5.0])) == 2 * 3 + 3 * 5 + 5 * 2
 
 
-def test_cut_by_side_halves_nodes_with_all_faces_on_one_side():
+def test_cut_by_side_halves_nodes_whose_faces_agree():
     second = np.array([0, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 1], dtype=bool)
     sizes, first = np.array([4, 4, 5]), np.array([0, 4, 8])
     assert cut_by_side(second, sizes, first).tolist() == [1, 4 // 2, 5 // 2]
@@ -28,7 +28,7 @@ def test_cut_by_side_halves_nodes_with_all_faces_on_one_side():
 
 @pytest.mark.parametrize(("by_side", "sizes"), [(True, [4, 1, 3]), (False, [4, 2, 2])])
 def test_node_is_cut_by_side_or_at_the_median(by_side, sizes):
-    """Of four faces, three lie at positive x."""
+    """Three of four faces lie at positive x."""
     faces = np.array([3.0, -1.0, 1.0, 2.0])[:, None, None] * np.ones((4, 3, 3))
 
     def rule(corners, node, first):

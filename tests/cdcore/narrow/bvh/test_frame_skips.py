@@ -131,7 +131,7 @@ def test_paths_as_long_as_the_gap_use_it_up():
 
 
 @pytest.mark.parametrize(
-    ("size", "places", "scaling", "verdict"),
+    ("size", "positions", "scaling", "verdict"),
     [
         (1.0, (0.0, 0.0), 1.0, 0),
         (1.0, (3.0, 0.0), 1.0, 0),
@@ -142,10 +142,10 @@ def test_paths_as_long_as_the_gap_use_it_up():
         (1.0, (0.0, 3.0), 1.00001, BEYOND),
     ],
 )
-def test_extreme_sizes_and_skewed_rotations_are_beyond_the_kernels(size, places, scaling, verdict):
-    """Cubes of edge ``size`` at ``places`` on x, with rotation matrices times ``scaling``."""
+def test_extreme_sizes_and_skewed_rotations_are_beyond_the_kernels(size, positions, scaling, verdict):
+    """Cubes of edge ``size`` at ``positions`` on x, with rotation matrices times ``scaling``."""
     translations = np.zeros((2, 2, 3))
-    translations[:, :, 0] = places
+    translations[:, :, 0] = positions
     rotations = np.tile(np.eye(3) * scaling, (2, 2, 1, 1))
     search = search_of_cubes(translations, rotations, size=size)
     following = next_frame(search.rows[0], 0, 1e-13, np.zeros(len(COUNTERS), dtype=np.int64))

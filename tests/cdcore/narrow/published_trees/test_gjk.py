@@ -95,8 +95,8 @@ def test_nearest_point_of_a_simplex_is_that_of_least_squares(corners):
 
 
 @pytest.mark.parametrize("pad", [0.0, 0.01])
-def test_few_steps_separate_faces_a_little_apart(pad):
-    """Of 40 random pairs of faces at most one that is apart is left open; the axis found serves again."""
+def test_few_steps_separate_faces_with_a_small_gap(pad):
+    """At most one of 40 random pairs of faces with a gap is left open; the axis found serves again."""
     rng, open_pairs = np.random.default_rng(3), 0
     for _ in range(40):
         points = rng.normal(size=(6, 3)) + np.repeat(rng.normal(size=(2, 3)), 3, axis=0)
