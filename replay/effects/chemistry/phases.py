@@ -47,8 +47,8 @@ class Phases:
         if phase == "s" and solubility_table is not None and formula not in self.separate:
             self.salts[column] = salt_of(formula, solubility_table)
             return
-        entry = None if self.database is None or column in self.separate else self.entry(formula, phase)
-        if entry is not None and formula not in self.separate:
+        entry = None if self.database is None or formula in self.separate else self.entry(formula, phase)
+        if entry is not None:
             self.phreeqc[column] = Phase(column, dissolved_components(formula), entry)
 
     def solver(self, columns: Iterable[str]) -> Solver | None:

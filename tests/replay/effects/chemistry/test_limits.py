@@ -6,21 +6,32 @@ from oracles.random_liquids import solver_of
 
 from replay.effects.chemistry.limits import Cause, Limits
 from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.salts import salt_of, solubility_of
 
-COLUMNS = ("H+", "H2O", "SO3^2-", "Zn(s)", "SO2(g)", "I2")
+COLUMNS = ("H+", "H2O", "SO3^2-", "Zn(s)", "SO2(g)", "I2", "KNO3(s)", "K+", "NO3-")
 SO2 = Process("", {"SO3^2-": -1.0, "H+": -2.0, "SO2(g)": 1.0, "H2O": 1.0}, acid=2.0, gas_solubility=1e-3)
 LYE = Process("", {"Zn(s)": -1.0, "H+": 2.0}, acid=-2.0)
 CATALYSED = Process("", {"I2": -1.0}, catalysts=frozenset({"H+"}))
 
 
-def limit(process, cause, **amounts):
-    """Mol of a process until a cause ends it, in a liquid with so many mol of each column."""
+KILOGRAM_MOL = 1.0 / 0.0180153
+"""Water in a kilogram."""
+
+
+def limits_and_amounts(process, amounts):
+    """Limits of one process, and the row of a liquid with so many mol of each column."""
     column = {name: index for index, name in enumerate(COLUMNS)}
     changes = np.array([[process.changes.get(name, 0.0) for name in COLUMNS]])
     limits = Limits([process], changes, column, solver_of(["SO3^2-"]), slow_solids=None, room_c=25.0)
     row = np.zeros(len(COLUMNS))
     for name, moles in amounts.items():
         row[column[name]] = moles
+    return limits, row
+
+
+def limit(process, cause, **amounts):
+    """Mol of a process until a cause ends it, in a liquid with so many mol of each column."""
+    limits, row = limits_and_amounts(process, amounts)
     return float(limits.by_cause(0, row)[cause])
 
 
@@ -38,3 +49,25 @@ def test_lye_dissolves_half_a_mol_of_zinc():
 def test_protons_of_a_weak_acid_catalyse_nothing(acid, sulfite, expected):
     """Half a mol of protons beside a mol of sulfite are hydrogensulfite, whose pKa is 7.2."""
     assert limit(CATALYSED, Cause.CATALYST, **{"H+": acid, "SO3^2-": sulfite, "I2": 1.0}) == expected
+
+
+def test_each_reagent_but_protons_and_water_is_a_limit():
+    process = Process("", {"Zn(s)": -1.0, "I2": -2.0, "H+": -1.0, "H2O": -1.0, "NO3-": 1.0})
+    limits, row = limits_and_amounts(process, {"Zn(s)": 3.0, "I2": 4.0, "H+": 0.1, "H2O": 0.1, "NO3-": 7.0})
+    assert limits.by_cause(0, row) == {"Zn(s)": 3.0, "I2": 2.0}
+    assert limits.extent_to_the_end(0, row) == 2.0
+
+
+def test_gas_that_stays_dissolved_does_not_leave():
+    """Of a mol of sulfite in a kilogram of water with enough acid a thousandth stays as dissolved gas."""
+    limits, row = limits_and_amounts(SO2, {"SO3^2-": 1.0, "H+": 5.0, "H2O": KILOGRAM_MOL})
+    assert limits.extent_to_the_end(0, row) == pytest.approx(1.0 - 1e-3)
+
+
+def test_salt_dissolves_until_its_solution_is_saturated():
+    """Of 10 mol of KNO3, 101.1 g/mol, in a kilogram of water at 25 degC as much as the table has."""
+    solubility = solubility_of("KNO3")
+    process = Process("", {"KNO3(s)": -1.0, "K+": 1.0, "NO3-": 1.0}, 0.1, salt=salt_of("KNO3", solubility))
+    dissolved = limit(process, Cause.SATURATION, **{"KNO3(s)": 10.0, "H2O": KILOGRAM_MOL})
+    grams_per_100_g = np.interp(25.0, list(solubility), list(solubility.values()))
+    assert dissolved == pytest.approx(10.0 * grams_per_100_g / 101.1, rel=1e-3)

@@ -26,3 +26,39 @@ def test_salt_falls_out_below_a_tenth_mol_by_its_product(formula, log_product, c
 def test_salt_of_dissolved_molecules_or_hydrolysed_ions_stays(formula):
     """CdI2 stands dissolved as a molecule; tin(IV) as its hydroxide, from which its bare ion comes."""
     assert not Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula)
+
+
+def test_solid_is_phreeqcs_or_a_salt_with_its_solubility():
+    phases = Phases(database_of(), {"KNO3": {25.0: 50.0}}, frozenset({"BaSO4"}))
+    for formula, phase in (("AgCl", "s"), ("NaCl", "s"), ("KNO3", "s"), ("BaSO4", "s"), ("CaCO3", ""), ("CO2", "g")):
+        phases.add(formula, phase)
+    assert set(phases.phreeqc) == {"AgCl(s)", "CO2(g)"}, "an equation with a rate takes BaSO4"
+    assert set(phases.salts) == {"NaCl(s)", "KNO3(s)"}
+    # 50 g in 100 g of water as declared, of 101.1 g/mol.
+    assert phases.salts["KNO3(s)"].molal.tolist() == pytest.approx([500.0 / 101.1], rel=1e-4)
+    assert all(phases.has_known_solubility(formula) for formula in ("AgCl", "NaCl"))
+    assert phases.slow_solver([]) is None, "nothing dissolves at a rate"
+
+
+@pytest.mark.parametrize(
+    ("changes", "column"),
+    [
+        ({"CaCO3(s)": -1.0, "H2O": -1.0, "Ca^2+": 1.0, "CO3^2-": 1.0}, "CaCO3(s)"),
+        ({"Mg(OH)2(s)": -1.0, "Mg^2+": 1.0, "H+": -2.0, "H2O": 2.0}, "Mg(OH)2(s)"),
+        ({"CaCO3(s)": -1.0, "H+": -2.0, "Ca^2+": 1.0, "CO2(g)": 1.0, "H2O": 1.0}, ""),
+        ({"CaCO3(s)": 1.0, "Ca^2+": -1.0, "CO3^2-": -1.0}, ""),
+    ],
+    ids=["carbonate", "hydroxide", "in acid", "falls out"],
+)
+def test_process_that_only_dissolves_a_solid_is_slow(changes, column):
+    phases = Phases(database_of(), {}, frozenset())
+    assert phases.dissolves_slowly(changes) == column
+    assert set(phases.slow) == ({column} if column else set())
+
+
+def test_without_phreeqc_no_solid_is_sparing_or_slow():
+    phases = Phases(None, {}, frozenset())
+    phases.add("AgCl", "s")
+    assert not phases.has_known_solubility("AgCl") and not phases.is_sparingly_soluble("AgCl")
+    assert phases.solver([]) is None and phases.slow_solver([]) is None
+    assert phases.dissolves_slowly({"CaCO3(s)": -1.0, "Ca^2+": 1.0, "CO3^2-": 1.0}) == ""

@@ -5,7 +5,14 @@ import pytest
 from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.solution_water import MOLAR_VOLUME_ML, WATER_ML, expansion, molar_of_molal, water_molar
+from replay.effects.chemistry.solution_water import (
+    HYDROXIDE_ML,
+    MOLAR_VOLUME_ML,
+    WATER_ML,
+    expansion,
+    molar_of_molal,
+    water_molar,
+)
 
 # Mass fraction in percent and density in g/mL at 20 degC. Source: CRC Handbook, Concentrative Properties of Aqueous
 # Solutions.
@@ -42,6 +49,18 @@ def test_dilute_solutions_hold_a_kilogram_of_water_a_litre():
 def test_hydrates_and_salts_make_the_same_solution():
     hydrate, salt = (water_molar({formula: 1.0}) for formula in ("CuSO4.5H2O", "CuSO4"))
     assert hydrate + 5.0 == pytest.approx(salt)
+    assert molar_of_molal("CuSO4.5H2O", 1.0) == pytest.approx(molar_of_molal("CuSO4", 1.0))
+
+
+def test_ions_and_their_salt_make_the_same_solution():
+    assert water_molar({"Na+": 1.0, "Cl-": 1.0}) == pytest.approx(water_molar({"NaCl": 1.0}))
+
+
+def test_hydroxide_takes_its_room_and_brings_no_water():
+    """Barium hydroxide and chloride have the same ionic strength: two anions of each mol differ in their volume."""
+    chloride_ml, *_ = MOLAR_VOLUME_ML["Cl-"]
+    hydroxide, chloride = (water_molar({formula: 1.0}) for formula in ("Ba(OH)2", "BaCl2"))
+    assert (hydroxide - chloride) * WATER_ML == pytest.approx(2.0 * (chloride_ml - HYDROXIDE_ML))
 
 
 def test_saturated_molalities_convert_to_handbook_molarities():
