@@ -11,9 +11,10 @@ TRANSLATIONS = np.array([[[9.0, 9.0, 9.0]] * 3, [[1.0, -2.0, 3.0], [9.0, 9.0, 9.
 
 
 def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
-    expected = 1024 * np.finfo(float).eps * (0.5 + (1 + 2 + 3) + (4 + 5 + 6))
-    assert margin_at(TRANSLATIONS, frame=1, inner=0, outer=2, size=0.5) == pytest.approx(expected, rel=1e-15)
-    assert margin_of(TRANSLATIONS[1], inner=0, outer=2, size=0.5) == pytest.approx(expected, rel=1e-15)
+    frame, inner, outer, size = 1, 0, 2, 0.5
+    expected = 1024 * np.finfo(float).eps * (size + (1 + 2 + 3) + (4 + 5 + 6))
+    assert margin_at(TRANSLATIONS, frame, inner, outer, size) == pytest.approx(expected, rel=1e-15)
+    assert margin_of(TRANSLATIONS[frame], inner, outer, size) == pytest.approx(expected, rel=1e-15)
 
 
 def test_point_in_the_outer_frame_is_that_of_matrix_products():

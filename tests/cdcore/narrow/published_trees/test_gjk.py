@@ -47,7 +47,8 @@ def test_faces_that_do_not_meet_are_nearly_always_separated():
     rng = np.random.default_rng(0)
     points = rng.normal(size=(4000, 6, 3)) + np.repeat(rng.normal(size=(4000, 2, 3)) * 0.6, 3, axis=1)
     meet = triangles_intersect(points.reshape(-1, 2, 3, 3))
-    answer = np.array([steps(item, np.array([1.0, 0, 0]), pad=1e-12) for item in points])
+    pad = 1e-12
+    answer = np.array([steps(item, np.array([1.0, 0, 0]), pad) for item in points])
     assert (answer[meet] == gjk.MEETING).all()
     assert (answer[~meet] != gjk.MEETING).mean() > 0.999
     assert 0.1 < meet.mean() < 0.9
@@ -58,7 +59,8 @@ def test_gjk_claims_no_separation_when_floats_overflow_or_underflow():
     """At a scale of 1e200 or 1e-200 products of coordinates are infinite or 0."""
     points = np.random.default_rng(2).normal(size=(6, 3)) + np.repeat([[0, 0, 0], [9.0, 0, 0]], 3, axis=0)
     for scale in (1e200, 1e-200):
-        assert steps(points * scale, np.array([0.0, 1.0, 0.0]), pad=1e-150) == gjk.MEETING
+        pad = 1e-150
+        assert steps(points * scale, np.array([0.0, 1.0, 0.0]), pad) == gjk.MEETING
 
 
 def nearest_by_subsets(rows):
