@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 from replay.auditing.fault import Fault, FaultKind
-from replay.show.rerun_log.moments import log_moment_lists, nearest_moments
+from replay.auditing.outcome import Episode
+from replay.show.rerun_log.moments import leading_moment, log_moment_lists, nearest_moments
 
 
 @pytest.mark.parametrize(
@@ -39,3 +40,27 @@ def test_nearest_moment_changes_half_way_or_between_frames():
     times = [(2, 0), (6, 0), (9, 0), (9, 5)]
     assert nearest_moments(times) == [(0, 0, (2, 0)), (4, 0, (6, 0)), (8, 0, (9, 0)), (9, 5, (9, 5))]
     assert nearest_moments([]) == []
+
+
+def result_with_answer(moment):
+    """A run whose first answer is about ``hull`` at this moment; ``None``: nothing is wrong."""
+    return SimpleNamespace(answers=[SimpleNamespace(label="hull", moment=moment)])
+
+
+def test_picture_opens_at_the_fault_of_the_answer():
+    """Two detectors have a miss 2; where the answer's fault is not drawn, the first moment leads."""
+    faults = [("mesh", 2, 3), ("hull", 1, 5), ("hull", 2, 7)]
+    moments = {
+        (frame, 0): Fault(number, label, 0, ("cup", "rod"), FaultKind.NEVER_REPORTED, frame, frame, 0.0, 0.1, frame)
+        for label, number, frame in faults
+    }
+    leading = [
+        leading_moment(result_with_answer(SimpleNamespace(kind="miss", number=number)), moments) for number in (1, 2, 3)
+    ]
+    assert leading == [(5, 0), (7, 0), (3, 0)]
+
+
+def test_picture_without_fault_opens_at_the_longest_contact():
+    """Contacts of frames 1 to 2, 4 to 9 and 20 to 21."""
+    moments = {(first, 0): Episode(0, first, last, 0.0, 0.1) for first, last in ((1, 2), (4, 9), (20, 21))}
+    assert leading_moment(result_with_answer(None), moments) == (4, 0)

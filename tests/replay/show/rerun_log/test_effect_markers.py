@@ -1,0 +1,25 @@
+"""Dots of events of effects in the room of the picture."""
+
+from types import SimpleNamespace
+
+from replay.effects.output import EffectEvent
+from replay.show.rerun_log.effects import log_effects
+
+
+def test_events_with_place_have_a_dot_unless_mere_information():
+    """Of four events two have a place and are a warning or an error."""
+    events = (
+        EffectEvent(1.0, "spill", level="warning", point=(0.0, 1.0, 0.0)),
+        EffectEvent(2.0, "contact", level="info", point=(0.0, 2.0, 0.0)),
+        EffectEvent(3.0, "break", level="error", point=(0.0, 3.0, 0.0)),
+        EffectEvent(4.0, "spill", level="warning"),
+    )
+    output = SimpleNamespace(lanes={}, liquids={})
+    run = SimpleNamespace(events=events, series={}, output=output)
+    dots = {}
+    writer = SimpleNamespace(
+        log_lines=lambda path, times, lines: None,
+        session_rows=lambda path, times, columns: dots.update({path.rpartition("/")[2]: times.tolist()}),
+    )
+    log_effects(writer, {"pour": run})
+    assert dots == {"1": [1_000_000_000], "2": [3_000_000_000]}
