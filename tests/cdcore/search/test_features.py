@@ -60,6 +60,13 @@ def test_points_along_a_diagonal_are_numbered_in_their_order():
     assert (np.diff(morton_codes(np.arange(1024.0)[:, None] * np.ones(3))) > 0).all()
 
 
+def test_bits_of_three_coordinates_alternate_in_a_morton_code():
+    """Ten bits of x, y and z in turn, lowest first; 0 is the lower corner of the box of all points, 1023 the upper."""
+    points = np.array([[5.0, 7.0, 9.0], [6.0, 8.0, 10.0], [5.0, 7.0, 10.0], [5.5, 7.0, 9.0]])
+    every_third_bit = sum(8**bit for bit in range(10))
+    assert morton_codes(points).tolist() == [0, 2**30 - 1, 4 * every_third_bit, 8**9]
+
+
 def test_the_ball_around_a_face_holds_its_corners():
     features = features_of(ball_mesh(3.0, rings=12, sides=17))
     corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
