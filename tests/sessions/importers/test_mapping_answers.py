@@ -81,6 +81,23 @@ def test_answer_for_a_body_keeps_units_of_others(tmp_path):
     assert options.units_by_body(["cup", "rod"]) == {"": "cm", "rod": "mm"}
 
 
+@pytest.mark.parametrize(
+    ("text", "answered"),
+    [
+        ('units = "m"', {"units": "m", "collider_axes": "gltf"}),
+        ('[time]\ncolumn = "t"', {"collider_axes": "gltf", "time": {"column": "t"}}),
+        ("# nothing yet", {"collider_axes": "gltf"}),
+    ],
+    ids=["no last line break", "a table alone", "a comment alone"],
+)
+def test_answer_is_written_above_all_tables(tmp_path, text, answered):
+    path = tmp_path / "map.toml"
+    path.write_text(text)
+    write_answers(path, [(assumption(Subject.COLLIDER_AXES, "cup"), "gltf")])
+    written = path.read_text()
+    assert tomllib.loads(written) == answered and (written.startswith(text) or written.endswith(text))
+
+
 def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):
     path = tmp_path / "map.toml"
     path.write_text(DRAFT)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_head import is_date_or_time
 from sessions.importers.ledger import Ledger, increasing_rows, last_of_each_stamp, longest_increasing
 from sessions.importers.wall_clock import DAY_NS, past_midnight, wall_clock_ns
 
@@ -96,3 +97,20 @@ def test_times_of_day_go_on_past_midnight():
     for times, days in (([late, early, early], [0, 1, 1]), ([early, late, early], [1, 0, 1]), ([early, early], [0, 0])):
         assert past_midnight(np.array(times)).tolist() == [t + d * DAY_NS for t, d in zip(times, days, strict=True)]
     assert len(past_midnight(np.zeros(0, dtype=np.int64))) == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "form", "expected"),
+    [
+        ("01:02:03", "%H:%M:%S", 3_723_000_000_000),  # 3600 + 2 * 60 + 3 seconds
+        ("02.01.1971 00:00:01.5", "%d.%m.%Y %H:%M:%S.%f", 366 * DAY_NS + 1_500_000_000),  # 1970 has 365 days
+    ],
+)
+def test_time_of_day_without_date_counts_from_midnight(text, form, expected):
+    assert wall_clock_ns(text, form) == expected
+
+
+def test_dates_and_times_are_told_from_other_texts():
+    moments = ("2026-03-28", "28.03.2026", "3/28/26", "12:00:01", "2026-03-28T12:00:01")
+    assert all(map(is_date_or_time, moments))
+    assert not any(map(is_date_or_time, ("cup", "12", "1.5", "2026-03.28", "")))
