@@ -147,3 +147,17 @@ def test_solid_dissolving_at_a_rate_feeds_no_equation_at_once(rate_per_s, silver
     amounts, _ = book.reactions.react(book.amounts[:1], np.array([25.0]))
     assert amounts[0, book.column["AgCl(s)"]] == pytest.approx(silver_chloride)
     assert amounts[0, book.column["NaCl(s)"]] == pytest.approx(1.0 - silver_chloride if rate_per_s else 0.0)
+
+
+def test_traces_beside_much_solid_keep_their_digits():
+    """Of a mol of barium with sulfate in excess 0.04 umol stay dissolved: as PHREEQC says, no difference of mols."""
+    ions = {"Ba^2+": 1.0, "SO4^2-": 1.5, "Na+": 3.0, "Cl-": 2.0}
+    solver = solver_of([*ions], solids=["BaSO4"])
+    book = Ledger("a", [*ions], [], solver)
+    book.fill("a", 1000.0, {**ions, WATER: 55.5})
+    amounts, _ = book.reactions.react(book.amounts[:1], np.array([25.0]))
+    totals = np.array([[ions.get(name, 0.0) for name in solver.mixture.components]])
+    species = solver.equilibrium(totals, np.array([55.5]), np.array([25.0])).species
+    dissolved = (species @ solver.mixture.powers)[0, solver.mixture.components.index("Ba^2+")]
+    assert 0.0 < dissolved < 1e-7
+    assert amounts[0, book.column["Ba^2+"]] == pytest.approx(dissolved, rel=1e-12)
