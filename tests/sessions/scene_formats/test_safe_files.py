@@ -1,0 +1,35 @@
+"""Files of a scene are read up to their limits of size, and XML only without a document type."""
+
+import pytest
+
+from sessions.errors import SceneSourceError
+from sessions.scene_formats import safe_files
+from sessions.scene_formats.safe_files import SceneFiles
+
+
+@pytest.mark.parametrize("text", ["<!DOCTYPE scene><scene/>", "<scene><!ENTITY a 'b'></scene>"])
+def test_document_type_or_entity_alone_is_refused(tmp_path, text):
+    (tmp_path / "scene.xml").write_text(text)
+    with pytest.raises(SceneSourceError, match="declares a document type or entities"):
+        SceneFiles(tmp_path).xml(tmp_path / "scene.xml")
+
+
+@pytest.mark.parametrize("limit", ["MOST_FILE_BYTES", "MOST_BYTES", "MOST_XML_BYTES"])
+def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit):
+    path = tmp_path / "scene.xml"
+    path.write_text("<scene/>")
+    monkeypatch.setattr(safe_files, limit, 8)  # bytes of that text
+    assert SceneFiles(tmp_path).xml(path).tag == "scene"
+    monkeypatch.setattr(safe_files, limit, 7)
+    with pytest.raises(SceneSourceError, match="0 MB"):
+        SceneFiles(tmp_path).xml(path)
+
+
+def test_elements_are_nested_up_to_their_limit(tmp_path, monkeypatch):
+    path = tmp_path / "scene.xml"
+    path.write_text("<a><b><c/></b></a>")
+    monkeypatch.setattr(safe_files, "MOST_DEPTH", 3)
+    assert SceneFiles(tmp_path).xml(path).tag == "a"
+    monkeypatch.setattr(safe_files, "MOST_DEPTH", 2)
+    with pytest.raises(SceneSourceError, match="more than 2 elements within each other"):
+        SceneFiles(tmp_path).xml(path)
