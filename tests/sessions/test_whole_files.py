@@ -86,13 +86,13 @@ def test_written_file_is_locked_until_renamed_to_its_final_name(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="no file is locked there")
 def test_only_files_that_nobody_holds_are_abandoned(tmp_path):
     """A link is abandoned even if the file it leads to is held."""
-    held, link = tmp_path / "held", tmp_path / "link"
-    held.touch()
-    link.symlink_to(held)
-    with held.open("rb") as stream:
+    locked, link = tmp_path / "locked", tmp_path / "link"
+    locked.touch()
+    link.symlink_to(locked)
+    with locked.open("rb") as stream:
         assert locks(stream)
-        assert not is_abandoned(held) and is_abandoned(link)
-    assert is_abandoned(held)
+        assert not is_abandoned(locked) and is_abandoned(link)
+    assert is_abandoned(locked)
     assert not is_abandoned(tmp_path / "none") and not is_abandoned(tmp_path)
 
 
