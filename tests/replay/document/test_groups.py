@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import unit_cubes_on_x
 
 import replay
-from replay.auditing.outcome import Outcome, joined_outcome
+from replay.auditing.outcome import Comparison, Outcome, joined_outcome
 from replay.show.run_tables import pair_table
 from sessions.scene_files.scene_toml import parse_scene
 
@@ -112,3 +112,18 @@ def test_contact_of_a_member_hides_no_false_contact_of_another():
 def test_outcome_of_a_hand_follows_from_outcomes_of_its_links(thumb, index, hand):
     outcomes_of_one_frame = np.array([[thumb, index]], dtype=np.uint8)
     assert joined_outcome(outcomes_of_one_frame) == [hand]
+
+
+@pytest.mark.parametrize(
+    ("contact_columns", "expected"),
+    [
+        (None, [Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT]),
+        ([0, 1, 2], [Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT]),
+        # Pairs 0 and 2 are one contact: missed at one link and reported at the other, it is reported.
+        ([0, 1, 0], [Outcome.BOTH, Outcome.BOTH, Outcome.NEITHER]),
+    ],
+)
+def test_contacts_of_a_group_stand_in_its_first_column(contact_columns, expected):
+    outcome = np.array([[Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT]], dtype=np.uint8)
+    columns = None if contact_columns is None else np.array(contact_columns)
+    assert Comparison("slow", "exact", outcome, columns).by_contact.tolist() == [expected]
