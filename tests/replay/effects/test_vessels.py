@@ -73,7 +73,7 @@ class Inputs(SimpleNamespace):
 
 
 @pytest.mark.parametrize(("frames", "end"), [([2, 3, 5], 0.5), ([2, 3, 9], None)])
-def test_flow_has_an_end_unless_it_runs_in_the_last_frame(frames, end):
+def test_flow_ends_unless_it_runs_in_the_last_frame(frames, end):
     """Ten frames, 0.1 s apart."""
     times = np.arange(10) / 10.0
     flow = Stream("a", "b", False, times[frames], np.array(frames), np.array([1.0, 2.0, 3.5]), np.zeros((3, 3)))

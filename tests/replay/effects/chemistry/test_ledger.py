@@ -150,7 +150,7 @@ def test_solid_dissolving_at_a_rate_feeds_no_equation_at_once(rate_per_s, silver
 
 
 def test_traces_beside_much_solid_keep_their_digits():
-    """Of a mol of barium with sulfate in excess 0.04 umol stay dissolved: as PHREEQC says, no difference of mols."""
+    """A mol of barium with sulfate in excess leaves 0.04 umol dissolved: as PHREEQC says, no difference of mols."""
     ions = {"Ba^2+": 1.0, "SO4^2-": 1.5, "Na+": 3.0, "Cl-": 2.0}
     solver = solver_of([*ions], solids=["BaSO4"])
     book = Ledger("a", [*ions], [], solver)

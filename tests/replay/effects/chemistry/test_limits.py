@@ -59,13 +59,13 @@ def test_each_reagent_but_protons_and_water_is_a_limit():
 
 
 def test_gas_that_stays_dissolved_does_not_leave():
-    """Of a mol of sulfite in a kilogram of water with enough acid a thousandth stays as dissolved gas."""
+    """A thousandth of a mol stays as dissolved gas in a kilogram of water, of sulfite with enough acid."""
     limits, row = limits_and_amounts(SO2, {"SO3^2-": 1.0, "H+": 5.0, "H2O": KILOGRAM_MOL})
     assert limits.extent_to_the_end(0, row) == pytest.approx(1.0 - 1e-3)
 
 
 def test_salt_dissolves_until_its_solution_is_saturated():
-    """Of 10 mol of KNO3, 101.1 g/mol, in a kilogram of water at 25 degC as much as the table has."""
+    """10 mol of KNO3, 101.1 g/mol, in a kilogram of water at 25 degC dissolve as far as the table says."""
     solubility = solubility_of("KNO3")
     process = Process("", {"KNO3(s)": -1.0, "K+": 1.0, "NO3-": 1.0}, 0.1, salt=salt_of("KNO3", solubility))
     dissolved = limit(process, Cause.SATURATION, **{"KNO3(s)": 10.0, "H2O": KILOGRAM_MOL})
