@@ -59,9 +59,9 @@ def test_moving_by_the_penetration_depth_separates():
         edges = [[t[(k + 1) % 3] - t[k] for k in range(3)] for t in (a, b)]
         axes = [np.cross(e[0], e[1]) for e in edges] + [np.cross(e, f) for e in edges[0] for f in edges[1]]
         axes = [sign * axis / np.linalg.norm(axis) for axis in axes for sign in (1, -1)]
-        come_apart = [not meets_and_margin(a, b + axis * deep * 1.001)[0] for axis in axes]
+        is_separated = [not meets_and_margin(a, b + axis * deep * 1.001)[0] for axis in axes]
         kept = [meets_and_margin(a, b + axis * deep * 0.999)[0] for axis in axes]
-        assert any(come_apart)
+        assert any(is_separated)
         assert all(kept)
 
 
@@ -112,7 +112,7 @@ def test_gap_is_exact_for_every_kind_of_nearest_feature():
         assert keep_separate(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
 
 
-def come_apart(first, second, step, rotation=None, shift=(0, 0, 0)):
+def separates_within(first, second, step, rotation=None, shift=(0, 0, 0)):
     """Whether two meshes, the first shifted, both in a turned world, come apart."""
     rotation = np.eye(3) if rotation is None else rotation
     a, b = (mesh.triangles @ rotation.T for mesh in (first, second))
@@ -130,14 +130,14 @@ def test_flush_cubes_separate_by_exactly_their_depth(seed, fraction):
     rotation = random_rotations(np.random.default_rng(seed), 1)[0] if seed else None
     shift = np.roll([1 - 2.0**-10, 0, 0], seed)
     if fraction != 1.0 or rotation is None:  # turned places round by more than nothing
-        assert come_apart(box_mesh(), box_mesh(), fraction * 2.0**-10, rotation, shift) == (fraction >= 1.0)
+        assert separates_within(box_mesh(), box_mesh(), fraction * 2.0**-10, rotation, shift) == (fraction >= 1.0)
 
 
 @pytest.mark.parametrize(("step", "free"), [(0.99e-3, False), (1.01e-3, True)])
 def test_oversized_plug_needs_a_step_of_its_oversize(step, free):
     """A plug of 1.002 m in a hole of 1 m overlaps by 1 mm at every side."""
     hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
-    assert come_apart(box_mesh((1.002, 1.002, 3)), hole, step) == free
+    assert separates_within(box_mesh((1.002, 1.002, 3)), hole, step) == free
 
 
 @pytest.mark.parametrize(("depth", "free"), [(0.99e-3, True), (1.01e-3, False)])
@@ -148,7 +148,7 @@ def test_tool_leaves_an_inconsistently_wound_sheet_along_the_normal(depth, free)
         triangles[::2] = triangles[::2, ::-1]
     tool, sheet = (body.mesh for body in bodies_of(faces))
     rotation = random_rotations(np.random.default_rng(2), 1)[0]
-    assert come_apart(tool, sheet, step=1e-3, rotation=rotation, shift=(2.6, 2.7, 1.5 - depth)) == free
+    assert separates_within(tool, sheet, step=1e-3, rotation=rotation, shift=(2.6, 2.7, 1.5 - depth)) == free
 
 
 def test_cube_corners_move_every_face_by_1():

@@ -140,7 +140,7 @@ def test_search_of_larger_meshes_evaluates_the_same_pairs():
     assert large == small._replace(distance=1024.0 * small.distance)
 
 
-APART = (I3, np.array([2.4, 0.2, 0.1]))
+FAR = (I3, np.array([2.4, 0.2, 0.1]))
 AT_ORIGIN = (I3, np.zeros(3))
 
 
@@ -148,7 +148,7 @@ AT_ORIGIN = (I3, np.zeros(3))
 @pytest.mark.parametrize("budget", [1, 7, 40, 1000])
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
     ball = ball_of(faces=600)
-    query = search_of(ball, ball, variant=variant, budget=budget).search(APART, AT_ORIGIN, stamp=0.0)
+    query = search_of(ball, ball, variant=variant, budget=budget).search(FAR, AT_ORIGIN, stamp=0.0)
     assert query.evaluations == budget or (query.reason == "broken" and query.evaluations < budget)
 
 
@@ -156,7 +156,7 @@ def test_the_budget_is_kept_to_the_evaluation(variant, budget):
 def test_population_is_redrawn_after_quiet_evaluations(variant):
     """A budget of 9,000 has room for nine stretches of 1,000 without progress."""
     ball = ball_of(faces=600)
-    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(APART, AT_ORIGIN, stamp=0.0)
+    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(FAR, AT_ORIGIN, stamp=0.0)
     assert 5 <= query.restarts <= 9
     patient = search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6)
-    assert patient.search(APART, AT_ORIGIN, stamp=0.0).restarts == 0
+    assert patient.search(FAR, AT_ORIGIN, stamp=0.0).restarts == 0

@@ -134,10 +134,10 @@ def test_slow_motion_far_apart_needs_few_distance_queries():
 def test_query_dearer_than_the_budget_is_refused():
     """A collision and a distance of two balls of 80 faces take 10 + 30 + 0.02 * 160 microseconds by estimate."""
     ball = mesh_data(trimesh.creation.icosphere(subdivisions=1, radius=0.05))
-    apart = np.eye(3)[None], np.array([[0.3, 0.0, 0.0]])
-    assert PairStates(ball, ball).states(*apart, QueryBudget(43.3)) == [PairState.SEPARATED]
+    separated = np.eye(3)[None], np.array([[0.3, 0.0, 0.0]])
+    assert PairStates(ball, ball).states(*separated, QueryBudget(43.3)) == [PairState.SEPARATED]
     with pytest.raises(QueryLimitError):
-        PairStates(ball, ball).states(*apart, QueryBudget(43.1))
+        PairStates(ball, ball).states(*separated, QueryBudget(43.1))
 
 
 def test_bodies_that_rest_on_each_other_decide_nothing_by_rounding():

@@ -145,7 +145,7 @@ def test_shallow_miss_is_said_to_be_possible_tracker_noise(metres, noise):
     assert f'"{text}"' in report_html(result).replace("&#34;", '"').replace("&quot;", '"')
 
 
-def test_rotation_and_path_of_the_origin_add_up_to_the_depth():
+def test_rotation_and_path_of_the_origin_add_to_depth():
     """A cube 10 m from its body's origin: half of its way comes of the rotation, half of the path of the origin."""
     depths, reach = np.array([0.1, 0.12, 0.35, 0.12, 0.2]), np.array([10.0, 0.0, 0.0])
     angles, origin_of_b = np.arcsin((depths[0] - depths) / 20.0), np.array([1.0, 2.0, 3.0])

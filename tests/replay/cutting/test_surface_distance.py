@@ -13,7 +13,7 @@ from replay.cutting.surface_distance import Surface, farthest_within, refined_tr
         ((0.2, 0.1, 0.3), (-0.3, 0.05, -0.1), 0.3),
     ],
 )
-def test_deepest_point_of_a_region_is_found(sizes, middle, depth):
+def test_deepest_point_of_a_region_is_returned(sizes, middle, depth):
     """In a cube of 1 m about the origin a point is 0.5 m deep, less the largest of its coordinates."""
     surface = Surface(box_mesh((1.0, 1.0, 1.0)).triangles)
     region = shift_mesh(box_mesh(sizes), middle).triangles

@@ -22,7 +22,7 @@ def column_called(list_name, name):
 @pytest.mark.parametrize(
     ("fraction", "cell"), [(None, Marked("0 %")), (0.0, Marked("0 %")), (0.25, Marked("25 %", IN_YELLOW))]
 )
-def test_share_of_false_contact_is_yellow_unless_zero(fraction, cell):
+def test_percentage_of_false_contact_is_yellow_unless_zero(fraction, cell):
     assert reported_false_cell(fraction) == cell
 
 
@@ -62,7 +62,7 @@ def effect_cells(**fields):
         ({}, "always"),
     ],
 )
-def test_row_of_an_effect_has_its_events_or_curves_and_trigger(fields, text):
+def test_row_of_an_effect_has_events_or_curves_and_trigger(fields, text):
     assert text in effect_cells(**fields).values()
 
 
@@ -73,11 +73,11 @@ def test_moment_states_an_uncertainty_above_a_microsecond(uncertainty, below):
 
 
 @pytest.mark.parametrize(
-    ("share", "mean"), [(None, None), (proportion(0, 0), 0.0), (proportion(0, 8), 0.0), (proportion(2, 8), 2.5)]
+    ("missed", "mean"), [(None, None), (proportion(0, 0), 0.0), (proportion(0, 8), 0.0), (proportion(2, 8), 2.5)]
 )
-def test_files_have_the_mean_number_of_faulty_contacts(share, mean):
-    """Of ten contacts a quarter are 2.5."""
-    rank = Rank("hull", "", "", contacts=10, mean=None, p99=None, missed=share, late_or_cut_short=share)
+def test_files_have_the_mean_number_of_faulty_contacts(missed, mean):
+    """A quarter of ten contacts are 2.5."""
+    rank = Rank("hull", "", "", contacts=10, mean=None, p99=None, missed=missed, late_or_cut_short=missed)
     for name in ("missed", "late or cut short"):
         assert column_called("ranking", name).for_files.value(rank) == mean
 

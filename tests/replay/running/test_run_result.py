@@ -159,7 +159,7 @@ def test_two_runs_are_compared_and_shared_from_python(result_of_bump, tmp_path):
     assert (tmp_path / "shared" / "index.html").is_file()
 
 
-def body_of_one_tetrahedron():
+def tetrahedral_body():
     return Body("a", TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
 
 
@@ -190,7 +190,7 @@ WRONG_CALLS = {
         replay.SessionError, "vertices",
     ),
     "poses for a motion": (
-        lambda r, p: create_detector("exact", [body_of_one_tetrahedron()]).detect(np.zeros((2, 1, 3))),
+        lambda r, p: create_detector("exact", [tetrahedral_body()]).detect(np.zeros((2, 1, 3))),
         replay.CollisionCoreError, "Motion",
     ),
     "nothing to view": (lambda r, p: replay.view(), replay.ReplayError, "at least one"),

@@ -19,7 +19,7 @@ def test_both_faces_of_an_edge_hold_its_two_ends():
             assert all(end in BOX.triangles[face].tolist() for end in ends)
 
 
-def test_edge_of_one_or_three_faces_is_left_out():
+def test_edges_without_two_faces_are_left_out():
     """Three triangles share the edge from 0 to 1, two of them the edge from 0 to 2."""
     points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]
     mesh = TriangleMesh(points, [[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 0, 4]])

@@ -125,7 +125,7 @@ def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fix_of_stirred_c
         (2.0, None, ""),
     ],
 )
-def test_figure_changed_by_over_one_percent_is_marked(before, after, change):
+def test_figure_changed_by_over_1_percent_is_marked(before, after, change):
     (figure,) = comparison([Column("gap", float)], {"gap": before}, {"gap": after}, is_busy=False)
     assert figure.change == change
 

@@ -113,7 +113,7 @@ def test_lane_legend_names_present_outcomes_and_who_missed(missing_detector, has
     assert lane_legend(outcomes, missing_detector, has_late=has_late).split("    ") == legend
 
 
-def test_body_without_declared_tags_has_the_words_of_its_name():
+def test_tags_of_a_body_default_to_its_name():
     scene = Scene(bodies=(SceneBody("Glass rod 2"), SceneBody("tool", tags=("metal",))))
     names = ("Glass rod 2", "tool", "left_hand")
     assert [tags_of(name, scene) for name in names] == [("glass", "rod"), ("metal",), ("left", "hand")]

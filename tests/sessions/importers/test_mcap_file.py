@@ -373,7 +373,7 @@ def write_half_a_file(path):
     return path
 
 
-def bag_of_one_message(data=b"\0\1\0\0", kind="ros2msg", text="float64 x\n"):
+def bag_of_a_message(data=b"\0\1\0\0", kind="ros2msg", text="float64 x\n"):
     """A writer of a bag with one message of these bytes and this description."""
 
     def write(path):
@@ -405,13 +405,13 @@ BROKEN = {
     "an encoding": (file_of_transforms({}, encoding="msgpack"), "messages are encoded as 'msgpack'; write protobuf"),
     "no CDR": (file_of_transforms({}, encoding="protobuf"), "/t: a foxglove.FrameTransform cannot be read"),
     "a far stamp": (file_of_transforms(("b", "a", 10**20)), "frame 'a' has a stamp of"),
-    "half a message": (bag_of_one_message(b"\0\1\0\0\5\0"), UNREAD),
+    "half a message": (bag_of_a_message(b"\0\1\0\0\5\0"), UNREAD),
     "another language": (
-        bag_of_one_message(kind="ros2idl"),
+        bag_of_a_message(kind="ros2idl"),
         "a schema in 'ros2idl' is not known; record with schemas in ros2msg",
     ),
-    "a bad type": (bag_of_one_message(text="float64[ x\n"), UNREAD),
-    "an unknown type": (bag_of_one_message(text="no_such/Type x\n"), UNREAD),
+    "a bad type": (bag_of_a_message(text="float64[ x\n"), UNREAD),
+    "an unknown type": (bag_of_a_message(text="no_such/Type x\n"), UNREAD),
 }
 
 
@@ -426,7 +426,7 @@ def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch)
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     assert_import_refused(
         "ros2",
-        bag_of_one_message()(tmp_path / "a.mcap"),
+        bag_of_a_message()(tmp_path / "a.mcap"),
         r'need mcap-ros2-support; install it: pip install "vrlab-replay\[forma',
     )
 

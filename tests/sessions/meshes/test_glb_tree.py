@@ -41,7 +41,7 @@ def primitive_at(positions=0, **more):
     return {"attributes": {"POSITION": positions}, **more}
 
 
-def tree_of_one_mesh(node, *primitives):
+def tree_of_a_mesh(node, *primitives):
     return {"nodes": [{"mesh": 0, **node}], "meshes": [{"primitives": list(primitives)}]}
 
 
@@ -133,13 +133,13 @@ def test_normalised_16_bit_positions_are_scaled_to_unit_range():
     """32767 stands for 1 and -32768 for -1 (glTF 2.0, 3.6.2.2); the node then scales by 2."""
     short = np.array([[9, 9, 9], [0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
     accessor = {"bufferView": 0, "byteOffset": 6, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
-    data = glb_file({**tree_of_one_mesh({"scale": [2, 2, 2]}, primitive_at()), "accessors": [accessor]}, short)
+    data = glb_file({**tree_of_a_mesh({"scale": [2, 2, 2]}, primitive_at()), "accessors": [accessor]}, short)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
 
 
 def test_cyclic_nodes_outside_the_scene_are_ignored():
     nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
-    data = glb_file({**tree_of_one_mesh({}, primitive_at()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
+    data = glb_file({**tree_of_a_mesh({}, primitive_at()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
     assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
     with pytest.raises(MeshFileError, match="no mesh hangs on a node 'lamp'; there are: cup"):
         mesh_from_bytes(data, "glb", node="lamp")
@@ -222,19 +222,19 @@ def test_the_buffer_that_a_view_names_is_read():
     uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE.tobytes()).decode()
     views = [{"buffer": 1, "byteLength": 36}]
     buffers = [{"byteLength": 36}, {"byteLength": 36, "uri": uri}]
-    data = glb_file({**tree_of_one_mesh({}, primitive_at()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
+    data = glb_file({**tree_of_a_mesh({}, primitive_at()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == TRIANGLE.tolist()
 
 
 def test_appearance_and_redundant_data_are_ignored():
     draco = primitive_at(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
     required = {"extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]}
-    data = glb_file({**tree_of_one_mesh({}, draco), **required}, TRIANGLE)
+    data = glb_file({**tree_of_a_mesh({}, draco), **required}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb").faces) == 1
 
 
 def with_version(version, length=0):
-    data = bytearray(glb_file(tree_of_one_mesh({}, primitive_at()), TRIANGLE))
+    data = bytearray(glb_file(tree_of_a_mesh({}, primitive_at()), TRIANGLE))
     struct.pack_into("<I", data, 4, version)
     struct.pack_into("<I", data, 8, len(data) + length)
     return bytes(data)
@@ -292,14 +292,14 @@ def test_another_version_and_a_cut_file_are_named(data, message):
 def test_unreadable_files_are_refused_in_a_sentence(more, message):
     """``more`` replaces parts of the tree of a file with one triangle."""
     with pytest.raises(MeshFileError, match=message):
-        mesh_from_bytes(glb_file({**tree_of_one_mesh({}, primitive_at()), **more}, TRIANGLE), "glb")
+        mesh_from_bytes(glb_file({**tree_of_a_mesh({}, primitive_at()), **more}, TRIANGLE), "glb")
 
 
 @pytest.mark.parametrize("length", [2.0, 1.01, 0.9])
 def test_node_rotation_must_be_a_unit_quaternion(length):
     node = {"rotation": [0.0, 0.0, 0.6 * length, 0.8 * length]}
     with pytest.raises(MeshFileError, match="a rotation of length"):
-        mesh_from_bytes(glb_file(tree_of_one_mesh(node, primitive_at()), TRIANGLE), "glb")
+        mesh_from_bytes(glb_file(tree_of_a_mesh(node, primitive_at()), TRIANGLE), "glb")
 
 
 def two_nodes(first, second, **more):

@@ -6,7 +6,7 @@ from sessions.mesh_data import MeshData, has_consistent_winding
 from sessions.meshes.hull import convex_hull
 
 
-def test_hull_of_an_l_shape_is_closed_and_fills_its_corner():
+def test_hull_of_an_l_shape_is_closed_and_convex():
     """An L of two boxes, 2 x 1 x 1 and 1 x 2 x 1: its hull lacks only a corner of half a cube of the 2 x 2 x 1 box."""
     lying, standing = box((2.0, 1.0, 1.0), (6.0, 5.5, 3.5)), box((1.0, 2.0, 1.0), (5.5, 6.0, 3.5))
     vertices = np.concatenate([lying.vertices, standing.vertices])

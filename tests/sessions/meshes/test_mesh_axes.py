@@ -47,8 +47,8 @@ def test_unknown_axes_of_meshes_are_refused_with_all_names():
 
 def test_axes_of_a_mesh_are_described_by_their_source():
     unity, unreal = CONVENTIONS["unity"], CONVENTIONS["unreal"]
-    in_words = convention("x forward, z up").name
+    axes_name = convention("x forward, z up").name
     assert unity.name in mesh_axes_description(BODY, unity)
     assert mesh_axes_description("x-flipped", unity) == MESH_ROTATIONS["x-flipped"].description
     assert mesh_axes_description("unreal", unity) == f"unreal ({unreal.description})"
-    assert mesh_axes_description("x forward, z up", unity) == in_words
+    assert mesh_axes_description("x forward, z up", unity) == axes_name

@@ -51,7 +51,7 @@ def test_distant_surfaces_are_counted_with_their_distance(meshes, surfaces, gap)
     assert codes.count("mesh-apart") == (surfaces > 1)
 
 
-def test_no_more_than_most_groups_are_looked_for():
+def test_search_ends_at_the_largest_number_of_groups():
     """Crumbs each 1.2 times as far away as the one before are set apart from the farthest on."""
     crumbs = [shifted_mesh(CRUMB, 1.2**number, 0, 0) for number in range(MOST_GROUPS + 20)]
     count, distance = separate_surfaces(concatenated_meshes(crumbs))

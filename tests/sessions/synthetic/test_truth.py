@@ -69,7 +69,7 @@ def test_episode_length_is_bounded_by_noise_and_tessellation():
 
 @pytest.mark.parametrize("name", ["ball-plate", "fast-ball"])
 def test_noise_leaves_both_ends_of_a_contact_open(name):
-    """What noise may shift lies between the span in which contact is possible and that in which it is sure."""
+    """Frames that noise may shift lie between the span of possible contact and that of sure contact."""
     seconds = 6.0
     _, truth = make_analytic(name, seconds=seconds, noise="vive")
     whole = [episode for episode in truth.episodes if episode.possibly[0] > 0.0 and episode.possibly[1] < seconds]

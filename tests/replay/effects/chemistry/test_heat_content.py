@@ -58,7 +58,7 @@ def test_table_values_are_printed_again_from_their_parameters():
 def joule_of(solution, declared=()):
     """J of ions (formula -> mol) in a kilogram of water; ``declared``: formulas whose heat the scene declares."""
     columns = dict.fromkeys(name for formula in solution for name in dissolved_components(formula))
-    column = {name: place for place, name in enumerate(dict.fromkeys(("H+", "H2O", *columns)))}
+    column = {name: number for number, name in enumerate(dict.fromkeys(("H+", "H2O", *columns)))}
     amounts = np.zeros((1, len(column)))
     for formula, moles in solution.items():
         for name, many in dissolved_components(formula).items():
@@ -132,7 +132,7 @@ CAPACITIES = [
 @pytest.mark.parametrize(("formula", "molal", "joule_k"), CAPACITIES)
 def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
     """J/K of a kilogram of water (4,180) with so many mol, to 7 %; what is solid counts by itself."""
-    column = {name: place for place, name in enumerate(("H+", "H2O", f"{formula}(s)", *ENERGY_COLUMNS))}
+    column = {name: number for number, name in enumerate(("H+", "H2O", f"{formula}(s)", *ENERGY_COLUMNS))}
     heats = Heats(column, mixture=None, salts=(), warmth=Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=80.0))
     amounts = np.zeros(len(column))
     amounts[column["H2O"]] = 1.0 / 0.0180153
@@ -145,7 +145,7 @@ def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
 
 def test_undissolved_solid_leaves_the_capacity_of_its_solution_alone():
     """3 of 8 mol of NaNO3 in a kilogram of water are solid: the other 5 count as if they were alone."""
-    column = {name: place for place, name in enumerate(("H+", "H2O", "NaNO3(s)", *ENERGY_COLUMNS))}
+    column = {name: number for number, name in enumerate(("H+", "H2O", "NaNO3(s)", *ENERGY_COLUMNS))}
     heats = Heats(column, None, (), Warmth(4.18, {}, {}, 0.0, 80.0))
     joule_mol_k = solid_j_per_mol_k("NaNO3")
     amounts = np.zeros((2, len(column)))

@@ -28,7 +28,7 @@ def boxes(*spans):
         ([(0, 1), (1.006, 2), (3, 4)], [(0, 1), (1.006, 2), (3, 4)]),
     ],
 )
-def test_neighbouring_spans_are_joined_where_there_are_many(monkeypatch, spans, drawn):
+def test_neighbouring_spans_are_joined_if_there_are_many(monkeypatch, spans, drawn):
     """In a window of 10 s spans that overlap are joined, and of more than two also those 10/2000 s apart."""
     monkeypatch.setattr(charts, "MOST_BOXES", 2)
     paths = dict(lane({"false": spans}, (0.0, 10.0), "hull").paths)
@@ -51,5 +51,7 @@ def test_span_below_a_300th_of_the_window_has_a_tick():
     ],
 )
 def test_ruler_begins_and_ends_with_the_window(start, end, ticks):
-    places, labels = zip(*ruler(start, end), strict=True)
-    assert places == pytest.approx([place for place, _ in ticks]) and [*labels] == [label for _, label in ticks]
+    positions, labels = zip(*ruler(start, end), strict=True)
+    assert positions == pytest.approx([position for position, _ in ticks]) and [*labels] == [
+        label for _, label in ticks
+    ]

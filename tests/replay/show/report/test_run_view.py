@@ -74,7 +74,7 @@ def test_session_is_named_by_scene_or_bodies_and_pseudonym(scene, bodies, facts,
     assert session_names(document_with(session=session)) == names
 
 
-def test_date_is_named_where_stamps_hold_one():
+def test_date_is_named_where_stamps_have_a_date():
     session = structs.replace(EMPTY.session, scene="Titration", first_stamp_ns=FIRST_DATE_NS)
     assert len(session_names(document_with(session=session))) == 2
 

@@ -44,7 +44,7 @@ def flagged(body, action, samples):
     )  # fmt: skip
 
 
-def test_treatment_of_poses_is_summed_by_body_and_policy():
+def test_repaired_poses_are_summed_by_body_and_policy():
     spans = (flagged("rod", "drop", 2), flagged("rod", "drop", 3), flagged("rod", "hold", 4), flagged("", "drop", 5))
     (table,) = finding_parts(document_with(flagged=spans))
     assert table.rows == (

@@ -6,8 +6,8 @@ from replay.effects.output import EffectEvent
 from replay.show.rerun_log.effects import log_effects
 
 
-def test_events_with_place_have_a_dot_unless_mere_information():
-    """Of four events two have a place and are a warning or an error."""
+def test_events_with_a_position_have_a_dot_unless_information():
+    """Two of four events have a position and are a warning or an error."""
     events = (
         EffectEvent(1.0, "spill", level="warning", point=(0.0, 1.0, 0.0)),
         EffectEvent(2.0, "contact", level="info", point=(0.0, 2.0, 0.0)),

@@ -29,7 +29,7 @@ from replay.show.rerun_log.lanes import (
         ([], [], []),
     ],
 )
-def test_span_lasts_to_the_next_word_or_one_frame(nanoseconds, labels, spans):
+def test_span_lasts_to_the_next_word_or_a_frame(nanoseconds, labels, spans):
     """A frame lasts the median step; alone, a nanosecond."""
     writer = SimpleNamespace(clock=SimpleNamespace(ns=np.array(nanoseconds, dtype=np.int64)))
     assert spans_of(writer, np.array(labels, dtype=object)) == spans
@@ -44,7 +44,7 @@ def test_span_lasts_to_the_next_word_or_one_frame(nanoseconds, labels, spans):
     ],
 )
 def test_neighbours_in_a_lane_are_parted_by_a_reset(spans, states):
-    """Where b begins as a ends, the reset comes a nanosecond earlier."""
+    """The reset comes a nanosecond before b where b begins as a ends."""
     sent = []
     writer = SimpleNamespace(static=lambda *_: None, session_rows=lambda *row: sent.append(row))
     log_lane(writer, "lanes/x", spans, [("a", (0, 0, 0, 255)), ("b", (9, 9, 9, 255))])
@@ -141,12 +141,12 @@ def test_lane_of_a_pair_calls_its_own_late_frames_late():
     ]  # fmt: skip
     sent = SentLanes(frames=6)
     log_pair_lanes(sent, result_of_outcomes(outcomes, misses), "hull")
-    lanes = {path.rpartition("_")[2]: words for path, words in sent.lanes.items()}
+    lanes = {path.rpartition("_")[2]: spans for path, spans in sent.lanes.items()}
     assert lanes == {"pair0": [(0, "late"), (2, "both"), (5, "MISSED")], "pair1": [(0, "MISSED"), (5, "late")]}
 
 
-def test_lane_of_all_pairs_has_the_worst_and_widens_short_misses():
-    """Of 600 frames a miss fills three at least, 0.5 %; contact of a held body is none of the reference."""
+def test_lane_of_all_pairs_has_the_worst_and_wide_misses():
+    """A miss fills at least three of 600 frames, 0.5 %; contact of a held body is none of the reference."""
     outcomes = np.full((600, 2), NEITHER)
     outcomes[10:20], outcomes[12, 1], outcomes[15, 0] = [BOTH, NEITHER], FALSE, MISSED
     outcomes[100, 0], outcomes[200:210, 0], outcomes[300, 0] = MISSED, MISSED, MISSED

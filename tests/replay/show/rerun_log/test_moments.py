@@ -35,7 +35,7 @@ def test_moment_list_ends_in_depth_curve_or_gap(kind, metres, depth, size):
     assert line.partition("cup-rod")[2].strip() == size and line.strip().startswith("0.03")
 
 
-def test_nearest_moment_changes_half_way_or_between_frames():
+def test_nearest_moment_changes_at_half_time_or_between_frames():
     """Moments in frames 2, 6 and 9, and one 5 ns after frame 9."""
     times = [(2, 0), (6, 0), (9, 0), (9, 5)]
     assert nearest_moments(times) == [(0, 0, (2, 0)), (4, 0, (6, 0)), (8, 0, (9, 0)), (9, 5, (9, 5))]

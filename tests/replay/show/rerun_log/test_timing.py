@@ -47,7 +47,7 @@ def timed_detection(**seconds):
     return verdict_column("." * FRAMES, seconds=seconds)
 
 
-def test_stages_of_one_phase_are_added_and_idle_omitted():
+def test_stages_of_a_phase_are_added_and_idle_omitted():
     """Two stages of the broad phase; seconds of all frames at once are 1 ms each; ``rest`` takes too little to show."""
     detection = timed_detection(volumes=np.array([1e-3, 2e-3, 0.0]), boxes=3e-3, surfaces=6e-3, rest=IDLE_S * FRAMES)
     stages = {name: milliseconds.tolist() for name, milliseconds in stage_ms(detection).items()}
@@ -76,7 +76,7 @@ def test_sum_of_all_stages_is_drawn_first():
     assert stages == [(pytest.approx([3.0] * 3), "+ narrow phase"), (pytest.approx([1.0] * 3), "broad phase")]
 
 
-def test_labels_of_the_loss_plot_have_place_and_colour():
+def test_labels_of_the_loss_plot_have_position_and_colour():
     """Rerun centres a text: one that starts at a place of the page's plot begins there, one that ends there ends."""
     sent, dots = SentItems(), [Dot("slow: 0.5", 0.2, 0.5), Dot("exact: 0", 0.05, 0.0)]
     log_accuracy(sent, list(zip(dots, SERIES_COLOURS, strict=False)))

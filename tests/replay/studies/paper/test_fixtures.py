@@ -67,7 +67,7 @@ def test_face_in_several_pairs_is_counted_once():
     assert faces_of_pairs(np.zeros((0, 2), dtype=np.int64)) == 0
 
 
-def test_pose_between_coarse_distances_is_found(monkeypatch):
+def test_pose_between_coarse_distances_is_computed(monkeypatch):
     """At none of eight distances of the first direction 98 to 102 faces meet; between two of them they do."""
     monkeypatch.setattr(fixtures, "MOST_DIRECTIONS", 1)
     monkeypatch.setattr(fixtures, "DISTANCES_AT_ONCE", 8)

@@ -27,16 +27,16 @@ SEGMENTS = ("metacarpal", "proximal", "intermediate", "distal", "tip")
 THUMB_SEGMENTS = ("metacarpal", "proximal", "distal", "tip")
 
 
-def segment_words(fingers, thumb):
+def segment_names(fingers, thumb):
     """Words for the segments of fingers, and of the thumb."""
     return dict(zip(SEGMENTS, fingers.split(), strict=True)), dict(zip(THUMB_SEGMENTS, thumb.split(), strict=True))
 
 
-MRTK = segment_words("Metacarpal Knuckle MiddleJoint DistalJoint Tip", "MetacarpalJoint ProximalJoint DistalJoint Tip")
-APPLE = segment_words(
+MRTK = segment_names("Metacarpal Knuckle MiddleJoint DistalJoint Tip", "MetacarpalJoint ProximalJoint DistalJoint Tip")
+APPLE = segment_names(
     "Metacarpal Knuckle IntermediateBase IntermediateTip Tip", "Knuckle IntermediateBase IntermediateTip Tip"
 )
-MANO = segment_words("0 1 2 3 _tip", "1 2 3 _tip")
+MANO = segment_names("0 1 2 3 _tip", "1 2 3 _tip")
 PALMLESS = [joint for joint in JOINTS if joint != "palm"]
 EXPORTERS = {
     "openxr": {joint: f"XR_HAND_JOINT_{joint.upper().replace(' ', '_')}_EXT" for joint in JOINTS},
