@@ -1,4 +1,4 @@
-"""What a page tells of a run: its names, its first sentence without an audit, and the spans of its lanes."""
+"""Pages of a run: its names, its first sentence without an audit, and the spans of its lanes."""
 
 from types import SimpleNamespace
 
