@@ -23,7 +23,6 @@ def files(tmp_path, runs):
     return ["study", "page", *map(str, [runs, "--out", tmp_path / "study", *requested])]
 
 
-@pytest.mark.slow
 def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, monkeypatch, snapshot):
     monkeypatch.setenv("COLUMNS", "80")
     assert main(files) == 0

@@ -84,7 +84,6 @@ def chain():
     )  # fmt: skip
 
 
-@pytest.mark.sampled(3)
 @pytest.mark.parametrize("make", [titration, pours, chain])
 def test_order_of_tables_and_names_change_no_output(make, snapshot):
     whole = lines, figures, rows = printed(make)
