@@ -25,3 +25,10 @@ def test_kernels_agree_with_slow_references_bit_by_bit():
     assert len(pixels[0]) > 1000
     for values, expected in zip(pixels, slow_pixels, strict=True):
         assert (values == expected).all()
+
+
+def test_horizontal_edge_covers_only_rows_beyond_it():
+    """Coordinates x / 10, 1 - x / 10 and y - 2.5 are all positive for x from 0 to 10 and rows from middle 2.5 on."""
+    columns, rows, at_corner = [0.1, -0.1, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, -2.5]
+    spans = row_spans(np.array([[columns, rows, at_corner]]), np.array([0]), np.array([5]), WIDTH)
+    assert (spans.right - spans.left).tolist() == [0, 0, 10, 10, 10]

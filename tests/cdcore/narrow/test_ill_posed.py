@@ -14,8 +14,11 @@ from cdcore.narrow.margins import triangle_margins
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2])
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
-    """``near``: the smallest gap is at most tau. ``shallow``: the deepest face pair is."""
+def test_near_and_shallow_agree_with_margins_of_all_face_pairs(kind, tau):
+    """``near``: the smallest gap is at most tau. ``shallow``: the deepest face pair is.
+
+    The margin of two faces is their gap, or where they meet how far one must be moved until they do not.
+    """
     rng = np.random.default_rng(4)
     meshes = [KINDS[kind](rng, 10) for _ in range(2)]
     rotation, move, bodies = *motion_of(kind, rng, frames=24, bodies=2), bodies_of(meshes)

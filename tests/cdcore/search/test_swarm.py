@@ -1,5 +1,7 @@
 """The corrected equations keep what they promise, and a search that comes to nothing begins again within its budget."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.search_scenes import I3, ball_of, search_of
@@ -46,6 +48,13 @@ def search_states(**changes):
     for name, value in {**usual, "pheromone_least": 1e-3, "pheromone_most": 10.0, **changes}.items():
         state[name] = value
     return states
+
+
+def test_angles_without_equation_15_name_features_in_their_order():
+    """From -pi to pi the ten features follow each other, a tenth of a turn each."""
+    state = SimpleNamespace(left_out_equation=15)
+    middles = np.linspace(-np.pi, np.pi, 10, endpoint=False) + 0.1 * np.pi
+    assert [decode_angle(angle, 0, 10, state) for angle in middles] == list(range(10))
 
 
 def test_search_random_numbers_are_splitmix64():

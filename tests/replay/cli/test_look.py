@@ -130,6 +130,7 @@ def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
     ("replies", "axes"), [(["?", "x", "b"], "body"), ([""], "y-up")], ids=["answered", "left open"]
 )
 def test_terminal_repeats_the_question_until_answered_or_left_open(recording, monkeypatch, replies, axes, capsys):
+    """Neither "?" nor "x" is a letter of the list; "b" is that of the axes ``body``; no reply leaves the guess."""
     monkeypatch.setattr(look.click, "prompt", lambda *_, **__: replies.pop(0))
     code = look.look_at(recording, look.People(), as_json=False, given={}, asks=True)
     assert code == (0 if axes == "body" else 3) and not replies

@@ -38,11 +38,13 @@ def test_every_sentence_holds_in_every_state(state):
 
 
 def test_the_moment_of_a_false_contact_holds_its_gap():
+    """A detector invents contact in frames 1 and 2 of four; the first answer of a run is about its worst fault."""
     scripted = "support.planted_detectors:Scripted[says={}]".format
     session = session_of_frames(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
+    # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted("nccnn"), oracle="exact=" + scripted("nnnn"))
-    (false,), (answer, *_) = run.false["it"], run.answers
-    assert answer.moment.metres == false.metres > 0.0
+    (false_contact,), (answer, *_) = run.false["it"], run.answers
+    assert answer.moment.metres == false_contact.metres > 0.0
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,11 @@ def test_sum_of_all_stages_is_drawn_first():
 
 
 def test_labels_of_the_loss_plot_have_position_and_colour():
-    """Rerun centres a text: one that starts at a place of the page's plot begins there, one that ends there ends."""
+    """Rerun centres a text on its position and hangs it below, so each is moved by half its width and up.
+
+    ``side``: whether the position in the page's plot is the start, the middle or the end of the text. ``dot``: the
+    number of the dot that a label names; -1: it is a label of an axis.
+    """
     sent, dots = SentItems(), [Dot("slow: 0.5", 0.2, 0.5), Dot("exact: 0", 0.05, 0.0)]
     log_accuracy(sent, list(zip(dots, SERIES_COLOURS, strict=False)))
     drawing = sent.drawings["accuracy/plot/words"]
