@@ -1,5 +1,7 @@
 """Looks at volumes name the pairs that the broad phase names, and paths never fall short of what a point moved."""
 
+from time import perf_counter
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 from support.shapes import box_mesh, lab_bodies_and_motion, random_rotations
@@ -68,3 +70,13 @@ def test_pairs_are_tested_again_once_points_moved_by_the_margin():
         samples.verdict[0] = Verdict.CLEAR
         samples.skips.keep_margin(0, moved, True)
         assert samples.near(close.frames(frame, frame + 1)) == [0]
+
+
+def test_stage_seconds_of_a_look_fit_into_its_time():
+    bodies, motion = lab_bodies_at_random_poses(seed=0, frames=1)
+    broad_phase = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
+    live = LivePairs(broad_phase, decide=lambda *_: (Verdict.CONTACT, False), inside=None)
+    begun = perf_counter()
+    live.look(motion)
+    elapsed = perf_counter() - begun
+    assert min(live.seconds.values()) >= 0.0 and sum(live.seconds.values()) <= elapsed
