@@ -1,0 +1,20 @@
+"""Settings of a run that no run can follow are refused."""
+
+from math import inf, nan
+
+import pytest
+
+from replay import errors
+from replay.settings import RunSettings
+
+
+@pytest.mark.parametrize("seconds", [-1.0, inf, nan])
+def test_time_for_a_fix_is_finite_and_not_negative(seconds):
+    with pytest.raises(errors.DetectorSpecError, match="the time for a fix is"):
+        RunSettings(fix_time=seconds)
+
+
+@pytest.mark.parametrize("rate", [0.0, -50.0, inf, nan])
+def test_step_rate_is_finite_and_positive(rate):
+    with pytest.raises(errors.DetectorSpecError, match="the step rate is"):
+        RunSettings(step_rate=rate)
