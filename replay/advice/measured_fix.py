@@ -153,7 +153,7 @@ class _Measuring:
         self._rest = {key: value for key, value in spec.settings.items() if key not in REPLACED_SETTINGS}
         self._seed = result.document.seed
         self._verdicts = ColliderVerdicts(result.assembly, self._rest.get("skin_m", 0.0))
-        self._counted: dict[str, tuple[ContactCounts, int, Proportion]] = {}
+        self._counted: dict[str, tuple[ContactCounts, None, Proportion]] = {}
         self._offsets: tuple[str, OffsetCounts] | None = None
 
     def fix(self) -> Fix | None:
@@ -294,7 +294,7 @@ class _Measuring:
     def _loss_at_every_frame(self, spec: DetectorSpec) -> float:
         return float(wrong_counts(*self._counts_at_every_frame(spec), None)["loss"])
 
-    def _counts_at_every_frame(self, spec: DetectorSpec) -> tuple[ContactCounts, int, Proportion]:
+    def _counts_at_every_frame(self, spec: DetectorSpec) -> tuple[ContactCounts, None, Proportion]:
         """The input of ``wrong_counts`` for pieces that are tested in every frame; counted once."""
         frame_spec = _at_every_frame(spec)
         if frame_spec.text not in self._counted:
@@ -302,7 +302,7 @@ class _Measuring:
             frame_counts = count_contacts(comparison, self._reference.contacts)
             self._counted[frame_spec.text] = (
                 frame_counts,
-                0,
+                None,
                 count_reports(comparison).proportion(Outcome.FALSE_CONTACT),
             )
         return self._counted[frame_spec.text]
@@ -347,7 +347,7 @@ class _Measuring:
         sampled_counts = count_contacts(comparison, self._reference.contacts)
         false_contact = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         run = self._run_over_stretches(spec)
-        wrong_count_columns = wrong_counts(sampled_counts, 0, false_contact, offsets)
+        wrong_count_columns = wrong_counts(sampled_counts, None, false_contact, offsets)
         solids: Mapping[str, Any] = getattr(run.detector, "parts", {})
         pieces = {name: len(solids[name]) for name in names}
         proportions = offsets.proportions() if offsets is not None else _proportions(sampled_counts)

@@ -18,22 +18,20 @@ from sessions import Session
 
 
 def wrong_counts(
-    counts_at_own_offset: ContactCounts, false_contacts: int, false: Proportion, offsets: OffsetCounts | None
+    counts_at_own_offset: ContactCounts, false_contacts: int | None, false: Proportion, offsets: OffsetCounts | None
 ) -> dict[str, Any]:
     """Errors of a detector, as columns.
 
     ``missed``, ``late`` (or cut short) and ``false_contacts`` are numbers of contacts: means over the sampling offsets,
     beside ``missed_smallest`` and ``missed_largest``, and so on; without ``offsets`` they are counted
-    ``counts_at_own_offset``. ``not_reported`` is the share of the contact time that is not reported, ``false`` the
-    share of the reported time that is false, with ``false_low`` and ``false_high``; ``loss`` is that of
-    ``replay.auditing.loss``.
+    ``counts_at_own_offset``, and with ``false_contacts`` ``None``, not counted, there is no column of them.
+    ``not_reported`` is the share of the contact time that is not reported, ``false`` the share of the reported time
+    that is false, with ``false_low`` and ``false_high``; ``loss`` is that of ``replay.auditing.loss``.
     """
     if offsets is None:
-        counts_of_error = {
-            "missed": [counts_at_own_offset.missed],
-            "late": [counts_at_own_offset.late_or_cut_short],
-            "false_contacts": [false_contacts],
-        }
+        counts_of_error = {"missed": [counts_at_own_offset.missed], "late": [counts_at_own_offset.late_or_cut_short]}
+        if false_contacts is not None:
+            counts_of_error["false_contacts"] = [false_contacts]
         contacts_missed, time_missed = (
             proportion(counts_at_own_offset.missed, counts_at_own_offset.contacts),
             counts_at_own_offset.proportion(Outcome.MISSED),

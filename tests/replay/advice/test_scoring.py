@@ -1,11 +1,15 @@
 import re
 
+import numpy as np
 import pytest
 from support.small_worlds import unit_cubes_on_x
 
 from cdcore.tolerances import TWO_MICROMETRES
-from replay.advice.scoring import Scoring
+from replay.advice.scoring import Scoring, wrong_counts
 from replay.advice.settings import settings_of
+from replay.auditing.contact_counts import ContactCounts
+from replay.auditing.outcome import Outcome
+from replay.auditing.wilson import proportion
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
 from replay.prepare.assemble import assemble
@@ -60,3 +64,12 @@ def test_loss_without_true_contact_is_the_false_contact():
     assembly = assemble(unit_cubes_on_x({"a": [0, 0], "b": [3, 1.3]}))
     balls = figures(assembly, "sphere")
     assert (balls["contacts"], balls["missed"], balls["false_contacts"], balls["loss"]) == (0, 0, 1, 1.0)
+
+
+@pytest.mark.parametrize(("false_contacts", "column"), [(3, 3), (0, 0), (None, None)])
+def test_false_contacts_have_a_column_only_where_counted(false_contacts, column):
+    no_contacts = ContactCounts(
+        numbers=np.array([], dtype=int), pairs=np.array([], dtype=int), frames_by_outcome=np.zeros((0, len(Outcome)))
+    )
+    row = wrong_counts(no_contacts, false_contacts, proportion(1, 4), offsets=None)
+    assert row["false"] == 0.25 and row.get("false_contacts") == column
