@@ -30,10 +30,8 @@ def temporary_folder() -> Iterator[Path]:
         content.mkdir()
         yield content
     finally:
-        if sys.platform == "win32":  # which removes no open file
-            stream.close()
+        stream.close()  # Windows removes no open file
         shutil.rmtree(root, ignore_errors=True)
-        stream.close()
 
 
 def remove_leftovers() -> None:

@@ -68,10 +68,8 @@ def delivery_tube(faces: int) -> Instrument:
         path = divided_path(bent(corners, bend, spacing, least=4), spacing)
         sections = sections_for(outer, spacing * 0.6)
         walls = [swept(path, [radius] * len(path), sections) for radius in (outer - wall, outer)]
-        ends = [
-            0.5 * (walls[0][i] + walls[1][i]) + 0.5 * wall * step / np.linalg.norm(step)
-            for i, step in ((-1, path[-1] - path[-2]), (0, path[0] - path[1]))
-        ]
+        # Both ends face downwards, and are round.
+        ends = [0.5 * (walls[0][i] + walls[1][i]) + [0.0, -0.5 * wall, 0.0] for i in (-1, 0)]
         return sewn([*walls[0], ends[0], *walls[1][::-1], ends[1]], around=True, falling_from=len(path) + 1)
 
     return weighed_instrument("delivery_tube", fitted_mesh(build, faces, 0.02)[0], "glass tube delivery_tube")

@@ -133,12 +133,8 @@ def _check_last_row(table: CsvTable, pose: PoseColumns) -> None:
     """Refuse matrices whose last row, in columns that are not read, holds a place: they are written transposed."""
     first = pose.rotation[0]
     last = [first.removesuffix("m00") + f"m3{column}" for column in range(3)]
-    if (
-        pose.kind != "matrix"
-        or not first.endswith("m00")
-        or not {*last} <= {*table.columns}
-        or {*last} & {*pose.position}
-    ):
+    # Columns of no other rotation are called so.
+    if not {*last} <= {*table.columns} or {*last} & {*pose.position}:
         return
     entries = table.numbers(last)
     wrong = np.flatnonzero((np.abs(entries) > LAST_ROW_TOLERANCE).any(axis=1))

@@ -64,7 +64,7 @@ class Body(ABC):
 
     def read(self, element: Element) -> Columns:
         """Return the numbers of the next element; ``MeshFileError`` where the file ends before."""
-        if not element.properties or not element.count:
+        if not element.count:
             return Columns({}, {p.name: (_none(), _none()) for p in element.properties if p.length_kind})
         self._check_rest(element, sum(self.width(p.length_kind or p.kind) for p in element.properties))
         return self._alike(element) or self._walked(element)

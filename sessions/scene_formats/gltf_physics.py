@@ -185,8 +185,7 @@ class _Reader:
         drawn = [
             self._tree.in_frame(frame, surface)
             for surface in self._tree.surfaces
-            if self._body_of(surface.node, physics) == number
-            or (number in self._tree.above(surface.node) and self._nearest(surface.node, physics) == number)
+            if self._nearest(surface.node, physics) == number
         ]
         if not drawn and not colliding:
             return None

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sessions.geometry.orientation import orientation, winding
+from sessions.geometry.orientation import exact_orientation, orientation, winding
 
 NUMBER = st.floats(-1e30, 1e30, allow_subnormal=True)
 POINT = st.tuples(NUMBER, NUMBER)
@@ -41,6 +41,11 @@ def test_float64_alone_would_be_wrong_about_such_points():
     grid = [(0.5 + i * ulp, 0.5 + j * ulp) for i in range(16) for j in range(16)]
     rounded = [sign((x - cx) * (by - cy) - (y - cy) * (bx - cx)) for x, y in grid]
     assert rounded != [orientation(point, (bx, by), (cx, cy)) for point in grid]
+
+
+def test_rational_arithmetic_alone_gives_the_side():
+    for points in np.random.default_rng(6).integers(-9, 10, (50, 3, 2)).tolist():
+        assert exact_orientation(*points) == sign(determinant(*points))
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-180, 1e25])

@@ -80,6 +80,7 @@ def test_columns_of_a_file_without_names_are_guessed(tmp_path):
     rows = assumptions_by_draft(tmp_path, "", "{step}.5 1 2 3 1 0 0 0", order)
     assert (rows[Subject.COLUMNS].origin, rows[Subject.COLUMNS].confidence) == (Origin.GUESS, Confidence.OPEN)
     assert (rows[Subject.QUATERNION_ORDER].value, rows[Subject.QUATERNION_ORDER].origin) == ("wxyz", Origin.USER)
+    assert rows[Subject.CLOCK].origin is Origin.GUESS
 
 
 @pytest.mark.parametrize(
@@ -113,6 +114,18 @@ def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, angle, is_d
     )
     assumed = import_session("csv", path, mapping=mapping).facts.get("assumed", "")
     assert (f"angles of cup in {unit}, though the largest is {angle}" in assumed) == is_doubtful
+
+
+@pytest.mark.parametrize(("column", "origin"), [("time", Origin.FILE), ("stage", Origin.USER)])
+def test_clock_is_stated_by_a_column_named_after_time(tmp_path, column, origin):
+    path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
+    path.write_text(f"{column},x,y,z,{QUATERNION}\n0,1,2,3,0,0,0,1\n1,1,2,3,0,0,0,1\n")
+    mapping.write_text(
+        f"""convention = "openxr"\n[time]\ncolumn = "{column}"\nunit = "s"\n[bodies.cup]
+        position = ["x", "y", "z"]\nquaternion_xyzw = ["qx", "qy", "qz", "qw"]\n"""
+    )
+    rows = assumptions_of(import_session("csv", path, mapping=mapping).facts)
+    assert [row.origin for row in rows if row.subject is Subject.CLOCK] == [origin]
 
 
 def test_an_euler_order_that_the_convention_fixes_is_its_word(tmp_path):

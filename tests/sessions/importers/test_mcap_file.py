@@ -25,7 +25,8 @@ from support.second_opinions import ROS, has_poses
 from sessions import examine, read_session
 from sessions.errors import SessionFileError
 from sessions.importers import import_session
-from sessions.importers.ledger import ledger_of
+from sessions.importers.frame_tree import FrameTree
+from sessions.importers.ledger import Ledger, ledger_of
 from sessions.mcap.salvage import recover
 
 COMPOSED = Path(__file__).with_name("composed")
@@ -470,6 +471,22 @@ def test_late_logging_costs_no_transform_whose_stamps_increase(tmp_path):
     logged = STAMPS + (30_000_000 * np.sin(np.arange(COUNT))).astype(np.int64)
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*STAMPS, logged=logged)))
     assert session.tracks["cup"].times_ns.tolist() == STAMPS.tolist()
+
+
+def table_of_transforms(stamps, logged):
+    """Stamps of the table of one frame whose transforms stand in a file in this order."""
+    tree = FrameTree(Ledger("log"))
+    for stamp, log in zip(stamps, logged, strict=True):
+        tree.add("map", "cup", stamp, log, [0, 0, 0, 0, 0, 0, 1], topic="/tf")
+    return tree.tables()[0]["cup"].times_ns.tolist()
+
+
+def test_transforms_follow_their_log_where_neither_order_is_the_files():
+    increasing, swapped, falling = [10, 20, 30], [20, 10, 30], [30, 20, 10]
+    assert table_of_transforms(increasing, swapped) == increasing
+    assert table_of_transforms(swapped, swapped) == increasing
+    assert table_of_transforms(falling, falling) == increasing
+    assert len(table_of_transforms(swapped, increasing)) == 2, "in the order of the log a stamp goes back"
 
 
 def test_stamps_of_zero_among_others_are_dropped(tmp_path):

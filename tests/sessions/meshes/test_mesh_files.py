@@ -10,7 +10,14 @@ from support.mutants import MUTANTS, tried
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, has_consistent_winding
 from sessions.meshes.glb import mesh_to_glb
-from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, subtracted_mesh, united_mesh
+from sessions.meshes.mesh_files import (
+    FILE_TYPES,
+    load_mesh,
+    mesh_from_bytes,
+    refined_mesh,
+    subtracted_mesh,
+    united_mesh,
+)
 
 
 def box_of(extents):
@@ -135,6 +142,13 @@ def test_unions_and_differences_have_the_volume_of_the_solids():
     assert has_consistent_winding(united_mesh([plate, bar]))
     assert has_consistent_winding(subtracted_mesh(plate, [bar]))
     assert have_equal_bytes(united_mesh([plate, bar]), united_mesh([plate, bar]))
+
+
+def test_refined_cube_of_a_tenth_of_a_millimetre_keeps_its_volume():
+    """No seam has to be simplified away, which would take the cube with it."""
+    edge = 1e-4
+    fine = refined_mesh(box_of((edge, edge, edge)), edge / 2)
+    assert fine.volume == pytest.approx(edge**3, rel=1e-5) and len(fine.faces) > 12
 
 
 @pytest.mark.parametrize("count", MUTANTS)

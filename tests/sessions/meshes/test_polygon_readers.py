@@ -87,6 +87,15 @@ READ = {
         + "5 1 0.5\n6 0\n3 0 1 2",
         [[0, 1, 2]],
     ),
+    "an element without rows before fractions": (
+        "ply",
+        "ply\nformat ascii 1.0\nelement edge 0\nproperty list int float w\n"
+        + PLY[PLY.index("element") :]
+        + FACES
+        + PLY_ROWS.replace("0 0 0", "0.5 0 0")
+        + "3 0 1 2",
+        [[0, 1, 2]],
+    ),
     "strips": (
         "ply",
         PLY.replace("vertex 3", "vertex 6") + "element tristrips 2\nproperty list int int vertex_indices\n"

@@ -2,6 +2,7 @@
 
 import builtins
 import os
+import runpy
 import subprocess
 import sys
 import zipfile
@@ -238,6 +239,18 @@ def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
     with pytest.raises(SceneSourceError, match=r"breaks down on .*scene.usda: it is damaged") as refused:
         read_scene_source(path)
     assert "\n" not in str(refused.value)
+
+
+def test_trial_program_reads_the_scene_of_its_arguments(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "resource", None)  # else the memory of the tests would be bounded too
+    scenes = []
+    monkeypatch.setattr(
+        "sessions.scene_formats.usd_physics.read_usd_motion",
+        lambda path, files, *_, **__: scenes.append((path, files.root)),
+    )
+    monkeypatch.setattr(sys, "argv", ["usd_trial", str(tmp_path / "s.usdc"), str(tmp_path)])
+    runpy.run_path(usd_trial.__file__, run_name="__main__")
+    assert scenes == [(tmp_path / "s.usdc", tmp_path.resolve())]
 
 
 def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):

@@ -225,6 +225,21 @@ def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
     assert ("joints (1 PhysicsRevoluteJoint)" in " ".join(scene.left_out)) == (kind == "joint")
 
 
+@pytest.mark.parametrize(("collides", "is_enabled"), [(True, True), (False, False)])
+def test_joint_that_lets_bodies_collide_excludes_no_pair(tmp_path, collides, is_enabled):
+    stage = new_stage(tmp_path / "s.usda")
+    for number, name in enumerate(("arm", "hand")):
+        rigid_body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
+        ball_collider(stage, f"/world/{name}/shape")
+    joint = UsdPhysics.RevoluteJoint.Define(stage, "/world/wrist")
+    joint.CreateBody0Rel().AddTarget("/world/arm")
+    joint.CreateBody1Rel().AddTarget("/world/hand")
+    joint.CreateCollisionEnabledAttr(collides)
+    joint.CreateJointEnabledAttr(is_enabled)
+    stage.Save()
+    assert read_scene_source(tmp_path / "s.usda").excluded == ()
+
+
 def test_articulation_with_self_collisions_excludes_no_pair(tmp_path):
     stage = new_stage(tmp_path / "s.usda")
     for number, name in enumerate(("arm", "hand")):

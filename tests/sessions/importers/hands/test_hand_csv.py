@@ -1,6 +1,7 @@
 """Hands of several exporters are the same hands; broken files end in one sentence; no row is lost in silence."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +19,11 @@ from support.mutants import assert_import_refused, round_trips
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
+from sessions.importers.csv_columns_and_units import CsvLayout
 from sessions.importers.csv_draft import UnknownColumnsError
+from sessions.importers.csv_head import CsvHead
 from sessions.importers.hands.hand_checks import exchanged_joints
-from sessions.importers.hands.hand_columns import MOST_LISTED, unknown_joints
+from sessions.importers.hands.hand_columns import MOST_LISTED, hand_layout, unknown_joints
 from sessions.importers.hands.joint_names import JOINTS, RADII_M, UNITY_JOINTS
 from sessions.importers.ledger import ledger_of
 from sessions.importers.recognition import recognised_format
@@ -348,6 +351,16 @@ def test_positions_in_a_picture_are_refused(tmp_path):
     assert_import_refused(
         "hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "change their length by .* picture"
     )
+
+
+def test_columns_of_a_joint_are_its_first_three_axes():
+    """The wrist has only two axes, and the tip of the index finger has columns under two names."""
+    names = [f"left {joint}" for joint in JOINTS] + ["L_XRHand_IndexTip"]
+    columns = [f"{name} {axis}" for name in names for axis in "xyz"]
+    columns.remove("left wrist z")
+    layout = hand_layout(CsvHead(Path("take.csv"), CsvLayout(), ("time", *columns)))
+    assert [*layout.wide] == [name for name in names[:-1] if name != "left wrist"]
+    assert layout.wide["left palm"].position == ("left palm x", "left palm y", "left palm z")
 
 
 def test_message_lists_some_unknown_joints_and_counts_the_rest():
