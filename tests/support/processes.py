@@ -1,4 +1,4 @@
-"""Memory, workers and progress of a process, kernels compiled by one, and the scripts of `.ci` as modules.
+"""Memory, workers and progress of a process, kernels compiled or in Python, and the scripts of `.ci` as modules.
 
 Linux hands ``ru_maxrss`` of whoever started a program down to it, so a small program under a large test runner looks
 large; ``VmHWM`` begins anew. Programs that tests start find this file with ``PYTHONPATH``.
@@ -87,6 +87,24 @@ def compile_for_tests(done):
     except BaseException:
         shutil.rmtree(Path(done).parent)  # whoever waits for the file goes on and compiles itself
         raise
+
+
+@contextmanager
+def kernels_in_python():
+    """Parts of kernels are the Python functions that they are, with every operation of the machine in Python too.
+
+    A kernel that only a test calls compiles for a second; kernels of the product are compiled as ever.
+    """
+    import numpy as np
+    import pytest
+
+    modules = [module for name, module in sys.modules.items() if name.startswith("cdcore.")]
+    with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
+        for module in modules:
+            for name, value in list(vars(module).items()):
+                if hasattr(value, "interpreted"):
+                    patch.setattr(module, name, value.interpreted)
+        yield
 
 
 FOLDER = Path(__file__).resolve().parents[2] / ".ci"

@@ -2,15 +2,10 @@
 
 import numpy as np
 import pytest
+from support.processes import kernels_in_python
 
 from cdcore.broad.live_skips import SKIPS, STEP_ULPS, LiveSkips, note_moves, pair_is_skipped
-from cdcore.kernels.compiling import kernel
 from cdcore.tolerances import EPS
-
-
-@kernel
-def note_compiled(poses, valid, spheres, last_poses, steps):
-    note_moves(poses, valid, spheres, last_poses, steps)
 
 
 def steps_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
@@ -19,7 +14,8 @@ def steps_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
     poses = no_rotation[None], np.array([[position]], dtype=float)
     spheres = np.array([centre], dtype=float), np.array([0.5]), np.array([0.5])
     last_poses = no_rotation.copy(), np.array([last_position], dtype=float)
-    note_compiled(poses, np.array([[valid]]), spheres, last_poses, steps)
+    with kernels_in_python():
+        note_moves(poses, np.array([[valid]]), spheres, last_poses, steps)
     return steps[0]
 
 

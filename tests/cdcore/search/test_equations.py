@@ -44,39 +44,32 @@ def amplitudes(angle):
 def test_feature_index_follows_the_angle_fraction(draws):
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
     fraction = np.arccos(amplitudes(angle)[chain]) / np.pi
-    assert abs(compiled_equation(15, angle, chain, features, 0.0) - min(fraction * features, features - 1)) <= 1.0
-    assert (
-        compiled_equation(15, np.pi + 0.5 * np.pi * chain, chain, features, 0.0) == features - 1
-    )  # no feature follows the last
+    assert abs(equation_15(angle, chain, features) - min(fraction * features, features - 1)) <= 1.0
+    assert equation_15(np.pi + 0.5 * np.pi * chain, chain, features) == features - 1  # no feature follows the last
 
 
 def test_the_weight_is_the_product_of_powers(draws):
     """Equation 16 of the paper."""
     tau, eta, alpha, beta = draws.uniform(0.01, 10, 4)
-    assert np.exp(compiled_equation(16, tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
+    assert np.exp(equation_16(tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
 
 
 def test_gate_is_a_rotation_and_not_swaps_amplitudes(draws):
     """Equation 17 is the rotation gate, 18 the quantum NOT; both are given the angle of a qubit."""
     angle, step = draws.uniform(-10, 10, 2)
     rotation = np.array([[np.cos(step), -np.sin(step)], [np.sin(step), np.cos(step)]])
-    np.testing.assert_allclose(
-        amplitudes(compiled_equation(17, angle, step, 0.0, 0.0)), rotation @ amplitudes(angle), atol=1e-12
-    )
-    np.testing.assert_allclose(
-        amplitudes(compiled_equation(18, angle, 0.0, 0.0, 0.0)), amplitudes(angle)[::-1], atol=1e-12
-    )
+    np.testing.assert_allclose(amplitudes(equation_17(angle, step)), rotation @ amplitudes(angle), atol=1e-12)
+    np.testing.assert_allclose(amplitudes(equation_18(angle)), amplitudes(angle)[::-1], atol=1e-12)
 
 
 def test_pheromone_follows_fitness_and_evaporates(draws):
     """Equations 19 and 20 of the paper."""
     tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
-    assert compiled_equation(19, tau, change, exponent, 0.0) == pytest.approx(
-        tau + np.sign(change) * abs(change) ** exponent
-    )
-    assert compiled_equation(20, tau, rho, deposit, 0.0) == pytest.approx((1 - rho) * tau + rho * deposit)
+    assert equation_19(tau, change, exponent) == pytest.approx(tau + np.sign(change) * abs(change) ** exponent)
+    assert equation_20(tau, rho, deposit) == pytest.approx((1 - rho) * tau + rho * deposit)
 
 
+@pytest.mark.slow  # the kernel compiles for longer than all other tests here take
 @pytest.mark.parametrize(
     ("number", "equation", "arguments"),
     [

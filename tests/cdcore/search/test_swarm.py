@@ -6,33 +6,8 @@ import numpy as np
 import pytest
 from support.search_scenes import I3, ball_of, search_of
 
-from cdcore.kernels.compiling import kernel
 from cdcore.search.state import ANT, SEARCH_RECORD, draw
 from cdcore.search.swarm import decode_angle, rotated_towards, weigh
-
-
-@kernel
-def fill_faces_of_angles(angles, chain, count, state, faces):
-    """Fill ``faces`` with the face, of ``count``, that each angle names by equation 15."""
-    for k in range(angles.shape[0]):
-        faces[k] = decode_angle(angles[k], chain, count, state)
-
-
-@kernel
-def step_along(angles, targets, states):
-    for k in range(angles.shape[0]):
-        angles[k] = rotated_towards(angles[k], targets[k], states[0])
-
-
-@kernel
-def draw_all(states, numbers):
-    for k in range(numbers.shape[0]):
-        numbers[k] = draw(states[0])
-
-
-@kernel
-def weigh_once(swarm, best, state):
-    return weigh(swarm, best, state)
 
 
 def search_state(**changes):
@@ -41,8 +16,8 @@ def search_state(**changes):
 
 
 def search_states(**changes):
-    """The same as an array of one state, which kernels fill."""
-    states = np.zeros(1, dtype=SEARCH_RECORD)
+    """The same as an array of one state."""
+    states = np.zeros(1, dtype=SEARCH_RECORD).view(np.recarray)
     state = states[0]
     usual = {"turn": 0.15 * np.pi, "alpha": 1.0, "beta": 3.0, "evaporation": 0.1}
     for name, value in {**usual, "pheromone_least": 1e-3, "pheromone_most": 10.0, **changes}.items():
@@ -59,32 +34,30 @@ def test_angles_without_equation_15_name_features_in_their_order():
 
 def test_search_random_numbers_are_splitmix64():
     # the first of seed 1234567, as the reference implementation prints them
-    states, numbers = search_states(stream=1234567), np.empty(3)
-    draw_all(states, numbers)
+    state = search_state(stream=1234567)
     expected = [6457827717110365317, 3203168211198807973, 9817491932198370423]
-    assert (numbers * 2.0**53).astype(np.int64).tolist() == [number >> 11 for number in expected]
+    with np.errstate(over="ignore"):
+        assert [int(draw(state) * 2.0**53) for _ in expected] == [number >> 11 for number in expected]
 
 
 @pytest.mark.parametrize("chain", [0, 1], ids=["cosine", "sine"])
 def test_equation_15_draws_every_face_about_equally_often(chain):
     """The quantum ant colony's equation 15 names a face by the cosine (chain 0) or the sine (chain 1) of an angle."""
-    count, draws = 100, 200_000
-    angles = np.random.default_rng(0).uniform(0, 2 * np.pi, draws)
-    faces = np.zeros(draws, dtype=np.int64)
-    fill_faces_of_angles(angles, chain, count, search_state(), faces)
-    drawn = np.bincount(faces, minlength=count)
-    expected = draws / count  # 2,000 each, with a standard deviation of 45
-    assert np.abs(drawn - expected).max() < 240
+    count, draws, state = 20, 10_000, SimpleNamespace(left_out_equation=0)
+    angles = np.random.default_rng(0).uniform(0, 2 * np.pi, draws).tolist()
+    drawn = np.bincount([decode_angle(angle, chain, count, state) for angle in angles], minlength=count)
+    expected = draws / count  # 500 each, with a standard deviation of 22
+    assert np.abs(drawn - expected).max() < 120
 
 
 def test_step_takes_the_short_arc_only_with_equation_17():
     """From 3 to -3 rad the short arc goes up, by 0.28; without equation 17 half of the ants go down."""
-    start, target = np.full(2000, 3.0), np.full(2000, -3.0)
     directions = []
     for equation in (18, 17):
-        angles, states = start.copy(), search_states(left_out_equation=equation)
-        step_along(angles, target, states)
-        directions.append(np.angle(np.exp(1j * (angles - start))))
+        state = search_state(left_out_equation=equation)
+        with np.errstate(over="ignore"):
+            angles = np.array([rotated_towards(3.0, -3.0, state) for _ in range(500)])
+        directions.append(np.angle(np.exp(1j * (angles - 3.0))))
     assert (directions[0] > 0).all()
     assert 0.4 < (directions[1] < 0).mean() < 0.6
 
@@ -96,7 +69,7 @@ def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equ
     """Pheromone within 10^-spread to 10^spread; probability goes with pheromone x heuristic^3 (equation 16)."""
     rng = np.random.default_rng(5)
     ants = 50
-    swarm = np.zeros(ants, dtype=ANT)
+    swarm = np.zeros(ants, dtype=ANT).view(np.recarray)
     swarm["pheromone"] = 10.0 ** rng.uniform(-spread, spread, ants)
     swarm["heuristic"] = 1 / (1e-3 + rng.random(ants) * 1e3)
     swarm["fitness"] = rng.random(ants)
@@ -105,7 +78,7 @@ def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equ
     )
     pheromone, heuristic = (swarm[name] / swarm[name].max() for name in ("pheromone", "heuristic"))
     expected = pheromone * heuristic**3
-    total = weigh_once(swarm, 0, state)
+    total = weigh(swarm, 0, state)
     chance = np.diff(swarm["weight"], prepend=0.0) / total
     assert np.isfinite(chance).all()
     assert (chance >= 0).all()
@@ -116,11 +89,11 @@ def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equ
 
 def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
     """1 less a tenth is 0.9; the best, ant 1, gets a tenth of its fitness of 0.5 back."""
-    swarm = np.ones(3, dtype=ANT)
+    swarm = np.ones(3, dtype=ANT).view(np.recarray)
     swarm["fitness"] = 0.5
-    weigh_once(swarm, 1, search_state(ants=3))
+    weigh(swarm, 1, search_state(ants=3))
     assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
-    weigh_once(swarm, 1, search_state(ants=3, left_out_equation=20))
+    weigh(swarm, 1, search_state(ants=3, left_out_equation=20))
     assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
 
 

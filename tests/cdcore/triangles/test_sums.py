@@ -4,43 +4,27 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from support.processes import kernels_in_python
 
-from cdcore.kernels.compiling import kernel
-from cdcore.triangles import exact_pairs
-from cdcore.triangles import sums as exact_sums
-from cdcore.triangles.sums import new_digits
-
-
-@kernel
-def add_double(digits, value):
-    exact_sums.add_double(digits, value)
-
-
-@kernel
-def add_product(digits, a, b):
-    exact_sums.add_product(digits, a, b)
+from cdcore.triangles.exact_pairs import cross_sign, orientation_filtered, orientation_sign
+from cdcore.triangles.sums import (
+    add_double,
+    add_product,
+    exponents_are_moderate,
+    new_digits,
+    sign_of_digits,
+    two_product,
+    two_sum,
+)
 
 
-@kernel
-def sign_of_digits(digits):
-    return exact_sums.sign_of_digits(digits)
-
-
-@kernel
-def two_sum(a, b):
-    return exact_sums.two_sum(a, b)
-
-
-@kernel
-def two_product(a, b):
-    return exact_sums.two_product(a, b)
-
-
-@kernel
-def exponents_are_moderate(points):
-    return exact_sums.exponents_are_moderate(points, len(points))
+@pytest.fixture(autouse=True, scope="module")
+def sums_in_python():
+    """Sums are Python: the compiler takes longer than these tests, and tests of triangles call what it makes."""
+    with kernels_in_python():
+        yield
 
 
 moderate = st.floats(-(2.0**60), 2.0**60, allow_nan=False).filter(lambda x: x == 0 or abs(x) > 2.0**-60)
@@ -50,14 +34,12 @@ def sign(value):
     return (value > 0) - (value < 0)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(moderate, moderate)
 def test_two_sum_and_two_product_keep_every_bit(a, b):
     assert sum(map(Fraction, two_sum(a, b))) == Fraction(a) + Fraction(b)
     assert sum(map(Fraction, two_product(a, b))) == Fraction(a) * Fraction(b)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(st.lists(moderate, min_size=1, max_size=8))
 def test_the_sign_of_a_sum_is_exact(values):
     digits = new_digits()
@@ -66,7 +48,6 @@ def test_the_sign_of_a_sum_is_exact(values):
     assert sign_of_digits(digits) == sign(sum(map(Fraction, values)))
 
 
-@settings(deadline=None)  # the first call compiles
 @given(moderate, moderate, moderate)
 def test_exact_sum_of_a_product_and_its_parts_is_zero(a, b, c):
     """``two_product`` splits a b into two doubles without error; c times 2^-200 then decides the sign of the rest."""
@@ -93,24 +74,9 @@ def test_exact_sum_holds_192_terms_of_extreme_size(size):
 
 def test_only_zero_and_moderate_sizes_count_as_moderate():
     """Moderate is from 2**-200 to 2**200."""
-    assert exponents_are_moderate(np.array([0.0, 1.0, -(2.0**-199)]))
-    assert not exponents_are_moderate(np.array([0.0, 1.0, 2.0**-201]))
-    assert not exponents_are_moderate(np.array([0.0, 1.0, -(2.0**201)]))
-
-
-@kernel
-def orientation_sign(p, a, b, c, d, w):
-    return exact_pairs.orientation_sign(p.ravel(), a, b, c, d, w)
-
-
-@kernel
-def orientation_filtered(p, a, b, c, d):
-    return exact_pairs.orientation_filtered(p.ravel(), a, b, c, d)
-
-
-@kernel
-def cross_sign(p, a, b, c, d, axis, w):
-    return exact_pairs.cross_sign(p.ravel(), a, b, c, d, axis, w)
+    assert exponents_are_moderate(np.array([0.0, 1.0, -(2.0**-199)]), 3)
+    assert not exponents_are_moderate(np.array([0.0, 1.0, 2.0**-201]), 3)
+    assert not exponents_are_moderate(np.array([0.0, 1.0, -(2.0**201)]), 3)
 
 
 def exact_volume(p):
@@ -137,8 +103,8 @@ def test_sign_of_four_nearly_coplanar_points_is_exact(step):
     for _ in range(200):
         p = nearly_flat(rng, step)
         want = exact_volume(p)
-        assert orientation_sign(p, 0, 1, 2, 3, w) == want
-        assert orientation_filtered(p, 0, 1, 2, 3) in (want, 2)
+        assert orientation_sign(p.ravel(), 0, 1, 2, 3, w) == want
+        assert orientation_filtered(p.ravel(), 0, 1, 2, 3) in (want, 2)
 
 
 @pytest.mark.sampled(3)
@@ -152,4 +118,4 @@ def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
         p[3] = p[2] + (p[1] - p[0]) * 0.5 + rng.integers(-1, 2, 3) * 2.0**-53
         u, v = ([Fraction(float(p[k + 1, m])) - Fraction(float(p[k, m])) for m in (i, j)] for k in (0, 2))
         exact = u[0] * v[1] - u[1] * v[0]
-        assert cross_sign(p, 0, 1, 2, 3, axis, w) == (exact > 0) - (exact < 0)
+        assert cross_sign(p.ravel(), 0, 1, 2, 3, axis, w) == (exact > 0) - (exact < 0)

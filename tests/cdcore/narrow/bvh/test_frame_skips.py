@@ -5,24 +5,26 @@ import ctypes
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.processes import kernels_in_python
 from support.shapes import box_mesh
 
-from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import integers_of
+from cdcore.narrow.bvh import tree_memory
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.frame_skips import next_frame_to_search, uses_up
-from cdcore.narrow.bvh.tree_memory import BEYOND, COUNTERS, SKIPPED, pair_at
+from cdcore.narrow.bvh.tree_memory import BEYOND, COUNTERS, SKIPPED
 from cdcore.narrow.bvh.whole_motion import Poses, SegmentSearch
 
 
-@kernel
 def next_frame(row, frame, pad, work):
-    return next_frame_to_search(pair_at(integers_of(row), 0), frame, pad, integers_of(work))
+    """Without the compiler, which takes two seconds."""
+    with kernels_in_python():
+        return next_frame_to_search(tree_memory.pair_at(row, 0), frame, pad, work)
 
 
-@kernel
 def gap_is_used_up(row, frame, later, gap):
-    return uses_up(pair_at(integers_of(row), 0), frame, later, gap)
+    """Without the compiler too."""
+    with kernels_in_python():
+        return uses_up(tree_memory.pair_at(row, 0), frame, later, gap)
 
 
 def search_of_cubes(translations, rotations=None, centre=(0.0, 0.0, 0.0), size=1.0):

@@ -4,15 +4,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from support.processes import kernels_in_python
 from support.search_scenes import EightFrames, row_of_pair
 from support.shapes import random_rotations
 
-from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import integers_of
+from cdcore.narrow.bvh import tree_memory
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.frame_skips import root_gap
-from cdcore.narrow.bvh.tree_memory import pair_at
 from cdcore.poses import place_points
 
 
@@ -54,10 +53,10 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
     assert 0.0 < worst < 0.1
 
 
-@kernel
 def gap_of(row, frame, pad):
-    pair = pair_at(integers_of(row), 0)
-    return root_gap(pair, frame, pad)
+    """The gap of the root boxes in a frame, without the compiler."""
+    with kernels_in_python():
+        return root_gap(tree_memory.pair_at(row, 0), frame, pad)
 
 
 @pytest.mark.sampled(3)
