@@ -163,14 +163,14 @@ def collider_questions(session: Session, row: Assumption, current_outcome: Outco
         return []
     alternatives = []
     for value in dict.fromkeys((row.value, *row.alternatives)):
-        changed_session = session if value == row.value else with_answer(session, row, value)
-        description = row.description if value == row.value else assumption_text(changed_session, row, value)
+        is_current = value == row.value
+        changed_session = session if is_current else with_answer(session, row, value)
         alternatives.append(
             Alternative(
                 value,
-                description,
+                assumption_text(changed_session, row, value),
                 current_outcome,
-                value == row.value,
+                is_current,
                 overshoot=collider_misfit(changed_session, row.bodies),
             )
         )

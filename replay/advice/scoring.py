@@ -72,24 +72,23 @@ class Scoring:
     def __init__(
         self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float, session: Session | None = None
     ) -> None:
-        self.spec, self._seed = spec, seed
+        self.spec, self._assembly, self._seed = spec, assembly, seed
         exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
         tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
         reference_detection = make_detector(spec, assembly, seed).detect(assembly.motion)
         self.reference = Reference.of(reference_detection, assembly, session, tolerance)
         self.contacts = self.reference.contacts
-        self._every_frame: dict[str, tuple[Assembly, Detection]] = {}
+        self._every_frame: dict[str, Detection] = {}
 
-    def figures(self, detection: Detection, setting: Setting, assembly: Assembly) -> dict[str, Any]:
+    def figures(self, detection: Detection, setting: Setting) -> dict[str, Any]:
         """Contacts missed, late or cut short, and false ones, and the share of false frames of those reported.
 
-        ``assembly`` is what the detector saw. A setting with a step rate is counted at 16 sampling offsets, another one
-        once, as by ``wrong_counts``.
+        A setting with a step rate is counted at 16 sampling offsets, another one once, as by ``wrong_counts``.
         """
         comparison, rate_hz = self.reference.compare(detection), setting.rate_hz
         if not rate_hz or self.reference.detection.covers != "instants":
             return self.figures_of(comparison)
-        return self.figures_of(comparison, self._at_every_frame(setting, assembly), rate_hz)
+        return self.figures_of(comparison, self._at_every_frame(setting), rate_hz)
 
     def figures_of(
         self, comparison: Comparison, every_frame_detection: Detection | None = None, rate_hz: float | None = None
@@ -115,11 +114,11 @@ class Scoring:
             ),
         }
 
-    def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
+    def _at_every_frame(self, setting: Setting) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""
         setting_without_rate = DetectorSpec("always", setting.detector, {**setting.settings, "rate_hz": None})
-        key, detection = self._every_frame.get(str(setting_without_rate), (None, None))
-        if key is not assembly or detection is None:
-            detection = make_detector(setting_without_rate, assembly, self._seed).detect(assembly.motion)
-            self._every_frame[str(setting_without_rate)] = assembly, detection
-        return detection
+        key = str(setting_without_rate)
+        if key not in self._every_frame:
+            detector = make_detector(setting_without_rate, self._assembly, self._seed)
+            self._every_frame[key] = detector.detect(self._assembly.motion)
+        return self._every_frame[key]

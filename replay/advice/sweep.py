@@ -208,7 +208,7 @@ class _Sweep:
             "prepare_seconds": trial.prepared,
             "digest": detection.digest,
             "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
-            **self._scoring.figures(detection, setting, self._assembly),
+            **self._scoring.figures(detection, setting),
         }
         return trial
 

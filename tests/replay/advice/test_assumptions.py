@@ -209,6 +209,10 @@ def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
     (fitting,) = (row for row in recording_assumptions(fits) if row.subject is Subject.COLLIDER_AXES)
     assert alternatives_differ(fits, fitting) is False
     assert question.alternatives[0].words.startswith("colliders up to ")
+    assert [row.is_current for row in question.alternatives] == [
+        row.value == "canonical" for row in question.alternatives
+    ]
+    assert len({row.description for row in question.alternatives}) == len(question.alternatives)
     meant = with_answer(session, question.assumption, "x-flipped")
     stated = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb", collider_axes="x-flipped")
     for name in ("tool", "plate"):

@@ -1,6 +1,7 @@
 """A Fix of colliders is measured on the session, gives its figures when asked again, and names what it could not do."""
 
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 
@@ -177,6 +178,24 @@ def test_fix_advises_no_pieces_as_wrong_as_the_hull(empty_piece_store, monkeypat
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
     assert not answer.fix.measured
     assert answer.fix.text == "Convex pieces of beaker make it no better." and "as before" in answer.fix.change
+
+
+class Percents:
+    """Progress that keeps the percents that are reported, one after the other."""
+
+    def __init__(self):
+        self.reported = []
+
+    @contextmanager
+    def stage(self, name, total=None, unit="frames"):
+        yield self.reported.append
+
+
+def test_progress_of_a_fix_is_the_fraction_of_time_used():
+    """Of a million seconds a few are used: 0 %, until all is done."""
+    progress = Percents()
+    measured_fixes(compute(stirring_session(BEAKER), detectors="subject=hull50,exact"), 1e6, progress)
+    assert {*progress.reported[:-1]} == {0} and progress.reported[-1] == 100
 
 
 def test_only_bodies_that_are_not_convex_are_cut():

@@ -3,7 +3,14 @@ import sys
 
 from support.planted_sessions import write_scene
 
-from replay.advice.open_guesses import guess_lines, open_guesses_line, open_rows, undecided_sentence, untried_lines
+from replay.advice.open_guesses import (
+    guess_lines,
+    open_guesses_line,
+    open_rows,
+    undecided_sentence,
+    untried_lines,
+    untried_rows,
+)
 from sessions import Session
 from sessions.importers import import_session
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, Subject, assumptions_fact
@@ -40,6 +47,21 @@ def test_guess_that_needs_another_import_names_its_key():
         "Not decided: unit of angles. Taken for deg: the largest number is 3.1. To decide: angle_unit in the mapping "
         "(deg or rad), and import again."
     )
+
+
+def test_only_open_guesses_that_a_replay_cannot_change_need_another_import():
+    """A stated unit of angles, an open unit of lengths, which a replay can change, and an open unit of times."""
+    stated = Assumption(Subject.ANGLE_UNIT, "deg", Origin.FILE)
+    changeable, needs_import = (
+        Assumption(subject, value, Origin.GUESS, Confidence.OPEN, alternatives=alternatives)
+        for subject, value, alternatives in (
+            (Subject.LENGTH_UNIT, "m", ("m", "cm")),
+            (Subject.TIME_UNIT, "s", ("s", "ms")),
+        )
+    )
+    session = session_with(stated, changeable, needs_import)
+    assert [row.subject for row in untried_rows(session)] == [Subject.TIME_UNIT]
+    assert [row.subject for row in open_rows(session)] == [Subject.LENGTH_UNIT]
 
 
 def test_screen_lists_guesses_and_omits_stated_facts():

@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from support.small_worlds import cube, unit_cubes_on_x
+import pytest
+from support.small_worlds import cube, session_of_frames, unit_cubes_on_x
 
-from replay.advice.sampled_poses import PlacedPoses
+from replay.advice.sampled_poses import PlacedPoses, RecordedPoses, is_plain, sampled_poses
 from sessions.scene_files.scene_toml import parse_scene
 
 SCENE = """
@@ -29,3 +30,26 @@ def test_fixed_bodies_stand_once_where_the_scene_says():
     np.testing.assert_array_equal(poses.positions[:, 0], [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     np.testing.assert_array_equal(poses.positions[:, 2], [[0.0, 2.0, 0.0]] * 2)
     assert poses.is_usable.all()
+
+
+@pytest.mark.parametrize(
+    ("declared", "plain"),
+    [
+        ("", True),
+        ("offset = { position = [0.0, 0.1, 0.0] }", False),
+        ('parent = "table"', False),
+        ("fixed = { position = [0.0, -1.0, 0.0] }", False),
+    ],
+)
+def test_declared_place_of_a_body_makes_its_recording_not_plain(declared, plain):
+    scene = parse_scene(f'[[body]]\nid = "table"\n[[body]]\nid = "cup"\n{declared}\n')
+    session = unit_cubes_on_x({"cup": [0.0, 1.0], "table": [5.0] * 2}, scene=scene)
+    assert is_plain(session) == plain
+    assert isinstance(sampled_poses(session, np.array([0])), RecordedPoses if plain else PlacedPoses)
+
+
+def test_pose_that_is_absent_is_filled_from_its_neighbours():
+    """The body is at 0 m and 2 m in the frames around 10 ms, in which it has no pose (status 0)."""
+    session = session_of_frames([0, 10_000_000, 20_000_000], [[1], [0], [1]])
+    poses = sampled_poses(session, np.array([1]))
+    np.testing.assert_allclose(poses.positions, [[[1.0, 0.0, 0.0]]])

@@ -23,11 +23,11 @@ def assembly(bumped):
     return assemble(bumped)
 
 
-def figures(assembly, spec):
+def figures(assembly, spec, oracle="exact"):
     """A detector's figures over all sampling offsets."""
     (setting,) = settings_of(f"it={spec}")
     detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
-    return Scoring(assembly, parse_detector("exact"), 0, TWO_MICROMETRES).figures(detection, setting, assembly)
+    return Scoring(assembly, parse_detector(oracle), 0, TWO_MICROMETRES).figures(detection, setting)
 
 
 def wrong_by_hand(touching, every, first):
@@ -57,6 +57,17 @@ def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
     # Balls overlap at 1.3 too, three times: in frames 1 and 2, in frames 6 and 7, and in frame 10.
     assert (balls["missed"], balls["late"], balls["false_contacts"]) == (0, 0, 3)
     assert balls["false"] == balls["loss"] == 5 / 8
+
+
+def test_only_a_step_rate_beside_instants_has_sampling_offsets(assembly):
+    """An oracle of intervals is compared once: offsets shift instants."""
+    swept = "support.planted_detectors:Swept"
+    assert figures(assembly, "discrete[rate_hz=20]", oracle=swept)["offsets"] == 1
+    scoring = Scoring(assembly, parse_detector("exact"), 0, TWO_MICROMETRES)
+    every_frame = make_detector(parse_detector("discrete"), assembly, 0).detect(assembly.motion)
+    compared = scoring.reference.compare(every_frame)
+    assert scoring.figures_of(compared, every_frame, rate_hz=None)["offsets"] == 1
+    assert scoring.figures_of(compared, every_frame, rate_hz=20.0)["offsets"] == 16
 
 
 def test_loss_without_true_contact_is_the_false_contact():

@@ -8,10 +8,13 @@ import pytest
 from support.small_worlds import MEET_IN_4_AND_8_TO_10, STILL, cube, make_analytic, unit_cubes_on_x, verdict_column
 
 from cdcore import Verdict
-from cdcore.protocol import Explanation
-from replay.auditing.causes import count_causes, first_failed
+from cdcore.protocol import REFUSED, Explanation
+from cdcore.protocol.detection import FaceSets
+from replay.auditing.causes import Audited, ExactAnswer, causes_of_miss, count_causes, first_failed
 from replay.auditing.compare import compare
+from replay.auditing.episodes import episodes
 from replay.auditing.fault import MISS_CAUSES, Cause
+from replay.auditing.misses import missed_faults
 from replay.auditing.sample_budget import SampleBudget
 from replay.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
@@ -139,6 +142,18 @@ def test_a_contact_that_no_instant_shows_is_lost_between_frames():
     assert {cause for cause, count in result.causes["exact"].pair_frames.items() if count} == {Cause.BETWEEN_FRAMES}
 
 
+def test_interval_that_begins_in_contact_is_explained_there():
+    """Contact in frames 1 and 2, so in the interval that ends with frame 3; reported in frame 1 alone."""
+    session = unit_cubes_on_x({"a": [0.0] * 5, "b": [3, 0.9, 0.9, 3, 3]})
+    result = compute(
+        session,
+        detectors="brief=support.planted_detectors:Scripted[says=ncnnn]",
+        oracle="truth=support.planted_detectors:Swept",
+    )
+    (miss,) = result.misses["brief"]
+    assert (miss.first, miss.last, miss.cause) == (3, 3, Cause.UNEXPLAINED)
+
+
 def test_disagreement_within_tolerance_is_no_miss():
     subject, oracle = verdict_column("...C"), verdict_column(".CCC")
     comparison = compare(subject, oracle, within=lambda frames, _: np.isin(frames, [1, 2]))
@@ -174,6 +189,26 @@ def test_first_failed_stage_is_the_cause_of_a_miss(reported, cause):
     answer = reported.pop("verdict", Verdict.CLEAR)
     assert first_failed(Explanation(**reported), answer, at_instant=True) == cause
     assert first_failed(Explanation(**reported), answer, at_instant=False) == Cause.BETWEEN_FRAMES
+
+
+NO_FACES = FaceSets(*np.zeros((4, 0), np.int64), faces=np.zeros((0, 2), np.int32))
+
+
+@pytest.mark.parametrize(
+    ("containment", "cause"),
+    [
+        ((), Cause.UNEXPLAINED),
+        (("decided",), Cause.UNEXPLAINED),
+        ((f"{REFUSED}a body is open",), Cause.CONTAINMENT),
+    ],
+)
+def test_containment_is_the_cause_only_where_refused(containment, cause):
+    """A body is inside the other in the middle frame; the detector says clear, and this about their containment."""
+    subject = verdict_column("...", containment=containment)
+    oracle = verdict_column(".I.", face_sets=NO_FACES)
+    (miss,) = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
+    audited = Audited(motion=None, detector=object(), subject=subject, oracle=oracle)
+    assert causes_of_miss(miss, [1], audited, ExactAnswer(oracle)) == [cause]
 
 
 def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):

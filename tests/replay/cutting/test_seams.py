@@ -45,6 +45,13 @@ def test_planted_seam_has_its_kind_width_and_place(width, sign, seed):
     assert (np.abs(point_in_bar - (CUT_X, 0.0, 0.0)) <= half_seam + 1e-9).all()
 
 
+def test_slit_lies_amid_the_walls_that_face_each_other():
+    """A bar of 2 cm stands before the upper edge of one of 10 cm: they face each other 4 to 5 cm above its axis."""
+    wide, thin = box_mesh((0.2, 0.1, 0.1)), shift_mesh(box_mesh((0.2, 0.02, 0.1)), (0.201, 0.05, 0.0))
+    (seam,) = seams_of(shift_mesh(box_mesh((0.6, 0.2, 0.2)), (0.1, 0.0, 0.0)), [wide, thin])
+    assert seam.point == pytest.approx((0.1005, 0.045, 0.0), abs=5e-4)
+
+
 def test_pieces_that_meet_have_no_seam():
     assert seams_of(BAR, bar_cut_at_x(gap=0.0)) == []
     assert seams_of(BAR, bar_cut_at_x(gap=5e-7)) == []

@@ -65,6 +65,14 @@ def test_crossed_bars_have_a_depth_without_a_vertex_inside(lift, depth, angle):
     assert result.volume == pytest.approx(1.5 / np.sin(np.radians(angle)) * height, rel=1e-6)
 
 
+def test_coarse_common_part_is_deep_in_the_middle_of_its_faces():
+    """Two bars 1 m thick cross at right angles, 0.5 m apart: every corner of what they share lies in both surfaces."""
+    cross = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    bar = solid_of(bar_of_edges(4, 1, 1))
+    intersection = intersection_of(bar, bar, cross, np.array([0.0, 0.0, 0.5]))
+    assert 0.0 < intersection.depth_at_corners <= 0.5 == pytest.approx(intersection.depth)
+
+
 @pytest.mark.parametrize("sides", [3, 5, 8])
 @pytest.mark.parametrize("depth", [0.03, 0.2])
 def test_prism_in_a_slab_is_as_deep_as_its_face(sides, depth):

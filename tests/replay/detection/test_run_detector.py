@@ -33,6 +33,17 @@ def test_processor_fraction_covers_the_samples_alone(monkeypatch):
     assert run_detector(parse_detector("sphere"), assembly_of_cubes(), **requested).processor_fraction is None
 
 
+def test_processor_fraction_divides_worked_by_elapsed_seconds(monkeypatch):
+    """The samples begin at 14 s and end at 16 s on the clock, in which the processor works from 5 to 6 s."""
+    worked, clock = iter([5.0, 6.0]), iter([10.0, 12.0, 14.0, 16.0, 18.0])
+    monkeypatch.setattr(detecting, "process_time", lambda: next(worked))
+    monkeypatch.setattr(detecting, "perf_counter", lambda: next(clock))
+    run = run_detector(
+        parse_detector("sphere"), assembly_of_cubes(), live=True, seed=0, faces=False, advance=lambda done: None
+    )
+    assert (run.processor_seconds, run.processor_fraction) == (1.0, 0.5)
+
+
 def test_mean_leaves_out_the_time_of_other_programs():
     run = run_detector(parse_detector("sphere"), assembly_of_cubes(), seed=0, faces=False, advance=lambda _: None)
     frames = len(run.detection.times)

@@ -35,12 +35,12 @@ def test_body_moves_when_two_usable_samples_differ():
     ],
 )
 def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, text, monkeypatch):
-    """The pose of body b in frame 3 of five is replaced; where it is flagged as lost, nothing is refused."""
+    """The pose of body b in frame 3 of five, 20 ms after the first, is replaced; flagged as lost it is accepted."""
     where = np.zeros((5, 2, 3))
     rotation = np.tile([0.0, 0.0, 0.0, 1.0], (5, 2, 1))
     where[3, 1], rotation[3, 1] = position, quaternion
     status = np.full((5, 2), VALID)
-    stamps = np.array([0, 10, 10, 20, 20]) * MILLISECOND_NS
+    stamps = np.array([50, 60, 60, 70, 70]) * MILLISECOND_NS
     for module in (session_scan, corrupt_poses):
         monkeypatch.setattr(module, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:

@@ -71,6 +71,7 @@ def test_without_a_partner_the_residual_is_unknown(tmp_path):
     [
         ("100.04,a,b,begin\n100.05,a,b,end", 0.0, "2 reports, the first 99.9 s after the last frame; check the offset"),
         ("100.04,a,b,begin\n100.05,a,b,end", -101.0, "2 reports, the first 960 ms before the first frame"),
+        ("100.04,a,b,begin\n101.05,a,b,end", -101.0, "2 reports, the first 960 ms before the first frame"),
         (
             "40,a,b,begin\n50,a,b,end\n80,a,b,begin",
             None,
@@ -83,6 +84,14 @@ def test_reports_that_cannot_be_the_sessions_are_refused(tmp_path, rows, offset,
     (tmp_path / "x.csv").write_text(rows)
     with pytest.raises(AuditError, match=message):
         import_contacts(tmp_path / "x.csv", unit_cubes_on_x(POSITIONS), offset=offset)
+
+
+def test_reports_that_end_before_the_first_frame_are_refused(tmp_path):
+    """The recording begins at 5 s: reports 3 s before it have stamps that a file can hold, and are of no frame."""
+    (tmp_path / "x.csv").write_text("100.0,a,b,begin\n100.1,a,b,end\n")
+    session = unit_cubes_on_x(POSITIONS, first_ns=5_000_000_000)
+    with pytest.raises(AuditError, match="2 reports, the first 3 s before the first frame"):
+        import_contacts(tmp_path / "x.csv", session, offset=-103.0)
 
 
 def test_a_file_about_other_bodies_is_refused(tmp_path):

@@ -1,4 +1,6 @@
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from support.small_worlds import unit_cubes_on_x
 from replay.cli.main import main
 from replay.errors import OutputError, PlaceError
 from replay.running.batch import run_batch
-from replay.running.remote_files import path_of_place
+from replay.running.remote_files import path_of_place, store_errors
 from replay.show.results.run_folder import read_run_folder
 from sessions import write_session
 
@@ -50,6 +52,37 @@ def test_unreadable_url_is_refused_with_the_package_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "upath", None)
     with pytest.raises(PlaceError, match=r"s3://a cannot be reached .*pip install \"vrlab-replay\[cluster\]\""):
         path_of_place("s3://a")
+
+
+def test_url_without_its_store_package_is_refused_with_a_hint(monkeypatch):
+    """A store other than s3 needs a package of its own, which the extra of this program does not bring."""
+    pytest.importorskip("upath")
+    monkeypatch.setitem(sys.modules, "gcsfs", None)
+    with pytest.raises(PlaceError, match=r"gs://a/b cannot be reached .*install what fsspec needs for it"):
+        path_of_place("gs://a/b")
+
+
+def test_path_of_this_machine_is_a_plain_path():
+    assert type(path_of_place("runs/a")) is type(Path("runs/a"))
+
+
+REMOTE = SimpleNamespace(fs=None)
+"""What the path of a URL looks like: it has a file system."""
+
+
+@pytest.mark.parametrize(
+    ("address", "error", "raised"),
+    [
+        (REMOTE, OSError("no network"), PlaceError),
+        (REMOTE, OutputError("exists"), OutputError),
+        (Path("runs"), OSError("disk full"), OSError),
+        (Path("runs"), OutputError("exists"), OutputError),
+    ],
+)
+def test_only_foreign_errors_of_a_store_are_replaced(address, error, raised):
+    with pytest.raises(raised) as caught, store_errors(address):
+        raise error
+    assert type(caught.value) is raised
 
 
 STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytest.mark.slow)]
