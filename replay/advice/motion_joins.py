@@ -199,11 +199,10 @@ class Joins:
 
     def best_join(self) -> _Join:
         """The join to be taken; joins are tested until no other one can be better."""
-        touches = np.array(self._touches, dtype=np.int16)
-        first_numbers, second_numbers = np.array([join.numbers for join in self.candidates]).T
-        other_touches = touches[self._current].sum(axis=0) - touches[first_numbers] - touches[second_numbers]
+        # What two pieces touch their hull touches too, so that they need not be left out here.
+        is_touched = np.array([self._touches[number] for number in self._current]).any(axis=0)
         added_volumes = np.array([join.added for join in self.candidates])
-        false_counts = ((other_touches + np.array([join.touches for join in self.candidates])) > 0).sum(axis=1)
+        false_counts = (is_touched | np.array([join.touches for join in self.candidates])).sum(axis=1)
         while True:
             join_order = np.lexsort((added_volumes, false_counts)).tolist()
             if self.candidates[join_order[0]].was_tested:
@@ -214,7 +213,7 @@ class Joins:
             for number, exact_touches in zip(
                 untested_numbers, self.false_contact_of_joins(untested_numbers), strict=True
             ):
-                false_counts[number] = ((other_touches[number] + exact_touches) > 0).sum()
+                false_counts[number] = (is_touched | exact_touches).sum()
 
     def false_contact_of_joins(self, numbers: Sequence[int]) -> BoolArray:
         """Return where the hulls of joins report false contact, (k, M); the joins keep it."""

@@ -1,3 +1,5 @@
+from contextlib import contextmanager
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -18,15 +20,15 @@ from support.planted_sessions import (
 from support.session_files import write_transforms
 
 import replay
-from replay.advice.assumptions import examine_assumptions
+from replay.advice.assumptions import assumption_text, examine_assumptions
 from replay.advice.sampled_contacts import alternatives_differ
 from replay.advice.scene_outcome import outcome_text
 from replay.document.headline import doubts
 from replay.studies.minimise import minimise
-from sessions import read_session, write_session
+from sessions import Session, read_session, write_session
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
-from sessions.model.assumption import ASSUMPTIONS_FACT, Origin, Subject
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Origin, Subject, assumptions_fact
 from sessions.scene_files.answers import recording_assumptions, with_answer, with_answers_forgotten
 
 pytestmark = pytest.mark.usefixtures("few_depth_frames")
@@ -72,6 +74,35 @@ def test_contacts_are_exact_once_axes_are_stated(tmp_path, convention, kind, exp
 @pytest.mark.parametrize(("convention", "kind", "exported"), SLOW_SCENES)
 def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_path, convention, kind, exported):
     check_scene(tmp_path, convention, kind, exported)
+
+
+CUP_AXES = Assumption(Subject.MESH_AXES, "gltf", Origin.GUESS, bodies=("cup",), files=("a.obj",), description="Y is up")
+
+
+@pytest.mark.parametrize(
+    ("row", "text"),
+    [
+        (CUP_AXES, "Y is up"),
+        (replace(CUP_AXES, bodies=("rod",)), "Z is up"),
+        (replace(CUP_AXES, files=("b.obj",)), "given"),
+        (replace(CUP_AXES, subject=Subject.COLLIDER_AXES), "given"),
+        (Assumption(Subject.POSE_AXES, "unity", Origin.USER), "given (left-handed)"),
+        (Assumption(Subject.LENGTH_UNIT, "m", Origin.USER), "lengths in given"),
+        (Assumption(Subject.MESH_UNIT, "m", Origin.USER), "drawn in given"),
+    ],
+)
+def test_assumption_is_described_as_the_recording_has_it(row, text):
+    """The recording says something of other bodies, files and subjects as well; ``given`` is the value asked for."""
+    rows = [
+        Assumption(Subject.POSE_AXES, "unity", Origin.USER, description="left-handed"),
+        replace(CUP_AXES, bodies=("rod",), description="Z is up"),
+        replace(CUP_AXES, files=("b.obj",), description=""),
+        CUP_AXES,
+    ]
+    session = Session.from_arrays(
+        [0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, {}, facts={ASSUMPTIONS_FACT: assumptions_fact(rows)}
+    )
+    assert assumption_text(session, row, "given") == text
 
 
 def test_planted_scene_has_exactly_two_contacts():
@@ -196,6 +227,15 @@ def collider_file(path, map_point):
     path.write_bytes(pieces.export(file_type="glb"))
 
 
+class Steps:
+    """Progress that keeps the steps of the last stage: how many there are, and those done."""
+
+    @contextmanager
+    def stage(self, name, total=None, unit="frames"):
+        self.total, self.done = total, []
+        yield self.done.append
+
+
 def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
     axes, imported = written_scene(tmp_path, "unity", "obj", exported=True)
     collider_file(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
@@ -203,8 +243,10 @@ def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
     fits = imported(mesh_axes=axes, colliders=tmp_path / "own.glb")
     assert not examine_assumptions(fits).questions
     session = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb")
-    (question,) = examine_assumptions(session).questions
+    progress = Steps()
+    (question,) = examine_assumptions(session, progress=progress).questions
     assert question.assumption.subject is Subject.COLLIDER_AXES and question.plausible == "x-flipped"
+    assert sum(progress.done) == progress.total == len(question.alternatives)
     assert alternatives_differ(session, question.assumption) is True
     (fitting,) = (row for row in recording_assumptions(fits) if row.subject is Subject.COLLIDER_AXES)
     assert alternatives_differ(fits, fitting) is False

@@ -6,7 +6,7 @@ from support.small_worlds import STEP_NS, STILL, along_x, cube, unit_cubes_on_x
 from trimesh.creation import icosphere
 
 from replay import run
-from replay.auditing.contact_depth import contact_depths
+from replay.auditing.contact_depth import TOO_MANY_REASON, contact_depths
 from replay.auditing.outcome import Episode
 from replay.cli.main import main
 from replay.document.depth import depth_text
@@ -161,6 +161,25 @@ def test_rotation_and_path_of_the_origin_add_to_depth():
     (depth,) = contact_depths(assembly, [Episode(pair=0, first=0, last=4, start=0.0, end=0.05)], {}).contacts
     # The rotation of the cube about its own middle, 0.7 degrees, makes it deeper by at most 0.5 * sin(angle).
     assert depth.frame == 2 and 0.35 <= depth.depth <= 0.35 + 0.5 * np.sin(np.abs(angles).max())
+
+
+def test_of_too_many_contacts_the_longest_are_measured(monkeypatch):
+    """A contact of frame 1 and one of frames 3 to 6, 0.3 deep; only one may be measured."""
+    monkeypatch.setattr("replay.auditing.contact_depth.MOST_MEASURED_CONTACTS", 1)
+    assembly = assemble(unit_cubes_on_x({"a": [0.0] * 8, "b": [3, 0.95, 3, 0.9, 0.8, 0.7, 0.9, 3]}))
+    short, long = Episode(pair=0, first=1, last=1, start=0.0, end=0.01), Episode(0, first=3, last=6, start=0.0, end=0.1)
+    tap, contact = contact_depths(assembly, [short, long], {}).contacts
+    assert (tap.is_measured, tap.frame, tap.reason) == (False, 1, TOO_MANY_REASON)
+    assert contact.is_measured and contact.depth == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("most_frames", "at_least"), [(5, True), (6, False)])
+def test_depth_is_at_least_where_one_frame_was_left_out(monkeypatch, most_frames, at_least):
+    """A contact of six frames, of which five may be searched, or all."""
+    monkeypatch.setattr("replay.auditing.contact_depth.FRAMES_SEARCHED", most_frames)
+    assembly = assemble(unit_cubes_on_x({"a": [0.0] * 6, "b": [0.7, 0.9, 0.9, 0.9, 0.9, 0.9]}))
+    (depth,) = contact_depths(assembly, [Episode(pair=0, first=0, last=5, start=0.0, end=0.06)], {}).contacts
+    assert depth.at_least == at_least and depth.depth == pytest.approx(0.3)
 
 
 def test_frames_that_cannot_be_deepest_are_not_searched():

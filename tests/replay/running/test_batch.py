@@ -102,3 +102,23 @@ def test_unrelated_folder_and_equal_file_names_are_refused(three_session_files, 
     other.write_bytes(three_session_files[0].read_bytes())
     with pytest.raises(OutputError, match="different names"):
         run_batch([*three_session_files, other], tmp_path / "runs", settings=SETTINGS)
+
+
+@pytest.mark.parametrize("name", ["..mcap", "batch.json.mcap", "Batch.Tables.mcap"])
+def test_file_whose_run_folder_would_be_a_file_of_the_batch_is_refused(name, tmp_path):
+    with pytest.raises(OutputError, match="a run folder cannot be called"):
+        run_batch([tmp_path / name], tmp_path / "runs", settings=SETTINGS)
+
+
+def test_outcome_of_a_worker_whose_answer_was_lost_is_done(tmp_path, monkeypatch):
+    """A run folder that was not there at the start, and is kept: a worker wrote it; a failure stays one."""
+    reported = []
+
+    def do_all(work, tasks, jobs, on_done, *_):
+        on_done("written", "kept")
+        on_done("failed", "it has no poses")
+        return {}
+
+    monkeypatch.setattr("replay.running.batch.do_all", do_all)
+    run_batch([], tmp_path / "runs", settings=SETTINGS, on_done=lambda *outcome: reported.append(outcome))
+    assert reported == [("written", "done"), ("failed", "it has no poses")]

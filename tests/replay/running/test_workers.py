@@ -3,6 +3,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from functools import partial
 from importlib.metadata import version
 
@@ -132,6 +133,29 @@ def test_failed_task_does_not_stop_the_remaining_tasks():
     reported, tasks = [], {"a": ("",), "b": ("it was not to be",), "c": ("",)}
     assert do_all(str, tasks, 1, lambda *one: reported.append(one)) == {"b": "it was not to be"}
     assert reported == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
+
+
+@pytest.mark.parametrize(
+    ("tasks", "jobs", "scheduler", "needs_workers"),
+    [
+        ({}, 2, None, False),
+        ({"a": ("",)}, 1, None, False),
+        ({"a": ("",)}, 2, None, True),
+        ({"a": ("",)}, 1, "tcp://x", True),
+    ],
+)
+def test_workers_start_only_for_tasks_beside_this_process(monkeypatch, tasks, jobs, scheduler, needs_workers):
+    started = []
+
+    class Counted(Slots):
+        def __enter__(self):
+            started.append(self)
+            raise WorkerError("counted")
+
+    monkeypatch.setattr(workers, "Workers", Counted)
+    with suppress(WorkerError):
+        do_all(str, tasks, jobs, scheduler=scheduler)
+    assert bool(started) == needs_workers
 
 
 INTERRUPTED = """
