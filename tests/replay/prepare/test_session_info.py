@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import session_of_frames, unit_cubes_on_x
+from support.small_worlds import STEP_NS, session_of_frames, unit_cubes_on_x
 
 from replay.prepare.session_info import ClockInfo, session_info
 from sessions import ScalarTrack, examine
@@ -10,11 +10,12 @@ from sessions.model.event import Event, Interval
 from sessions.model.scene import Pose, Scene, SceneBody
 
 MILLISECOND_NS = 1_000_000
+SECOND_NS = 1_000_000_000
 
 
 def test_a_clock_counts_the_gaps_that_the_doctor_finds():
-    """Frames every 10 ms; 31 ms are a gap, 16 and 30 ms are not."""
-    stamps = np.array([0, 10, 20, 36, 66, 97, 107, 117]) * MILLISECOND_NS
+    """Frames every 10 ms from 5 s on; 31 ms are a gap, 16 and 30 ms are not."""
+    stamps = 5 * SECOND_NS + np.array([0, 10, 20, 36, 66, 97, 107, 117]) * MILLISECOND_NS
     clock = ClockInfo.of(stamps)
     assert (clock.count, clock.gaps, clock.longest_gap, clock.not_forward) == (8, 1, 0.031, 0)
     assert clock.rate_hz == pytest.approx(100.0) and clock.duration == 0.117
@@ -24,7 +25,6 @@ def test_a_clock_counts_the_gaps_that_the_doctor_finds():
     assert gap.count == clock.gaps
 
 
-SECOND_NS = 1_000_000_000
 STAMPS_OF_60_HZ = np.arange(300) * SECOND_NS // 60
 JITTER_OF_1_MS = np.random.default_rng(4).integers(-MILLISECOND_NS, MILLISECOND_NS, size=300)
 
@@ -49,7 +49,10 @@ def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
 
 
 def test_contents_of_a_session_are_counted_from_its_first_frame():
-    scene = Scene(bodies=(SceneBody("a"), SceneBody("bench", fixed=Pose((0, 0, 0), (0, 0, 0, 1)))))
+    """Of the bodies that are declared, the bench is fixed, b fixed and recorded, and ghost neither."""
+    fixed = Pose((0, 0, 0), (0, 0, 0, 1))
+    declared = (SceneBody("a"), SceneBody("bench", fixed=fixed), SceneBody("b", fixed=fixed), SceneBody("ghost"))
+    scene = Scene(bodies=declared)
     start = 5 * SECOND_NS
     made = unit_cubes_on_x({"a": [0, 1, 2], "b": [3, 3, 3]}, first_ns=start, scene=scene)
     heart = ScalarTrack([start, start + 1], [60.0, np.nan], "bpm")
@@ -65,6 +68,8 @@ def test_contents_of_a_session_are_counted_from_its_first_frame():
     assert [*info["events"].items()] == [("drop", 2), ("spill", 1)]
     assert [(row["least"], row["largest"]) for row in info["scalars"]] == [(60.0, 60.0), (None, None)]
     bodies = {row["name"]: row for row in info["bodies"]}
-    assert set(bodies) == {"a", "b", "bench"} and [bodies[name]["fixed"] for name in bodies] == [False, False, True]
+    fixed_by_name = [(row["name"], row["fixed"]) for row in info["bodies"]]
+    assert fixed_by_name == [("a", False), ("b", False), ("bench", True)]
+    assert bodies["a"]["rate_hz"] == pytest.approx(SECOND_NS / STEP_NS)
     assert bodies["a"]["samples"] == {"valid": 3} and bodies["a"]["size"] == pytest.approx([1.0, 1.0, 1.0])
     assert not bodies["a"]["proxy"] and bodies["bench"]["faces"] is None
