@@ -102,6 +102,15 @@ def test_word_wider_than_the_terminal_is_folded_beside_its_row():
     assert max(map(len, lines)) <= 20 and lines[-3:] == ["first  " + "x" * 13, " " * 7 + "x" * 13, " " * 7 + "xxxx"]
 
 
+def test_wide_table_continues_in_blocks_that_fit_exactly():
+    """Ten letters each and gaps of two blanks: three columns take 34, and the first column begins every block."""
+    names = ("row", *"abcdef")
+    for width, blocks in ((34, ["row a b", "row c d", "row e f"]), (33, [f"row {name}" for name in "abcdef"])):
+        lines = at_width([stacked(table("", names, [["x" * 10] * len(names)], words=names))], width)
+        assert [" ".join(text.split()) for text in lines if text.startswith("row")] == blocks
+        assert max(map(len, lines)) <= width
+
+
 @pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED_WIDTH), ("60", 60), ("140", 140)])
 def test_piped_output_follows_columns_without_trailing_spaces(monkeypatch, capsys, columns, widest):
     monkeypatch.delenv("COLUMNS")

@@ -165,6 +165,12 @@ def test_neighbouring_pieces_have_different_colours():
     assert all(a != b for a, b in pairwise(numbers)) and len(set(numbers)) > 2
 
 
+def test_pieces_on_both_sides_of_the_first_avoid_its_colour():
+    """Of two colours the second, distant piece has the other; it is free again for both neighbours of the first."""
+    pieces = [shift_mesh(box_mesh((1.0, 1.0, 1.0)), (x, 0.0, 0.0)) for x in (0.0, 5.0, 1.0, -1.0)]
+    assert colour_numbers(pieces, 2) == [0, 1, 1, 1]
+
+
 def test_colour_scale_grows_lighter_and_is_never_red():
     """Lightness weighs red, green and blue as sRGB does."""
     colours = [scale_colour(fraction) for fraction in np.linspace(0, 1, 11)]

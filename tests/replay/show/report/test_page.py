@@ -3,8 +3,10 @@
 import base64
 import hashlib
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,11 +15,17 @@ from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay import run
 from replay.document.contact import EventRecord
+from replay.effects.effects_runner import EffectRun
+from replay.effects.output import EffectEvent, EffectOutput, Series
+from replay.effects.protocol import EffectSpec
 from replay.engine import compute
-from replay.show.report.markup import environment
+from replay.show.report.markup import environment, file_text
 from replay.show.report.page import report_html
+from replay.show.report.page_script import REPORT_SCRIPTS, page_script
 from replay.show.report.run_view import RunView
 from replay.studies.synthetic_sessions import synthetic_session
+
+SERIES_NAMES = ("dish/temperature", "lid/temperature", "dish", "dish/mass")
 
 
 @pytest.mark.parametrize("state", RUN_OF_STATE)
@@ -62,6 +70,23 @@ def test_page_loads_nothing_and_runs_its_own_script_only():
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     assert allowed.startswith("default-src 'none'; ") and allowed.endswith(f"; script-src 'sha256-{digest}'")
     assert "http" not in allowed and len(script.encode()) <= 25_000
+
+
+def test_page_script_has_no_comments_or_blank_lines():
+    assert "//" in file_text("show/report/script/tools.js")
+    lines = page_script(REPORT_SCRIPTS).text.splitlines()
+    assert [line for line in lines if not line or line != line.strip() or line.startswith("//")] == []
+
+
+def test_report_draws_temperatures_of_warmed_bodies_only():
+    """The dish becomes warmest; no event tells of the lid, and a series of another name is no temperature."""
+    series = {name: Series(np.array([0.0, 1.0]), np.array([20.0, 24.0])) for name in SERIES_NAMES}
+    output = EffectOutput(events=(EffectEvent(1.0, "warmest", ("dish",)),), series=series)
+    spec = EffectSpec("heat", "x", lambda _: None)
+    heat = EffectRun(spec, ("declared",), output, seconds=0.1, counters={}, frames=2, frames_run=2)
+    page = report_html(replace(run_with_steady_times("effects"), effects={"heat": heat}))
+    captions = re.findall(r"<figcaption>(The temperature[^<]*)</figcaption>", page)
+    assert captions == ["The temperature of dish: 20.00 to 24.00 degC."]
 
 
 @pytest.mark.slow

@@ -97,6 +97,14 @@ def test_no_text_becomes_a_formula(text, tmp_path):
         assert all(cell.data_type != "f" and cell.hyperlink is None for cell in row)
 
 
+@pytest.mark.parametrize(
+    ("text", "inert"),
+    [("a=1", "a=1"), ("a =1", "a =1"), ("\tplain", "'\tplain"), (" plain", " plain"), ("=", "'="), (" ", " ")],
+)
+def test_only_a_text_that_begins_like_a_formula_is_changed(text, inert):
+    assert inert_value(text) == inert
+
+
 def test_large_stamps_stay_exact_in_a_workbook(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     write_tables({"events": pa.table({"stamp_ns": [1709283600000000001, 5]})}, tmp_path, "xlsx")
