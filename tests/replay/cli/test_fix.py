@@ -84,6 +84,30 @@ def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, mes
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("options", "folder", "replaces"),
+    [
+        (["-o", "mine", "--engine", "unity"], "mine", False),
+        (["-o", "mine"], "mine", False),
+        (["--engine", "unity"], "fix-unity", False),
+        ([], "fix-page", True),
+    ],
+)
+def test_fix_writes_to_the_named_folder_before_its_usual_ones(options, folder, replaces, tmp_path, monkeypatch):
+    """Only the page without a name replaces the one before."""
+    calls = []
+
+    def interrupted(_session, folder, *, force, **_settings):
+        calls.append((str(folder), force))
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.mcap").touch()
+    monkeypatch.setattr("replay.running.collider_files.fix_colliders", interrupted)
+    assert main(["fix", "own.mcap", *options]) == 130
+    assert calls == [(folder, replaces)]
+
+
 @pytest.mark.slow
 def test_page_is_written_without_an_engine(own, capsys):
     """Without a name the page replaces the one before; a folder that somebody named stays."""

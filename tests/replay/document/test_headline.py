@@ -11,9 +11,10 @@ from support.small_worlds import MEET_IN_4_AND_8_TO_10, jumping, unit_cubes_on_x
 from replay.document.audit import GraspedCounts
 from replay.document.cost import NO_SLOWEST_SENTENCE, TIMES_SENTENCE
 from replay.document.diagnosis import answers_of_run
-from replay.document.headline import compound_lines, grasped_notes, price_reason
+from replay.document.headline import compound_lines, doubts_of, grasped_notes, price_reason
 from replay.document.ranking import Rank
 from replay.engine import compute
+from sessions import Finding, Severity
 
 
 def detector_times(mean, p99, *, live=True, busy=0.0):
@@ -44,6 +45,22 @@ def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
         ).text
         == ""
     )
+
+
+@pytest.mark.parametrize(
+    ("code", "severity", "is_doubt"),
+    [
+        ("mesh-apart", Severity.ERROR, True),
+        ("mesh-apart", Severity.WARNING, True),
+        ("mesh-apart", Severity.NOTE, False),
+        ("teleport", Severity.ERROR, True),
+        ("teleport", Severity.WARNING, False),
+        ("unit-suspect", Severity.NOTE, True),
+    ],
+)
+def test_errors_wrong_scales_and_misplaced_meshes_are_doubts(code, severity, is_doubt):
+    """A teleport doubts its moment alone; a wrong unit and a mesh apart from its track doubt every contact."""
+    assert len(doubts_of([Finding(code, "m", own_severity=severity)])) == is_doubt
 
 
 def test_cost_of_sampling_every_frame_is_measured_only_live():

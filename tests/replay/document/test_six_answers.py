@@ -124,6 +124,10 @@ SLOW = 1.1e-3 * BUDGET_MS
         ([rank_of("a", undecided=2), rank_of("exact", p99=SLOW)], {}, None),
         ([rank_of("a", contacts=0), rank_of("exact", contacts=0)], {}, None),
         ([rank_of("a", missed=1), rank_of("b", false=0.5), rank_of("exact")], {}, "exact"),
+        # Of two without an error the quicker, and the measured, first or last.
+        ([rank_of("a", mean=5e-5), rank_of("b", mean=3e-5), rank_of("exact")], {}, "b"),
+        ([rank_of("b", mean=3e-5), rank_of("a", mean=5e-5), rank_of("exact")], {}, "b"),
+        ([rank_of("a", mean=None, p99=None), rank_of("b", mean=5e-5), rank_of("exact")], {}, "b"),
     ],
 )
 def test_shipped_detector_has_no_error_and_fits_the_frame(ranks, settings, ships):

@@ -15,6 +15,7 @@ from replay.show.plots import (
     interval_plot,
     scatter,
     text_width,
+    ticks_of,
 )
 from replay.show.report.charts import lane, path_of
 
@@ -87,3 +88,86 @@ def test_labels_do_not_cover_leader_lines_of_other_dots():
         for (x, y), (end, top) in leaders:
             apart = max(x, end) <= left or left + wide <= min(x, end)
             assert apart or max(y, top) <= label.at[1] - LINE_HEIGHT + 3 or label.at[1] + 3 <= min(y, top), label.text
+
+
+def test_interval_plot_places_marks_by_value_and_row():
+    """An axis from 2 to 6 on 8 to 392 of 400 units, 96 each; rows of 42 units, a second line of a name 15."""
+    rows = [
+        IntervalRow("a", value=3.0, lower=2.5, upper=5.0, label="3"),
+        IntervalRow("x" * 60, value=4.0, lower=2.0, upper=6.0, label="4", kind="missed"),
+    ]
+    plot = interval_plot(rows, "", "ms", marked_values=(5.0,), start=2.0, end=6.0)
+    assert plot.size == (400.0, 42.0 * 2 + 15.0 + 40.0)
+    grid = [corners for kind, corners in plot.lines if kind == "grid"]
+    assert grid == [[(8.0 + 96.0 * k, 4.0), (8.0 + 96.0 * k, 103.0)] for k in range(5)]
+    assert [dot.at for dot in plot.dots] == [(104.0, 30.0), (200.0, 42.0 + 15.0 + 30.0)]
+    assert dict(plot.lines)["whisker"] == [(56.0, 30.0), (296.0, 30.0)]
+    assert dict(plot.lines)["whisker missed"] == [(8.0, 87.0), (392.0, 87.0)]
+    ends = [corners for kind, corners in plot.lines if kind == "end"]
+    assert ends == [[(296.0, y - 8.0), (296.0, y + 8.0)] for y in (30.0, 87.0)]
+    labels = {(label.text, label.side): label.at for label in plot.labels}
+    assert labels["3", "end"] == (392.0, 19.0) and labels["4", "end"] == (392.0, 42.0 + 19.0)
+    assert labels["2", "start"] == (8.0, 118.0) and labels["6", "end"] == (392.0, 118.0)
+    assert labels["4", "middle"] == (200.0, 118.0) and labels["ms", "end"] == (392.0, 134.0)
+    assert [label.at for label in plot.labels if label.dot == 1] == [(8.0, 61.0), (8.0, 76.0)]
+
+
+def test_name_of_an_interval_leaves_two_letters_before_its_figure():
+    """384 units are 53 letters; a figure of three leaves 48 for a name."""
+    for letters, lines in ((48, 1), (49, 2)):
+        row = IntervalRow("x" * letters, value=0.5, lower=0.0, upper=1.0, label="0.5")
+        assert [label.dot for label in interval_plot([row], "", "").labels].count(0) == lines
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "has_line"), [(0.0, 1.0, True), (-np.inf, 1.0, False), (0.0, np.inf, False)]
+)
+def test_interval_without_a_finite_end_is_a_dot(lower, upper, has_line):
+    plot = interval_plot([IntervalRow("a", value=0.5, lower=lower, upper=upper, label="0.5")], "", "", start=0.0)
+    assert [kind for kind, _ in plot.lines if kind.startswith("whisker")] == ["whisker"] * has_line
+    assert len(plot.dots) == 1
+
+
+FIELD = {"left": 34.0, "right": 414.0, "top": 22.0, "bottom": 142.0}
+"""Between the axes of a plot of 432 by 180."""
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "y", "at", "side"),
+    [
+        ("ab", 5.0, 5.0, (224.0 + 10.0, 82.0 - 8.0 + 12.0), "start"),
+        ("ab", 10.0, 5.0, (414.0 - 10.0, 82.0 - 8.0 + 12.0), "end"),
+        ("a" * 24, 5.0, 5.0, (224.0 - 8.9 * 12.0, 82.0 - 24.0 + 12.0), "start"),
+        ("a" * 30, 2.5, 5.0, (129.0 + 10.0, 82.0 - 8.0 + 12.0), "start"),
+    ],
+    ids=["beside it", "on its other side", "above it", "beside it, though long"],
+)
+def test_name_stands_in_the_first_free_place_at_its_dot(name, x, y, at, side):
+    """Small bold letters are 8.9 wide; a line of 15 has its base 12 below its top."""
+    plot = scatter([Dot(name, x, y), Dot("", 10.0, 0.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+    width, height = FIELD["right"] - FIELD["left"], FIELD["bottom"] - FIELD["top"]
+    dot = FIELD["left"] + width * x / 10.0, FIELD["bottom"] - height * y / 10.0
+    assert plot.dots[0].at == pytest.approx(dot)
+    (label,) = [label for label in plot.labels if label.text == name]
+    assert label.at == pytest.approx(at) and label.side == side
+
+
+def test_ticks_and_titles_stand_beside_the_field():
+    plot = scatter([Dot("", 10.0, 10.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+    labels = {(label.text, label.side): label.at for label in plot.labels}
+    assert labels["loss", "start"] == (34.0, 11.0) and labels["ms", "end"] == (414.0, 142.0 + 34.0)
+    assert labels["5", "end"] == (27.0, 82.0 + 4.0) and labels["10", "middle"] == (414.0, 142.0 + 17.0)
+
+
+@pytest.mark.parametrize(
+    ("largest", "most", "smallest", "ticks"),
+    [
+        (10.0, 5, 0.0, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]),
+        (9.0, 3, 0.0, [0.0, 5.0, 10.0]),
+        (6.0, 5, 2.0, [2.0, 3.0, 4.0, 5.0, 6.0]),
+        (0.7, 5, -0.7, [-1.0, -0.5, 0.0, 0.5, 1.0]),
+        (101.0, 5, 0.0, [0.0, 25.0, 50.0, 75.0, 100.0, 125.0]),
+    ],
+)
+def test_ticks_are_round_and_enclose_the_values(largest, most, smallest, ticks):
+    assert ticks_of(largest, most, smallest) == pytest.approx(ticks)

@@ -6,9 +6,10 @@ import pytest
 from msgspec import convert
 from support.report_states import document_with
 
+from replay.document.columns import screen_columns
 from replay.document.session import EffectRecord, FlaggedPoses
 from replay.effects.effect_summary import EVENT_ROWS
-from replay.show.report.sections import effect_parts, finding_parts
+from replay.show.report.sections import GLOSSARY, effect_parts, finding_parts
 
 EFFECT = convert(
     {
@@ -51,3 +52,10 @@ def test_repaired_poses_are_summed_by_body_and_policy():
         ("frozen", "rod", "drop", 2, 5, 5, 0, 0), ("frozen", "rod", "hold", 1, 4, 4, 0, 0),
         ("frozen", "all", "drop", 1, 5, 5, 0, 0),
     )  # fmt: skip
+
+
+def test_glossary_explains_the_narrow_columns_that_name_no_row():
+    """Of the ranking ``detector`` and ``what`` name a row, and ``settings`` and the share of a frame are wide."""
+    narrow = {column.name for column in screen_columns("ranking") if not column.wide and not column.names_row}
+    assert len(narrow) > 3 and narrow < GLOSSARY.keys()
+    assert not GLOSSARY.keys() & {"detector", "what", "settings", "of a 90 Hz frame"}

@@ -1,10 +1,13 @@
 """Depth of contacts over time, as the picture shows it."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from support.small_worlds import unit_cubes_on_x
 
 from replay.engine import compute
-from replay.show.rerun_log.depth import MOST_CURVES, deepest_pairs, depth_title, depths_over_time
+from replay.show.rerun_log.depth import MOST_CURVES, deepest_pairs, depth_title, depths_over_time, log_depths
 
 
 def test_depth_curve_is_zero_beside_a_contact_and_never_within():
@@ -39,3 +42,21 @@ def test_pairs_of_the_depth_plot_are_sorted_deepest_first():
     result = run_of_overlapping_pairs(pair_count=3)
     names = [result.assembly.pair_name(pair) for pair in deepest_pairs(result)]
     assert names == ["a-b2", "a-b1", "a-b0"]
+
+
+def test_depth_has_the_noise_of_trackers_and_zero_has_none():
+    """Two trackers of 0.3 mm each, of which a third of the variance lies along a direction: 0.24 mm."""
+    rows = {}
+    writer = SimpleNamespace(
+        static=lambda path, style: None, rows=lambda path, frames, columns: rows.update(drawn=columns)
+    )
+    result = SimpleNamespace(
+        oracle="exact",
+        depth_series={0: {4: 0.002}},
+        episodes={"exact": [SimpleNamespace(pair=0, first=4, last=4)]},
+        assembly=SimpleNamespace(motion=range(9), pair_name=lambda pair: "a-b"),
+    )
+    log_depths(writer, result)
+    values, variances = (np.array(column.as_arrow_array().to_pylist()).ravel() for column in rows["drawn"])
+    assert values == pytest.approx([0.0, 2.0, 0.0])
+    assert variances == pytest.approx([0.0, 0.3**2 * 2 / 3, 0.0])

@@ -123,6 +123,23 @@ def test_a_run_folder_reads_back(result_of_two_contacts, tmp_path):
         _ = folder.picture
 
 
+@pytest.mark.parametrize(
+    ("schema", "message"),
+    [
+        ("vrlab-replay/run/10", "newer version"),
+        ("vrlab-replay/run/3", "newer version"),
+        ("vrlab-replay/run/0", "older version"),
+        ("vrlab-replay/run/x", "has schema"),
+        ("other/run/1", "has schema"),
+    ],
+)
+def test_run_folder_of_another_schema_names_its_age_if_known(schema, message, tmp_path):
+    """This version reads ``vrlab-replay/run/2``."""
+    (tmp_path / "summary.json").write_text(f'{{"schema": "{schema}"}}')
+    with pytest.raises(RunFolderError, match=message):
+        read_run_folder(tmp_path)
+
+
 def test_reading_a_folder_without_a_known_run_is_refused(tmp_path):
     with pytest.raises(RunFolderError, match="is not a run folder"):
         read_run_folder(tmp_path)

@@ -1,0 +1,44 @@
+"""How sure the figures are: the width of an interval, and whether noise was tried."""
+
+from dataclasses import replace
+
+import pytest
+from support.report_states import audit_of, document_with, offset_ranges
+
+from replay.auditing.wilson import proportion
+from replay.document.audit import NoiseProofAudit
+from replay.document.certainty import certainty
+from replay.document.ranking import Rank
+from replay.document.session import NoiseRecord
+
+PROOF = NoiseProofAudit(
+    contacts=4, contacts_missed=1, time_missed=proportion(1, 4), counts_over_offsets=offset_ranges(missed=1)
+)
+
+
+def ranks_of(missed, contacts):
+    """The row of a detector that missed so many of the contacts, and that of the reference."""
+    reference = Rank("exact", "", "", contacts=contacts, mean=1e-4, p99=2e-4)
+    share = proportion(missed, contacts)
+    return [replace(reference, label="slow", missed=share, time_missed=share, false=proportion(0, 9)), reference]
+
+
+@pytest.mark.parametrize(("missed", "contacts", "is_wide"), [(2, 3, True), (70, 100, False), (5, 100, False)])
+def test_interval_wider_than_half_of_all_is_not_very_sure(missed, contacts, is_wide):
+    """Wilson's 95 % intervals: 21 to 94 % of 2 in 3, 60 to 78 % of 70 in 100, 2 to 11 % of 5 in 100."""
+    first = certainty(document_with(audit={"slow": audit_of()}), ranks_of(missed, contacts))[0]
+    assert first.startswith("Not very: with ") == is_wide
+
+
+@pytest.mark.parametrize(
+    ("noise", "proof", "text"),
+    [
+        (None, None, "not tried"),
+        (None, PROOF, "not tried"),
+        (NoiseRecord(2, {}), None, "not tried"),
+        (NoiseRecord(2, {}), PROOF, "4 of 9 contacts hold in 2 copies"),
+    ],
+)
+def test_contacts_that_hold_in_noise_are_stated_where_tried(noise, proof, text):
+    document = document_with(audit={"slow": audit_of(noise_proof=proof)}, noise=noise)
+    assert text in certainty(document, ranks_of(3, contacts=9))[-1]

@@ -1,0 +1,7 @@
+"""What a document says of its session."""
+
+from replay.document.session import DroppedFrames
+
+
+def test_dropped_frames_of_both_kinds_are_added():
+    assert DroppedFrames(repeated=3, backwards=2).total == 5
