@@ -88,6 +88,14 @@ def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[f
     return np.array([0.0, 0.0, 1.0])
 
 
+def aside_and_above(direction: FloatArray, azimuth_deg: float, elevation_deg: float) -> FloatArray:
+    """Return a horizontal unit direction (3,) turned about +Y and raised, so that hands and rims do not line up."""
+    azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
+    x, _, z = direction * np.cos(elevation)
+    cos, sin = np.cos(azimuth), np.sin(azimuth)
+    return np.array([x * cos + z * sin, np.sin(elevation), z * cos - x * sin])
+
+
 def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, aspect: float = OVERVIEW_ASPECT) -> Eye:
     """An eye that sees these points (n, 3) as large as the view allows, from the user's side, a little from above.
 
@@ -100,11 +108,7 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
     if not len(points):
         points = np.zeros((1, 3))
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
-    # A turn aside shows depth: straight from the user's eye, hands and rims line up.
-    azimuth, elevation = np.radians(OVERVIEW_AZIMUTH_DEG), np.radians(OVERVIEW_ELEVATION_DEG)
-    cos, sin = np.cos(azimuth), np.sin(azimuth)
-    rotated_direction = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
-    axes = axes_of(rotated_direction * np.cos(elevation) + np.array([0.0, np.sin(elevation), 0.0]))
+    axes = axes_of(aside_and_above(side, OVERVIEW_AZIMUTH_DEG, OVERVIEW_ELEVATION_DEG))
     camera_points = points @ axes
     centre = (camera_points.min(axis=0) + camera_points.max(axis=0)) / 2
     right, up, depth = (camera_points - centre).T

@@ -12,7 +12,7 @@ from cdcore.poses import place_points
 from replay import words
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly
-from replay.show.camera import points_in_world, towards_user
+from replay.show.camera import aside_and_above, points_in_world, towards_user
 from replay.show.palette import BACKGROUND, SERIES_COLOURS, TICKS, Rgba
 from replay.show.report.rasteriser import Colour, Lines, Shape, View, draw_picture
 from sessions.model.scene import Scene
@@ -111,7 +111,8 @@ def scene_picture(assembly: Assembly, scene: Scene, moment: Moment) -> bytes:
     if not corners:
         return _png(np.broadcast_to(_colour(BACKGROUND), (PICTURE_SIZE[1], PICTURE_SIZE[0], 3)), [])
     focused_points = np.concatenate([corners[body].reshape(-1, 3) for body in focused_bodies])
-    direction = _direction(towards_user(assembly, scene, moment.frame, focused_points.mean(axis=0).tolist()))
+    user_direction = towards_user(assembly, scene, moment.frame, focused_points.mean(axis=0).tolist())
+    direction = aside_and_above(user_direction, AZIMUTH_DEG, ELEVATION_DEG)
     guides = guides_of(focused_points, direction)
     all_points = np.concatenate([focused_points, guides.axes.reshape(-1, 3)])
     view = View.of(all_points, direction, PICTURE_SIZE)
@@ -130,19 +131,6 @@ def _corners(assembly: Assembly, frame: int, body: int) -> FloatArray:
     face_step = max(1, len(mesh.faces) // MOST_FACES)
     corners: FloatArray = points_in_world(assembly.motion, frame, body, mesh.vertices)[mesh.faces[::face_step]]
     return corners
-
-
-def _direction(user_side: FloatArray) -> FloatArray:
-    """From the user's side, a little aside and from above."""
-    azimuth, elevation = np.radians(AZIMUTH_DEG), np.radians(ELEVATION_DEG)
-    rotated_direction = np.array(
-        [
-            user_side[0] * np.cos(azimuth) + user_side[2] * np.sin(azimuth),
-            0.0,
-            user_side[2] * np.cos(azimuth) - user_side[0] * np.sin(azimuth),
-        ]
-    )
-    return rotated_direction * np.cos(elevation) + np.array([0.0, np.sin(elevation), 0.0])
 
 
 def _body_colour(body: int) -> Colour:

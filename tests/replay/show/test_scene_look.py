@@ -4,8 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import ImageDraw
+from support.shapes import box_mesh
 
-from replay.show.scene_look import GRID_M, MOST_LINES, guides_of, moments_to_show
+from cdcore import Motion
+from replay.show import scene_look
+from replay.show.scene_look import GRID_M, MOST_LINES, Moment, guides_of, moments_to_show, scene_picture
+from sessions import Scene
 
 
 def assembly_of(posed, pairs=()):
@@ -47,3 +52,46 @@ def test_axes_stand_at_the_grid_corner_in_that_direction(direction, corner):
 def test_grid_of_too_many_lines_is_coarser(lengths, spacing):
     points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.999 * lengths * GRID_M]])
     assert guides_of(points, np.ones(3)).spacing == pytest.approx(spacing)
+
+
+def drawn_and_written(monkeypatch, moment, posed=(True, True, True)):
+    """Grid, bodies and texts with their pixels of a picture of three cubes of 10 cm, at x = 0, 0.3 and 5 m."""
+    drawn, texts = {}, {}
+
+    def draw(view, shapes, _edges, lines, background):
+        drawn.update(view=view, bodies=len(shapes), grid=lines[0].ends, axes=lines[1:])
+        return background, None
+
+    monkeypatch.setattr(scene_look, "draw_picture", draw)
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda _, at, text, **style: texts.update({text: at}))
+    names, mesh = ("cup", "rod", "far"), box_mesh((0.1, 0.1, 0.1))
+    translations = np.zeros((1, 3, 3))
+    translations[0, :, 0] = (0.0, 0.3, 5.0)
+    motion = Motion([0.0], translations, np.tile(np.eye(3), (1, 3, 1, 1)), [posed])
+    bodies = [SimpleNamespace(name=name, mesh=mesh) for name in names]
+    scene_picture(SimpleNamespace(bodies=bodies, motion=motion), Scene(), moment)
+    return drawn, texts
+
+
+@pytest.mark.parametrize(
+    ("pair", "posed", "bodies", "right_end", "spacing"),
+    [
+        ((0, 1), (True, True, True), 3, 0.4, "10 cm"),
+        ((), (True, True, True), 3, 6.0, "1 m"),
+        ((), (True, True, False), 2, 0.4, "10 cm"),
+        ((0, 1), (False, False, True), 1, 5.1, "10 cm"),
+    ],
+    ids=["pair", "all", "all with a pose", "pair without a pose"],
+)
+def test_grid_lies_below_the_bodies_that_the_picture_is_about(pair, posed, bodies, right_end, spacing, monkeypatch):
+    """Cubes reach 5 cm beyond their middles; the grid ends at the next line."""
+    drawn, texts = drawn_and_written(monkeypatch, Moment("closest", 0, pair), posed)
+    assert drawn["bodies"] == bodies and drawn["grid"][..., 0].max() == pytest.approx(right_end)
+    assert f"closest moment, 0.000 s; grid {spacing}" in texts
+
+
+def test_axes_are_named_right_of_and_above_their_ends(monkeypatch):
+    drawn, texts = drawn_and_written(monkeypatch, Moment("first", 0))
+    for name, axis in zip(scene_look.AXIS_NAMES, drawn["axes"], strict=True):
+        x, y, _ = drawn["view"].pixels(axis.ends[0, 1:])[0]
+        assert 0 < texts[name][0] - x < 10 and 0 < y - texts[name][1] < 10
