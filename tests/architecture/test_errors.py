@@ -11,22 +11,29 @@ ROOTS = {
     sessions.errors: sessions.errors.SessionError,
     replay.errors: replay.errors.ReplayError,
 }
-NAMED = [
-    (one, root)
+"""Of each package: the error from which all of its errors descend."""
+
+ERRORS_AND_ROOTS = [
+    (error, root)
     for module, root in ROOTS.items()
-    for one in vars(module).values()
-    if isinstance(one, type) and one.__module__ == module.__name__
+    for error in vars(module).values()
+    if isinstance(error, type) and error.__module__ == module.__name__
 ]
 
 
 def test_every_error_descends_from_its_root_and_shows_its_message():
-    for error, root in NAMED:
-        assert issubclass(error, root) and "__doc__" in vars(error), error
+    for error, root in ERRORS_AND_ROOTS:
+        assert issubclass(error, root), error
         assert str(error("say what to do")) == "say what to do" and str(error()) == "", error
 
 
+def test_every_error_has_a_docstring_of_its_own():
+    """``__doc__`` of a class without a docstring is None; it is not inherited in ``vars``."""
+    assert not [error for error, _ in ERRORS_AND_ROOTS if not vars(error)["__doc__"]]
+
+
 @pytest.mark.parametrize(
-    ("error", "known"),
+    ("error", "builtin_or_wider_error"),
     [
         (cdcore.errors.InvalidMeshError, ValueError),
         (cdcore.errors.InvalidPoseError, ValueError),
@@ -36,5 +43,5 @@ def test_every_error_descends_from_its_root_and_shows_its_message():
         (sessions.errors.TornFileError, sessions.errors.SessionFileError),
     ],
 )
-def test_own_errors_are_subclasses_of_the_builtin_errors(error, known):
-    assert issubclass(error, known)
+def test_whoever_catches_the_wider_error_catches_the_own_one(error, builtin_or_wider_error):
+    assert issubclass(error, builtin_or_wider_error)

@@ -61,7 +61,7 @@ def poses_at_rest(count, position=(0.0, 0.0, 0.0)):
 
 
 def session_with_effects(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
-    """A session of these bodies; every mesh is a small cube, for nobody looks at it."""
+    """A session of these bodies with their poses, a frame every 10 ms; every mesh is a cube, for nobody looks at it."""
     count = len(next(iter(poses.values()))[0])
     scene = Scene(bodies=tuple(bodies), effects=tuple(SceneEffect(kind, reported) for kind, reported in effects))
     meshes = {name: cube(0.01) for name in poses}
@@ -71,7 +71,10 @@ def session_with_effects(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -
 
 
 def effects_of_tilt_degrees(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0), valid=None):
-    """Effects of a run in which glass ``a`` is tilted over glass ``b``."""
+    """Effects of a run in which glass ``a`` is tilted over glass ``b`` by so many degrees, one a frame of 10 ms.
+
+    Unless given, a holds 60 mL and b 10 mL of water. ``position``: of b, below the lip of a; ``more``: effects.
+    """
     poses = {"a": poses_of_tilted_glass(degrees), "b": poses_at_rest(len(degrees), position)}
     effects = (("pour", {"from": ["a"], "into": ["b"]}), *more)
     return compute(
@@ -79,7 +82,7 @@ def effects_of_tilt_degrees(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0
     ).effects
 
 
-TAP = {
+TAP = {  # of the glass burette, over the glass flask; at 90 degrees it is open
     "body": "burette",
     "joint": "tap",
     "into": ["flask"],
@@ -98,10 +101,13 @@ def tap_rotations(degrees):
     return np.tile((0.0, 0.25, 0.0), (len(half), 1)), rotations
 
 
-def effects_of_tap_degrees(degrees, *more, base=None, acid=None, settings=None, valid=None, step_ns=STEP_NS):
-    """Effects of a run in which a burette of base is opened over a flask of acid by so many degrees."""
-    base = base or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=BURETTE_COLUMN)
-    acid = acid or glass("flask", 0.5, solute="HCl", molar=0.1)
+def effects_of_tap_degrees(degrees, *more, burette=None, flask=None, settings=None, valid=None, step_ns=STEP_NS):
+    """Effects of a run in which a burette's tap over a flask is opened by so many degrees, one a frame of 10 ms.
+
+    Unless given, the burette holds 50 mL of NaOH and the flask 0.5 mL of HCl, each of 0.1 mol/L.
+    """
+    burette = burette or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=BURETTE_COLUMN)
+    flask = flask or glass("flask", 0.5, solute="HCl", molar=0.1)
     count = len(degrees)
     poses = {
         "burette": poses_at_rest(count, (0.0, 0.15, 0.0)),
@@ -110,7 +116,7 @@ def effects_of_tap_degrees(degrees, *more, base=None, acid=None, settings=None, 
     }
     effects = (("burette", {**TAP, **(settings or {})}), *more)
     return compute(
-        session_with_effects(poses, (base, acid, SceneBody("tap")), *effects, valid=valid, step_ns=step_ns)
+        session_with_effects(poses, (burette, flask, SceneBody("tap")), *effects, valid=valid, step_ns=step_ns)
     ).effects
 
 

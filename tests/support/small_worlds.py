@@ -19,6 +19,9 @@ from sessions.synthetic.truth import ordered_pair
 STEP_NS = 10_000_000
 """One frame every 10 ms."""
 
+STEP_S = 0.01
+"""The same in seconds."""
+
 STILL = (0.0, 0.0, 0.0, 1.0)
 
 MEET_IN_4_AND_8_TO_10 = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -57,7 +60,7 @@ def swinging_cubes(frames, start=0) -> Session:
 
 
 def jumping(positions=(7, 3, -3, -6, -5, -0.9, -0.8, -3)) -> Session:
-    """A cube of 2 cm and one on its X axis, ``places`` in edges: it flies through the first between the frames 1 and 2.
+    """A cube of 2 cm and one on its X axis, ``positions`` in edges: it flies through it between the frames 1 and 2.
 
     Slow enough, at 12 m/s among steps of 8 and 6, to be believed: from rest it would be taken for lost tracking.
     """

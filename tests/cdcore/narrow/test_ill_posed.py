@@ -15,7 +15,7 @@ from cdcore.narrow.margins import triangle_margins
 @pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2])
 @pytest.mark.parametrize("kind", KINDS)
 def test_near_and_shallow_agree_with_margins_of_all_face_pairs(kind, tau):
-    """``near``: the smallest gap is at most tau. ``shallow``: the deepest face pair is.
+    """``near``: the surfaces do not meet and are at most tau apart. ``shallow``: no face pair meets by more than tau.
 
     The margin of two faces is their gap, or where they meet how far one must be moved until they do not.
     """
@@ -34,6 +34,7 @@ def test_near_and_shallow_agree_with_margins_of_all_face_pairs(kind, tau):
         faces = meeting_faces_exhaustive(first, second)
         assert not near[frame]
         assert stage.shallow((0, 1), faces, rotation[frame], move[frame]) == (margin[meets].max() <= tau)
+        # Where tau is the deepest margin they are shallow, where it is the next smaller double they are not.
         deepest = margin[meets].max()
         for border in {deepest, np.nextafter(deepest, 0.0)}:
             exact = MarginStage(bodies, border)
@@ -41,7 +42,10 @@ def test_near_and_shallow_agree_with_margins_of_all_face_pairs(kind, tau):
 
 
 def ball_beside_box(gap, tau=2e-6):
-    """The stage's answer for a ball whose extreme vertex is ``gap`` off the wall of a box; below 0 inside it."""
+    """Whether a ball and a box are shallow, or near where they do not meet, within 2 um.
+
+    The ball's extreme vertex is ``gap`` off the wall of the box; below 0 inside it.
+    """
     bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
     rotation, move = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[1.0 + gap, 0, 0], [0, 0, 0]]])
     stage = MarginStage(bodies, tau)

@@ -28,10 +28,14 @@ def test_equation_17_as_printed_does_not_keep_length():
 
 
 def test_negative_pheromone_breaks_equation_16_as_printed():
-    """With pheromones 1 and 3 and weight 1 the probabilities are 1/4 and 3/4."""
-    assert not (printed_16(np.array([-0.5, 1.0]), np.ones(2), alpha=1.0, beta=1.0) >= 0).all()
-    assert not np.isfinite(printed_16(np.array([-0.5, 1.0]), np.ones(2), alpha=1.5, beta=1.0)).all()
-    assert printed_16(np.array([1.0, 3.0]), np.ones(2), alpha=1.0, beta=1.0).tolist() == [0.25, 0.75]
+    """Equation 16 of the paper: probabilities are tau^alpha eta^beta over their sum; tau: pheromone, eta: heuristic.
+
+    Pheromone that evaporates may be negative: -0.5 beside 1 gives -1 and 2, and -0.5 to the power 1.5 is no number.
+    """
+    eta, negative = np.ones(2), np.array([-0.5, 1.0])
+    assert printed_16(np.array([1.0, 3.0]), eta, alpha=1.0, beta=1.0).tolist() == [0.25, 0.75]
+    assert printed_16(negative, eta, alpha=1.0, beta=1.0).tolist() == [-1.0, 2.0]
+    assert not np.isfinite(printed_16(negative, eta, alpha=1.5, beta=1.0)).all()
 
 
 def test_iterations_as_printed_end_when_distances_fall():

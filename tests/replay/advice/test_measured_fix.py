@@ -58,9 +58,9 @@ def stirring_session(beaker, name="beaker", touching=None):
 BEAKER = revolved_mesh(BEAKER_OUTLINE, 24)
 
 
-@pytest.mark.parametrize(
-    "subject",
-    [
+@pytest.fixture(
+    scope="module",
+    params=[
         "hull50",
         *(
             pytest.param(subject, marks=pytest.mark.slow)
@@ -68,25 +68,52 @@ BEAKER = revolved_mesh(BEAKER_OUTLINE, 24)
         ),
     ],
 )
-def test_repeated_measured_fix_gives_its_figures(subject):
+def measured_and_repeated(request):
+    """A run that measures a Fix of detector ``subject``, and a run whose detector ``fixed`` has the Fix's setting."""
     session = stirring_session(BEAKER)
-    first = run(session, detectors=f"subject={subject},exact", fix_time=60)
-    fix = first.answers[0].fix
-    assert fix.measured and fix.text.startswith("Split beaker into ")
-    again = run(session, detectors=f"it={fix.setting},subject={subject},exact")
-    ranks = {rank.label: rank for rank in again.ranking}
-    pieces = len(again.detectors["it"].parts["beaker"])
-    before, after = (errors_of_rank(ranks[label], seconds=None) for label in ("subject", "it"))
-    assert fix.change.startswith(change_text(before, after)) and f"into {pieces} convex pieces" in fix.text
-    row = fixed_rank(ranks["subject"], fix.figures, fix.setting, first.document)
-    same = ("missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases")
-    assert [getattr(row, name) for name in same] == [getattr(ranks["it"], name) for name in same]
-    assert ranks["it"].loss < ranks["subject"].loss
-    times, outcome = again.assembly.motion.times, again.comparisons["it"].outcome
+    measured = run(session, detectors=f"subject={request.param},exact", fix_time=60)
+    setting = measured.answers[0].fix.setting
+    return measured, run(session, detectors=f"fixed={setting},subject={request.param},exact")
+
+
+def test_sentence_of_a_measured_fix_has_figures_of_its_repetition(measured_and_repeated):
+    measured, repeated = measured_and_repeated
+    fix = measured.answers[0].fix
+    ranks = {rank.label: rank for rank in repeated.ranking}
+    before, after = (errors_of_rank(ranks[label], seconds=None) for label in ("subject", "fixed"))
+    pieces = len(repeated.detectors["fixed"].parts["beaker"])
+    assert fix.measured and fix.text.startswith(f"Split beaker into {pieces} convex pieces")
+    assert fix.change.startswith(change_text(before, after))
+
+
+def test_row_of_a_measured_fix_is_that_of_its_repetition(measured_and_repeated):
+    """The row beside the mended detector, and it is better than that of the detector."""
+    measured, repeated = measured_and_repeated
+    fix = measured.answers[0].fix
+    ranks = {rank.label: rank for rank in repeated.ranking}
+    row = fixed_rank(ranks["subject"], fix.figures, fix.setting, measured.document)
+    for field in (
+        "missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases",
+    ):  # fmt: skip
+        assert getattr(row, field) == getattr(ranks["fixed"], field), field
+    assert ranks["fixed"].loss < ranks["subject"].loss
+
+
+def test_contact_intervals_of_a_measured_fix_are_those_of_its_repetition(measured_and_repeated):
+    """The last frame has no length: it is in no interval."""
+    measured, repeated = measured_and_repeated
+    intervals = measured.answers[0].fix.figures.spans
+    times, outcome = repeated.assembly.motion.times[:-1], repeated.comparisons["fixed"].outcome[:-1]
     for kind, code in (("right", Outcome.BOTH), ("false", Outcome.FALSE_CONTACT)):
-        lane = [any(start <= time < end for start, end in fix.figures.spans[kind]) for time in times]
-        assert np.array_equal(lane[:-1], (outcome == code).any(axis=1)[:-1])
-    assert first.document.answers[0].fix.setting == fix.setting
+        in_interval = [any(start <= time < end for start, end in intervals[kind]) for time in times]
+        assert np.array_equal(in_interval, (outcome == code).any(axis=1)), kind
+
+
+def test_document_of_a_run_has_the_measured_fix(measured_and_repeated):
+    """What becomes summary.json, beside what the caller of ``run`` gets."""
+    measured, _ = measured_and_repeated
+    assert measured.answers[0].fix.measured
+    assert measured.document.answers == measured.answers
 
 
 def test_pieces_that_miss_more_are_advised_at_every_frame():

@@ -98,6 +98,7 @@ def test_settings_are_timed_in_three_passes_and_sorted_by_loss(sweep):
 
 
 def test_compound_is_skipped_where_cutting_exceeds_time_limit(bumped, monkeypatch):
+    """Cutting into 4 pieces is said to take 4000 s of the 60 s; ``cut``: settings that the time limit left out."""
     requested = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
     monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, settings: 1000.0 * settings["pieces"])
     assert tradeoff(bumped, detectors=requested, time_limit=60.0).cut == ("pieces",)

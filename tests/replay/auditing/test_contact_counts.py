@@ -17,14 +17,15 @@ from replay.auditing.outcome import Outcome
 from replay.auditing.wilson import INTERVALS_CAPTION, proportion_of_clusters
 
 
-@pytest.mark.parametrize(("message", "missed", "piece"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
-def test_grasped_contact_is_detected_missed_or_late(message, missed, piece):
-    subject, oracle = verdict_column(message), verdict_column(".CCC.")
+@pytest.mark.parametrize(("reported", "missed", "late"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
+def test_grasped_contact_is_detected_missed_or_late(reported, missed, late):
+    """``reported``: a letter a frame, by the detector; the contact is in frames 1 to 3, and a hand holds the body."""
+    subject, oracle = verdict_column(reported), verdict_column(".CCC.")
     contacts = episodes(oracle)
     comparison = compare(subject, oracle, holdings=contacts)
-    reported = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
-    frames = message.count("C")
-    assert [*reported.values()] == [1, missed, piece, frames, 3 - frames, 0]
+    counts = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
+    frames = reported.count("C")
+    assert [*counts.values()] == [1, missed, late, frames, 3 - frames, 0]
 
 
 def test_contact_is_missed_whole_or_partly_or_not():
@@ -117,9 +118,16 @@ def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, le
 
 
 def test_reports_are_counted_by_segments_joined_by_tolerance():
-    subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
+    """A string is a frame, a letter a pair. Frame 2 of pair 1 is within tolerance: it joins frames 1 and 3.
+
+    Three segments are reported: frames 0 to 2 and frame 4 of pair 0, and frames 1 to 3 of pair 1. Of their 6 frames
+    beside the one within tolerance 4 are false: 0 and 4 of pair 0, 1 and 3 of pair 1.
+    """
+    subject = verdicts(["C.", "CC", "CC", ".C", "C."])
+    oracle = verdicts(["..", "C.", "C.", "..", ".."])
     within = lambda frames, columns: (frames == 2) & (columns == 1)  # noqa: E731
     counts = count_reports(compare(subject, oracle, within=within))
-    reported = counts.proportion(Outcome.FALSE_CONTACT)
-    assert counts.pairs.tolist() == [0, 1, 0]
-    assert (reported.count, reported.of, reported.clusters) == (4, 6, 3)
+    pair_of_each_segment_by_time = counts.pairs.tolist()
+    assert pair_of_each_segment_by_time == [0, 1, 0]
+    false = counts.proportion(Outcome.FALSE_CONTACT)
+    assert false.count == 4 and false.of == 6 and false.clusters == 3

@@ -14,8 +14,8 @@ from replay.prepare.assemble import assemble
 from sessions import MeshData, Session
 
 
-def miss(pair, first, last):
-    """A miss of these frames that is not yet measured."""
+def miss(pair, first, last, start=0.0):
+    """A miss of these frames, which begins at ``start`` seconds, that is not yet measured."""
     return Fault(
         number=1,
         detector="it",
@@ -24,7 +24,7 @@ def miss(pair, first, last):
         kind=FaultKind.NEVER_REPORTED,
         first=first,
         last=last,
-        start=0.0,
+        start=start,
         end=1.0,
         frame=first,
     )
@@ -35,10 +35,10 @@ def measured_misses(assembly, detector, segments, *, between=False):
 
     Evidence and cause come from the same queries: a second one of the same frames would be seen here.
     """
-    requested = []
+    frames_per_query = []
 
     def detect(motion):
-        requested.append(len(motion))
+        frames_per_query.append(len(motion))
         return detector.detect(motion, faces=True)
 
     whole = replace(detector.detect(assembly.motion), covers="intervals" if between else "instants")
@@ -49,17 +49,17 @@ def measured_misses(assembly, detector, segments, *, between=False):
         key=lambda entry: entry[1],
     )
     assert all(causes and fault.cause in causes for _, _, fault, causes in examined)
-    return [fault for _, _, fault, _ in examined], requested
+    return [fault for _, _, fault, _ in examined], frames_per_query
 
 
-def measured_cuts(session, positions):
-    """Misses of these frames, measured, and how many frames were queried at a time."""
+def measured_cuts(session, segments):
+    """Misses of these (pair, first, last frame), measured, and how many frames were queried at a time."""
     assembly = assemble(session)
-    return measured_misses(assembly, create_detector("hybrid", assembly.bodies, pairs=assembly.pairs), positions)
+    return measured_misses(assembly, create_detector("hybrid", assembly.bodies, pairs=assembly.pairs), segments)
 
 
 def offset_cubes(positions):
-    """A unit cube at the origin and a second, turned and shifted so that faces cross in general position."""
+    """A cube of 1 m at the origin and one of 0.3 m, turned and shifted so that faces cross in general position."""
     rotation = np.tile(np.array([0.1, 0.2, 0.3, 0.9]) / np.sqrt(0.95), (len(positions), 1))
     moving = along_x(positions)[0] + [0, 0.13, 0.21]
     return Session.from_arrays(
@@ -70,11 +70,18 @@ def offset_cubes(positions):
 
 
 def test_the_longest_curve_has_a_normal_toward_the_second_body():
-    """Cube b is deepest in a's face at x = 0.5 m in frame 2; misses are (pair, first, last frame)."""
-    (whole, piece), requested = measured_cuts(offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68]), [(0, 0, 4), (0, 0, 1)])
-    assert (whole.frame, piece.frame, requested) == (2, 1, [5]) and whole.metres > piece.metres > 0.0
-    assert piece.evidence.face_pairs > 0 and piece.point[0] == pytest.approx(0.5, abs=1e-12)
-    assert piece.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
+    """Small cube b crosses a's face at x = 0.5 m, half of it in frame 2 and less before and after.
+
+    Its intersection curve (``metres``) is the longest in frame 2 of frames 0 to 4, in frame 1 of frames 0 to 1.
+    """
+    session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
+    (whole, beginning), frames_per_query = measured_cuts(session, [(0, 0, 4), (0, 0, 1)])
+    assert whole.frame == 2 and beginning.frame == 1
+    assert whole.metres > beginning.metres > 0.0
+    assert beginning.evidence.face_pairs > 0
+    assert beginning.point[0] == pytest.approx(0.5, abs=1e-12)
+    assert beginning.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
+    assert frames_per_query == [5], "the frames of both misses are queried once"
 
 
 def test_a_contained_body_has_a_point_and_no_curve():
@@ -145,6 +152,7 @@ def test_a_contact_between_frames_has_moment_faces_and_point():
 
 @pytest.mark.parametrize(("position", "faces"), [(0.8, True), (2.0, False)])
 def test_frame_with_visible_contact_is_measured(position, faces):
+    """``position``: x of b in frame 2 in m; at 0.8 the unit cubes' faces meet, at 2 nothing is to be seen."""
     (cut,) = misses_between_frames([3.0, 3.0, position, 3.0], (0, 2, 2))
     assert (
         cut.evidence.touch is None
@@ -155,19 +163,23 @@ def test_frame_with_visible_contact_is_measured(position, faces):
 
 
 def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
-    monkeypatch.setattr("replay.auditing.evidence.MOST_LOCATED_TOUCHES", 1)
     """A cube flies through another before frame 2 and back before frame 4; both passages of pair 0 were missed."""
+    monkeypatch.setattr("replay.auditing.evidence.MOST_LOCATED_TOUCHES", 1)
     first, second = misses_between_frames([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
     assert first.evidence.touch is not None and second.evidence.touch is None
 
 
 def test_fault_begins_at_its_first_touch_between_frames():
-    """Frames 4 to 6; the bodies first touch 2 ms after frame 3, known to 1 ms."""
-    of_frames = miss(0, first=4, last=6)
+    """Frames 4 to 6, of 10 ms; the bodies first touch 2 ms after frame 3, and 1 ms before they were free.
+
+    ``moment``: a frame and nanoseconds after it; ``begin_within``: a second, and by how much it is uncertain.
+    """
+    of_frames = miss(0, first=4, last=6, start=0.04)
     touch = FirstTouch(
         3, free=0.031, moment=0.032, later_ns=2_000_000, faces=(0, 0), point=(0.0,) * 3, normal=(0.0,) * 3
     )
     between_frames = replace(of_frames, evidence=Evidence(touch=touch))
-    assert (of_frames.frames, of_frames.moment, of_frames.begin_within) == (3, (4, 0), (0.0, 0.0))
+    assert of_frames.frames == 3
+    assert of_frames.moment == (4, 0) and of_frames.begin_within == (0.04, 0.0)
     assert between_frames.moment == (3, 2_000_000)
     assert between_frames.begin_within == pytest.approx((0.032, 0.001))

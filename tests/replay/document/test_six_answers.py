@@ -20,6 +20,7 @@ from replay.document.ranking import Rank, lesser_faults
 from replay.show.sections import SectionName, section_of
 
 AUDITED = [state for state in RUN_OF_STATE if state not in ("no reference", "effects", "findings")]
+"""States of a run whose detectors are compared with a reference: each detector has an answer."""
 
 
 def on_a_busy_machine(result, fraction=0.6):
@@ -287,11 +288,12 @@ def test_certainty_mentions_a_made_up_session(facts, made_up):
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_why_explains_missed_and_false_contacts(state):
+    """Of a detector with misses a cause of one is named, and of one with false contacts a cause of one of those."""
     result = run_with_steady_times(state)
     assert result.answers
     for answer in result.answers:
-        if answer.moment is None:
-            continue
-        misses, false = result.misses[answer.label], result.false[answer.label]
-        for faults in filter(None, (misses, false)):
-            assert any(fault.why in f"{answer.why} {answer.other_causes}" for fault in faults)
+        misses, false_contacts = result.misses[answer.label], result.false[answer.label]
+        named = f"{answer.why} {answer.other_causes}"
+        assert (answer.moment is not None) == bool(misses or false_contacts)
+        assert not misses or any(miss.why in named for miss in misses)
+        assert not false_contacts or any(false_contact.why in named for false_contact in false_contacts)

@@ -4,6 +4,8 @@ Of `replay.effects.mixing`, `replay.effects.colour`, `replay.effects.precipitati
 of what `replay.effects.chemistry` reads in a scene.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from support.liquid_worlds import (
@@ -17,6 +19,7 @@ from support.liquid_worlds import (
     poses_of_tilted_glass,
     session_with_effects,
 )
+from support.small_worlds import STEP_S
 
 from replay.effects.chemistry.contents import contents_of
 from replay.effects.effect_summary import leading_event
@@ -29,6 +32,7 @@ MIXED_IN_B = ("mixing", {"in": ["b"]})
 
 
 def reaction(equation, **more):
+    """The table of a reaction, with other keys of it."""
     return "reaction", {"equation": equation, **more}
 
 
@@ -79,15 +83,16 @@ SILVER_CHLORIDE_FALLS_OUT = ("precipitation", {"solid": "AgCl", "colour": "white
 
 
 def test_the_scarcer_ion_falls_out_almost_all_at_once():
-    """AgCl (143.32 g/mol) takes all of the silver that comes, 0.1 mol/L."""
+    """b holds 4 mmol of chloride, more than the silver that comes from frame 1 on; AgCl: 143.32 g/mol."""
     bodies = (
         glass("a", volume_ml=60.0, solute="AgNO3", molar=0.1),
         glass("b", volume_ml=40.0, solute="NaCl", molar=0.1),
     )
     effects = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXED_IN_B, SILVER, SILVER_CHLORIDE_FALLS_OUT)
     (event,) = effects["precipitation"].events
-    moles = 0.1e-3 * effects["pour"].events[0].values["volume_ml"]
-    assert event.time == pytest.approx(0.01) and event.values["moles"] == pytest.approx(moles, rel=1e-3)
+    litres = 1e-3 * effects["pour"].events[0].values["volume_ml"]
+    moles = 0.1 * litres
+    assert event.time == pytest.approx(1 * STEP_S) and event.values["moles"] == pytest.approx(moles, rel=1e-3)
     assert event.values["mass_g"] == pytest.approx(moles * 143.32, rel=1e-3)
     assert effects["precipitation"].series["b/AgCl"].values[0] == 0.0
     drawn = effects["precipitation"].output.liquids["b"].rgba
@@ -133,24 +138,48 @@ ZINC = "Zn + 2 HCl -> ZnCl2 + H2"
 
 
 def glass_with_zinc(grams, volume=0.0, **more):
+    """Glass b, empty unless a volume in mL is given, with so much zinc."""
     return glass("b", volume, properties={"solid": {"formula": "Zn", "mass_g": grams}}, **more)
 
 
-def test_a_slow_reaction_uses_up_its_limiting_reagent():
-    """0.05 g of zinc (65.38 g/mol) react at a rate of 2 a second from 0.02 to 1.00 s."""
+@cache
+def slow_zinc_reaction():
+    """The reaction where acid is poured on 0.05 g of zinc for a second; its rate is 2 a second."""
     acid, slow = glass("a", volume_ml=60.0, solute="HCl", molar=2.0), reaction(ZINC, rate_per_s=2.0)
-    run = effects_of_tilt_degrees([0.0, *([60.0] * 100)], (acid, glass_with_zinc(grams=0.05)), MIXED_IN_B, slow)[
-        "reaction"
-    ]
-    extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
-    assert extent.values[0] == 0.0 and len(extent.times) == run.frames_run == 99 and extent.times[0] == 0.02
-    assert extent.values[-1] == pytest.approx(-0.05 / 65.38 * np.expm1(-2.0 * 0.98), rel=1e-9)
-    assert "b/pH" not in run.series
+    degrees = [0.0, *([60.0] * 100)]
+    return effects_of_tilt_degrees(degrees, (acid, glass_with_zinc(grams=0.05)), MIXED_IN_B, slow)["reaction"]
+
+
+def test_a_slow_reaction_uses_up_its_limiting_reagent():
+    """0.05 g of zinc (65.38 g/mol) in much acid, which comes in frame 1; a frame is 10 ms.
+
+    From the frame after to frame 100 a fraction 1 - exp(-rate seconds) reacts.
+    """
+    run = slow_zinc_reaction()
+    extent = run.series["b/extent"]
+    assert extent.values[0] == 0.0 and extent.times[0] == 2 * STEP_S
+    assert len(extent.times) == run.frames_run == 99
+    seconds, zinc_moles = 98 * STEP_S, 0.05 / 65.38
+    assert extent.values[-1] == pytest.approx(zinc_moles * (1.0 - np.exp(-2.0 * seconds)), rel=1e-9)
+
+
+def test_gas_of_a_slow_reaction_is_one_long_event():
+    """It leads the summary, from the first frame with gas to the last frame, 1 s."""
+    run = slow_zinc_reaction()
     (event,) = run.events
+    extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
     assert event.name == "gas" and event.values["formula"] == "H2" and event.values["moles"] == extent.values[-1]
-    assert (event.time, event.end) == pytest.approx((0.03, 1.0))
-    assert effect_plots({"reaction": run})[-1][0] == QUANTITIES["mol"]
-    assert leading_event({"reaction": run}) == event and gone.values[-1] == extent.values[-1] and gone.unit == "mol"
+    assert gone.values[-1] == extent.values[-1] and gone.unit == "mol"
+    assert (event.time, event.end) == pytest.approx((3 * STEP_S, 1.0))
+    assert leading_event({"reaction": run}) == event
+
+
+def test_slow_reaction_is_plotted_in_mol_and_has_no_ph():
+    """Of a slow reaction no equilibrium, and so no pH, is computed."""
+    run = slow_zinc_reaction()
+    assert "b/pH" not in run.series
+    quantity, *_ = effect_plots({"reaction": run})[-1]
+    assert quantity == QUANTITIES["mol"]
 
 
 def test_leaving_gas_is_the_amount_beyond_solubility():

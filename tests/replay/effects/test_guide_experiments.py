@@ -40,7 +40,7 @@ def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
     burette = glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN)
     pink = ("colour", {"in": "flask", "species": "MnO4-"})
     effects = effects_of_tap_degrees(
-        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), pink, base=burette, acid=flask
+        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), pink, burette=burette, flask=flask
     )
     (event,) = effects["reaction"].output.events_named("end-point")
     assert event.text.startswith(f"{names} are equivalent in flask after 1.00 mL")
@@ -79,8 +79,8 @@ def test_copper_is_titrated_to_its_ammine():
         ("reaction", {"equation": "Cu2+ + 2 NH3 + 2 H2O -> Cu(OH)2 + 2 NH4+"}),
         ("precipitation", {"solid": "Cu(OH)2", "colour": "blue"}),
         ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"}),
-        base=burette,
-        acid=flask,
+        burette=burette,
+        flask=flask,
     )
     falls, dissolves = effects["precipitation"].events
     assert falls.name == "precipitate" and falls.values["moles"] > 1e-5
@@ -102,7 +102,7 @@ def titrated_with_ammonia(molar, *tables, salt="CuSO4"):
     """Effects of 2 mL or so of ammonia that run into 1 mL of a copper salt."""
     burette = glass("burette", volume_ml=50.0, solute="NH3", molar=molar, cavity=BURETTE_COLUMN)
     flask = glass("flask", volume_ml=1.0, solute=salt, molar=0.1)
-    return effects_of_tap_degrees(OPEN, MIXING_IN_FLASK, *tables, AMMINE, base=burette, acid=flask)
+    return effects_of_tap_degrees(OPEN, MIXING_IN_FLASK, *tables, AMMINE, burette=burette, flask=flask)
 
 
 def test_basic_copper_sulfate_dissolves_in_more_ammonia():

@@ -16,7 +16,7 @@ FLAME = {
 
 
 def heat_of_flame(xs, height=0.2, **more):
-    """The effect on a dish at these places along x, 0.1 s each; the flame heats 2 cm around, 25 cm up from 0.1."""
+    """The effect on a dish at these x, 0.1 s each; the flame reaches 2 cm around x = 0, from 0.10 to 0.35 m up."""
     points = np.zeros((len(xs), 3))
     points[:, 0], points[:, 1] = xs, height
     poses = {"lamp": poses_at_rest(len(xs)), "dish": (points, poses_at_rest(len(xs))[1])}
@@ -29,7 +29,10 @@ X_OVER_FLAME_FOR_10_S = [1.0] * 5 + [0.01] * 100 + [1.0] * 100
 
 
 def test_dish_warms_over_the_flame_and_cools_beside():
-    """Newton's law with 0.4 W/K and 60 J/K: towards 420 degC over the flame (0.5 to 10.5 s), 20 degC beside."""
+    """Newton's law with 0.4 W/K and 60 J/K: towards 420 degC over the flame (0.5 to 10.5 s), 20 degC beside.
+
+    420 degC: 160 W / 0.4 W/K above the room. Temperatures have a row at the start and from the frame before it heats.
+    """
     effect = heat_of_flame(X_OVER_FLAME_FOR_10_S)
     (event,) = effect.events
     peak = 20.0 + 400.0 * -np.expm1(-10.0 * 0.4 / 60.0)
@@ -51,7 +54,7 @@ def test_dish_warms_over_the_flame_and_cools_beside():
         {"xs": [1.0, 0.0, 1.0]},
         {"xs": [0.0] * 20, "height": 0.36},
     ],
-    ids=["1 mm beside its 2 cm", "level with its base", "over it for one frame", "above its 25 cm"],
+    ids=["1 mm beside its 2 cm", "level with its base", "over it for one frame", "1 cm above its 25 cm"],
 )
 def test_dish_beside_below_or_above_the_flame_stays_cold(where):
     """``xs``: metres beside the flame, frame by frame."""
@@ -127,6 +130,7 @@ def acid(name, volume):
 
 
 def effects_of_mixing(bodies, degrees=TILT_DEGREES, **more):
+    """Effects of a run in which glass a is poured into b, for two frames of 10 ms; ``more``: keys of the heat."""
     return effects_of_tilt_degrees(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
 
 
@@ -148,7 +152,7 @@ def test_acid_into_water_gives_off_the_heat_of_the_table():
 
 
 def test_water_into_acid_is_the_wrong_order():
-    """The liquid that comes in frame 1, at 10 ms, is water."""
+    """Water is poured into 60 mL of acid, from frame 1 on, which is at 10 ms."""
     effects = effects_of_mixing((glass("a", volume_ml=60.0), acid("b", volume=60.0)), boils_c=400.0)
     (event,) = effects["heat"].output.events_named("wrong-order")
     assert event.level == "error" and event.bodies == ("a", "b")
@@ -169,13 +173,14 @@ SALT = {"heat_capacity_j_per_k": 60.0, "solid": {"formula": "CuSO4.5H2O", "mass_
 
 
 def dish_of_salt(more, properties=SALT):
-    """A session of a dish with a solid over a flame."""
+    """A session of a dish with a solid over a flame for 3 s; ``more``: keys of the flame's heat."""
     dish = SceneBody("dish", instrument="evaporating_dish", extra={"properties": properties})
     poses = {"lamp": poses_at_rest(count=30), "dish": poses_at_rest(count=30, position=(0.0, 0.2, 0.0))}
     return session_with_effects(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
 
 
 def test_a_heated_solid_changes_colour_once():
+    """160 W heat 60 J/K, which lose 0.4 W/K, from 20 to 23 degC: blue becomes white; at 90 degC it would, too late."""
     heat = compute(dish_of_salt(COLOUR_CHANGE)).effects["heat"]
     (event,) = heat.output.events_named("turned")
     # m c dT/dt = P - k (T - Ta), solved for 3 kelvin.

@@ -29,7 +29,7 @@ def titrated(solutes, titrant, indicator, *effects, hz=90):
     )
     display = ("colour", {"in": "flask", "indicator": indicator})
     return effects_of_tap_degrees(
-        OPEN, MIXING_IN_FLASK, *effects, display, base=burette, acid=flask, step_ns=10**9 // hz
+        OPEN, MIXING_IN_FLASK, *effects, display, burette=burette, flask=flask, step_ns=10**9 // hz
     )
 
 

@@ -21,13 +21,15 @@ from sessions.model.scene import Scene, SceneEffect
 from sessions.scene_files.scene_toml import parse_scene
 
 DRIP = [0.0, 0.0, *([90.0] * 60), *([0.0] * 4)]
+"""Degrees of the tap, one a frame of 10 ms: it is open for 0.6 s, in which 0.8 mL run out."""
+
 HEAT = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 200.0})
 CALM = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
 NITRE = ("precipitation", {"solid": "KNO3", "colour": "white"})
 
 
 def standing(seconds, flask, *more):
-    """Effects of a run in which a flask stands."""
+    """Effects of a run in which a flask stands for so long, 0.1 s a frame."""
     count = int(seconds * 10) + 1
     return compute(
         session_with_effects({"flask": poses_at_rest(count)}, (flask,), MIXING_IN_FLASK, *more, step_ns=100_000_000)
@@ -57,7 +59,7 @@ def test_a_salt_crystallises_where_its_solution_merely_cools():
 
 @pytest.mark.parametrize("celsius", [10.0, 20.0, 40.0])
 def test_solid_in_water_dissolves_at_the_stated_temperature(celsius):
-    """Its heat is gone before the recording, so that it cools nothing; both are told."""
+    """10 g and so on in 50 mL of water (Seidell); its heat is gone before the recording: an event of heat says so."""
     effects = standing(0.5, nitre(celsius), NITRE, CALM)
     (dissolved,) = effects["precipitation"].events
     expected = np.interp(celsius, [10.0, 20.0, 40.0], [20.9, 31.6, 63.9]) / 2.0
@@ -118,7 +120,7 @@ def test_two_ions_colour_a_liquid_and_each_change_is_reported():
     colours = [("colour", {"in": "flask", "species": ion}) for ion in ("CrO4 2-", "Cr2O7 2-")]
     effects = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": "2 CrO4^2- + 2 H+ -> Cr2O7^2- + H2O"}), *colours,
-        base=burette, acid=glass("flask", volume_ml=2.0, solute="K2CrO4", molar=0.1),
+        burette=burette, flask=glass("flask", volume_ml=2.0, solute="K2CrO4", molar=0.1),
     )  # fmt: skip
     texts = sorted(event.text for event in effects["colour"].events)
     assert texts == [
@@ -135,7 +137,7 @@ def test_colour_appears_when_its_ion_is_visible():
     deep = ("colour", {"in": "flask", "species": "Cu(NH3)4 2+"})
     reaction = ("reaction", {"equation": "Cu2+ + 4 NH3 -> Cu(NH3)4 2+"})
     flask = glass("flask", volume_ml=2.0, solute="CuSO4", molar=0.05)
-    effects = effects_of_tap_degrees(DRIP, MIXING_IN_FLASK, reaction, deep, base=burette, acid=flask)
+    effects = effects_of_tap_degrees(DRIP, MIXING_IN_FLASK, reaction, deep, burette=burette, flask=flask)
     (appears,) = effects["colour"].events
     series = effects["colour"].series["flask/Cu(NH3)4^2+ colour"]
     before = series.values[series.times < appears.time]
@@ -158,22 +160,23 @@ def test_a_solid_that_no_table_names_is_announced(burette, flask, equation, soli
     solutes = {flask[0]: flask[1], "HCl": 0.001, "CH3COOH": 0.001} if flask[0] != "AgNO3" else {flask[0]: flask[1]}
     effects = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": equation}),
-        base=glass("burette", volume_ml=50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
-        acid=glass("flask", volume_ml=2.0, solutes=solutes),
+        burette=glass("burette", volume_ml=50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
+        flask=glass("flask", volume_ml=2.0, solutes=solutes),
     )  # fmt: skip
     texts = [event.text for event in effects["reaction"].output.events_named("supersaturated")]
     assert len(texts) == 1 and texts[0].startswith(f"{solid} is beyond its solubility in flask")
     named = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": equation}),
         ("precipitation", {"solid": solid, "colour": "white"}),
-        base=glass("burette", volume_ml=50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
-        acid=glass("flask", volume_ml=2.0, solutes=solutes),
+        burette=glass("burette", volume_ml=50.0, solute=burette[0], molar=burette[1], cavity=BURETTE_COLUMN),
+        flask=glass("flask", volume_ml=2.0, solutes=solutes),
     )  # fmt: skip
     assert not named["reaction"].output.events_named("supersaturated")
     assert [event.name for event in named["precipitation"].events][:1] == ["precipitate"]
 
 
 def test_nothing_is_announced_where_all_stays_dissolved():
+    """Neither of water poured into water, nor of calcium chloride into a solution that it makes no solid with."""
     effects = effects_of_tilt_degrees([0.0, *([60.0] * 3), 0.0], None, ("mixing", {"in": ["b"]}))
     assert "reaction" not in effects
     salts = (
@@ -266,8 +269,8 @@ def test_equal_amounts_that_hardly_react_are_no_end_point():
     for name, acid in (("weak", {"H2SO4": 1e-4}), ("acid", {"H2SO4": 0.5})):
         effects = effects_of_tap_degrees(
             DRIP, MIXING_IN_FLASK, ("reaction", {"equation": iron}),
-            base=glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
-            acid=glass("flask", volume_ml=2.0, solutes={"FeSO4": 0.01, **acid}),
+            burette=glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
+            flask=glass("flask", volume_ml=2.0, solutes={"FeSO4": 0.01, **acid}),
         )  # fmt: skip
         output = effects["reaction"].output
         events[name] = output.events_named("end-point"), output.events_named("incomplete")
@@ -278,8 +281,8 @@ def test_equal_amounts_that_hardly_react_are_no_end_point():
 def test_no_acid_is_named_where_protons_are_lacking():
     effects = effects_of_tap_degrees(
         DRIP, MIXING_IN_FLASK, ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"}),
-        base=glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
-        acid=glass("flask", volume_ml=2.0, solutes={"FeSO4": 0.01}),
+        burette=glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN),
+        flask=glass("flask", volume_ml=2.0, solutes={"FeSO4": 0.01}),
     )  # fmt: skip
     (event,) = effects["reaction"].output.events_named("no-reaction")
     assert "does not proceed: it needs acid, and none came into flask" in event.text

@@ -10,6 +10,8 @@ from support.liquid_worlds import BURETTE_COLUMN, TAP, glass, poses_at_rest, pos
 from sessions.model.scene import SceneBody
 
 COUNT = 220
+"""Frames of an experiment."""
+
 COLOURS = ("white", "yellow", "brown")
 HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.3, "heat_capacity_j_per_ml_k": 4.18}
 
@@ -86,11 +88,13 @@ def chain():
 
 @pytest.mark.parametrize("make", [titration, pours, chain])
 def test_order_of_tables_and_names_change_no_output(make, snapshot):
-    whole = lines, figures, rows = printed(make)
+    """Once with bodies and tables backwards; once with names in the opposite order, printed with the former ones."""
+    lines, figures, rows = printed(make)
     assert len(rows) >= 6 and lines == snapshot
-    assert printed(make, lambda rows: rows[::-1]) == whole
-    old = sorted(make()[0])
-    names = {name: f"z{len(old) - k}" for k, name in enumerate(old)}
-    back = {new: name for name, new in names.items()}
-    again, *others = printed(make, names=names, back=lambda text: re.sub(r"z\d", lambda item: back[item.group()], text))
-    assert sorted(again) == sorted(lines) and others == [figures, rows]
+    assert printed(make, lambda tables: tables[::-1]) == (lines, figures, rows)
+    names = sorted(make()[0])
+    new_names = {name: f"z{len(names) - k}" for k, name in enumerate(names)}
+    name_of_new = {new: name for name, new in new_names.items()}
+    restored = lambda text: re.sub(r"z\d", lambda match: name_of_new[match.group()], text)  # noqa: E731
+    renamed_lines, *others = printed(make, names=new_names, back=restored)
+    assert sorted(renamed_lines) == sorted(lines) and others == [figures, rows]

@@ -56,7 +56,7 @@ def test_dissolved_mass_is_counted_from_the_first_precipitate():
     ammonia = glass("burette", volume_ml=50.0, solute="NH3", molar=8.0, cavity=BURETTE_COLUMN)
     equations = (reaction("AgNO3 + NaCl -> AgCl + NaNO3"), reaction("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-"))
     effects = effects_of_tap_degrees(
-        [0.0, 0.0, *([90.0] * 60), 0.0], MIXING_IN_FLASK, *equations, precipitates("AgCl"), base=ammonia, acid=flask
+        [0.0, 0.0, *([90.0] * 60), 0.0], MIXING_IN_FLASK, *equations, precipitates("AgCl"), burette=ammonia, flask=flask
     )
     first, dissolved = effects["precipitation"].events
     assert [first.name, dissolved.name] == ["precipitate", "dissolved"]
@@ -127,14 +127,19 @@ def test_reaction_lacking_its_acid_is_reported_as_not_proceeding():
 
 
 def test_ammonium_hardly_dissolves_zinc_without_strong_acid():
-    """At pH 7 about 0.6 % of the 5 mmol of ammonium are used, so below 1 %; two protons a zinc ion."""
+    """The tap stays shut: only 5 mmol of ammonium are beside the zinc, and no acid of the burette.
+
+    At pH 7 about 0.6 % of it have given their proton (pKa 9.25), so below 1 % are used up; two protons a zinc ion.
+    """
     flask = glass(
         "flask", volume_ml=10.0, solute="NH4Cl", molar=0.5, properties={"solid": {"formula": "Zn", "mass_g": 1.0}}
     )
-    acid = glass("burette", volume_ml=50.0, solute="HCl", molar=0.1, cavity=BURETTE_COLUMN)
+    burette = glass("burette", volume_ml=50.0, solute="HCl", molar=0.1, cavity=BURETTE_COLUMN)
     zinc = reaction("Zn + 2 HCl -> ZnCl2 + H2", rate_per_s=50.0)
-    effects = effects_of_tap_degrees([0.0] * 40, MIXING_IN_FLASK, zinc, base=acid, acid=flask)
-    assert effects["reaction"].series["flask/extent"].values.max() < 0.01 * 0.5 * 5e-3
+    shut = [0.0] * 40
+    effects = effects_of_tap_degrees(shut, MIXING_IN_FLASK, zinc, burette=burette, flask=flask)
+    ammonium_moles = 10e-3 * 0.5
+    assert effects["reaction"].series["flask/extent"].values.max() < 0.01 * ammonium_moles / 2
 
 
 def test_catalysed_reaction_runs_only_where_the_catalyst_is():
@@ -180,7 +185,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     fresh = reaction("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")
     drip = [0.0, 0.0, *([90.0] * 60), 0.0]
     effects = effects_of_tap_degrees(
-        drip, MIXING_IN_FLASK, fresh, precipitates("Cu4(OH)6SO4"), base=ammonia, acid=flask
+        drip, MIXING_IN_FLASK, fresh, precipitates("Cu4(OH)6SO4"), burette=ammonia, flask=flask
     )
     assert not effects["reaction"].output.events_named("supersaturated")
 
@@ -209,7 +214,7 @@ def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
     flask = glass("flask", volume_ml=25.0, solute="HCl", molar=0.01)
     frames = 400
     effects = effects_of_tap_degrees(
-        [0.0, *([90.0] * frames), 0.0], MIXING_IN_FLASK, reaction("HCl + NaOH -> NaCl + H2O"), acid=flask,
+        [0.0, *([90.0] * frames), 0.0], MIXING_IN_FLASK, reaction("HCl + NaOH -> NaCl + H2O"), flask=flask,
         settings={"full_area_m2": 6e-7 * millilitres / 5.0},
     )  # fmt: skip
     ran = effects["burette"].events[0].values["volume_ml"]
@@ -235,6 +240,7 @@ def test_a_liquid_over_a_flame_needs_its_boiling_point():
 
 
 def test_liquid_poured_over_a_flame_needs_a_boiling_point():
+    """A pour into the dish is declared, and no mixing that would follow its water: the flame must say when it boils."""
     dish = glass("dish", volume_ml=0.0, properties={"heat_capacity_j_per_k": 60.0})
     flame = {
         "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,
@@ -244,7 +250,7 @@ def test_liquid_poured_over_a_flame_needs_a_boiling_point():
     pour = ("pour", {"from": ["a"], "into": ["dish"]})
     poses = {name: poses_at_rest(count=2) for name in ("lamp", "dish", "a")}
     (fault,) = plan_faults(session_with_effects(poses, bodies, pour, ("heat", flame)).scene)
-    assert "'dish' may receive a liquid over the flame: follow it by" in fault
+    assert "'dish' may receive a liquid over the flame: follow it by" in fault and "boils_c" in fault
     assert not plan_faults(session_with_effects(poses, bodies, pour, ("heat", {**flame, "boils_c": 100.0})).scene)
 
 

@@ -16,16 +16,18 @@ RATES_HZ = [30, pytest.param(90, marks=pytest.mark.slow), pytest.param(250, mark
 
 
 def titrated(flask, burette, equations=("H+ + OH- -> H2O",), hz=10):
-    """Effects of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
-    acid, base = (
-        glass("flask", volume_ml=10.0, solutes=flask),
-        glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN),
-    )
+    """Effects of 10 mL in the flask into which the burette runs, 18 mL in 8 s; both: solute -> mol/L."""
     tables = [("reaction", {"equation": equation}) for equation in equations]
     degrees = [0.0, 0.0, *([90.0] * 8 * hz), 0.0]
     settings = {"full_area_m2": 1.2e-6}
     return effects_of_tap_degrees(
-        degrees, MIXING_IN_FLASK, *tables, acid=acid, base=base, step_ns=round(1e9 / hz), settings=settings
+        degrees,
+        MIXING_IN_FLASK,
+        *tables,
+        flask=glass("flask", volume_ml=10.0, solutes=flask),
+        burette=glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN),
+        step_ns=round(1e9 / hz),
+        settings=settings,
     )
 
 
@@ -34,12 +36,20 @@ def ph_of(solutes):
     return answer(solutes, {}, kilograms=1.0)["pH"]
 
 
-def check_end_points_and_ph(flask, burette, ends, hz):
+@pytest.mark.parametrize("hz", RATES_HZ)
+@pytest.mark.parametrize(
+    "row", [pytest.param(row, marks=[] if k % 4 == 1 else pytest.mark.slow) for k, row in enumerate(TABLE["acid"])]
+)
+def test_end_points_and_ph_are_right_at_every_rate(row, hz):
+    """``row``: of titrations.toml, mol/L in flask and burette, and the mL at which the titration ends.
+
+    PHREEQC computes the pH of what was in the flask, and of all that is in it at the end mixed at once.
+    """
+    flask, burette, ends = row["flask"], row["burette"], row["ends"]
     effects = titrated(flask, burette, hz=hz)
     events = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
     assert events == pytest.approx(ends, abs=0.01)
     ph, volume = effects["reaction"].series["flask/pH"], effects["mixing"].series["flask/volume"]
-    # The same amounts, mixed at once, have the same pH.
     added = volume.values[-1] - 10.0
     amounts = {name: molar * 10.0 for name, molar in flask.items()} | {
         name: molar * added + flask.get(name, 0.0) * 10.0 for name, molar in burette.items()
@@ -49,19 +59,13 @@ def check_end_points_and_ph(flask, burette, ends, hz):
     assert ph.values[0] == pytest.approx(ph_of(flask), abs=0.01)
 
 
-@pytest.mark.parametrize("hz", RATES_HZ)
-@pytest.mark.parametrize(
-    "row", [pytest.param(row, marks=[] if k % 4 == 1 else pytest.mark.slow) for k, row in enumerate(TABLE["acid"])]
-)
-def test_end_points_and_ph_are_right_at_every_rate(row, hz):
-    check_end_points_and_ph(**row, hz=hz)
-
-
 def end_point_texts(effects):
+    """The texts of the end points, in order."""
     return [event.text for event in effects["reaction"].output.events_named("end-point")]
 
 
 def test_a_mixture_names_the_strong_acid_first():
+    """10 mL with 0.5 mmol of either take 5 mL of lye of 0.1 mol/L each; the order of solutes and tables is nothing."""
     tables = ("HCl + NaOH -> NaCl + H2O", "CH3COOH + NaOH -> CH3COONa + H2O")
     mixture = {"HCl": 0.05, "CH3COOH": 0.05}
     texts = end_point_texts(titrated(mixture, {"NaOH": 0.1}, tables))

@@ -11,7 +11,10 @@ QUATERNION = "qx,qy,qz,qw"
 
 
 def assumptions_by_draft(folder, header, row, *changes, count=20):
-    """The assumptions of a CSV by the draft of its own mapping, which was changed."""
+    """The assumptions of a CSV by the draft of its own mapping, whose axes are set to those of OpenXR.
+
+    ``row``: of the CSV, with {step} or {ms} for its time; ``changes``: (text of the draft, text instead).
+    """
     source, mapping = folder / "log.csv", folder / "map.toml"
     rows = [row.format(step=k, ms=11 * k) for k in range(count)]
     source.write_text("\n".join([*filter(None, [header]), *rows, ""]))
@@ -75,9 +78,15 @@ def test_guess_removed_from_mapping_becomes_a_user_statement(tmp_path):
     assert rows[Subject.TIME_UNIT].origin is Origin.USER
 
 
+def without_comment_sign(line):
+    """The change of a draft by a person who takes the comment sign off a line that begins so."""
+    return f"# {line}", line
+
+
 def test_columns_of_a_file_without_names_are_guessed(tmp_path):
-    order = ('# quaternion_wxyz = ["q1"', 'quaternion_wxyz = ["q1"')
-    rows = assumptions_by_draft(tmp_path, "", "{step}.5 1 2 3 1 0 0 0", order)
+    """Eight numbers a row; the user says that w of the quaternion comes first, which columns it is stays a guess."""
+    w_first = without_comment_sign('quaternion_wxyz = ["q1"')
+    rows = assumptions_by_draft(tmp_path, "", "{step}.5 1 2 3 1 0 0 0", w_first)
     assert (rows[Subject.COLUMNS].origin, rows[Subject.COLUMNS].confidence) == (Origin.GUESS, Confidence.OPEN)
     assert (rows[Subject.QUATERNION_ORDER].value, rows[Subject.QUATERNION_ORDER].origin) == ("wxyz", Origin.USER)
     assert rows[Subject.CLOCK].origin is Origin.GUESS
@@ -95,7 +104,7 @@ def test_columns_of_a_file_without_names_are_guessed(tmp_path):
 )
 def test_angles_below_two_pi_leave_their_unit_open(tmp_path, angle, change, origin, is_open):
     """An angle of 179 must be degrees, 0 is 0 in either unit; 3.1 may be radians or degrees."""
-    order = ('# order = "XYZ"', 'order = "XYZ"')
+    order = without_comment_sign('order = "XYZ"')
     rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0," + angle + ",0", order, *change)
     assert (rows[Subject.ANGLE_UNIT].origin, rows[Subject.ANGLE_UNIT].is_open) == (origin, is_open)
     assert rows[Subject.EULER_ORDER].origin is Origin.USER

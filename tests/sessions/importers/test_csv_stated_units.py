@@ -16,22 +16,25 @@ POSITION = (0.3, 1.25, -0.5)
 """Metres; the same in all rows."""
 ANGLE = 0.7
 """Radians about the axis x."""
-METRES = {
+METRES_OF_A_UNIT = {
     "x (mm)": 1e-3, "x_mm": 1e-3, "x [millimetre]": 1e-3, "x (cm)": 0.01, "X(CM)": 0.01, "x [centimeters]": 0.01,
     "x (in)": 0.0254, "x_in": 0.0254, "x [inch]": 0.0254, "x (feet)": 0.3048, "x_ft": 0.3048, "x (m)": 1.0,
 }  # fmt: skip
-CLOCKS = {
+SECONDS_OF_A_UNIT = {
     "time (s)": 1.0, "time_ms": 1e-3, "time [us]": 1e-6, "time (µs)": 1e-6, "time (min)": 60.0, "time_min": 60.0,
     "time [hours]": 3600.0, "Timestamp (Milliseconds)": 1e-3,
 }  # fmt: skip
 
 
-def write_recording(path, time="time", axes=("x", "y", "z"), metres=1.0, second=1.0, rotation="qx,qy,qz,qw", units=""):
-    """A recording whose numbers are in these units; ``units``: a row of them below the header."""
+def write_recording(path, time="time", axes=("x", "y", "z"), metres=1.0, seconds=1.0, rotation="qx,qy,qz,qw", units=""):
+    """Write a recording of POSITION, ANGLE and SECONDS whose numbers are in other units, and return its path.
+
+    ``metres``, ``seconds``: of one such unit; ``units``: a row of their names below the header.
+    """
     head = [",".join([time, *axes, rotation]), *filter(None, [units])]
     rotation_cells = {4: (np.sin(ANGLE / 2), 0, 0, np.cos(ANGLE / 2)), 3: (ANGLE, 0, 0)}[rotation.count(",") + 1]
     cells = [*(coordinate / metres for coordinate in POSITION), *rotation_cells]
-    rows = [",".join(f"{cell:.12g}" for cell in (stamp / second, *cells)) for stamp in SECONDS]
+    rows = [",".join(f"{cell:.12g}" for cell in (stamp / seconds, *cells)) for stamp in SECONDS]
     path.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
     return path
 
@@ -41,8 +44,8 @@ def headings_of_axes(column):
     return [re.sub("^[xX]", axis, column) for axis in "xyz"]
 
 
-def assert_track_in_metres_and_radians(session):
-    """Fails unless the session's only track is that of POSITION, SECONDS and ANGLE."""
+def assert_track_is_that_of_the_constants(session):
+    """Fails unless the only track has the times SECONDS, is at POSITION in metres and turned by ANGLE in radians."""
     (track,) = session.tracks.values()
     assert track.valid.all()
     assert np.allclose(track.positions, POSITION, atol=1e-6)
@@ -57,27 +60,31 @@ def mapping_text(axes, lines="", time="time", unit="s", rotation='quaternion_xyz
 
 
 def import_with(folder, mapping, **recording):
+    """The session of a recording (keywords of ``write_recording``) by a mapping."""
     (folder / "map.toml").write_text(mapping, encoding="utf-8")
     return import_session(
         "csv", write_recording(folder / "log.csv", **recording), mapping=folder / "map.toml", convention="openvr"
     )
 
 
-@pytest.mark.parametrize("column", METRES)
+@pytest.mark.parametrize("column", METRES_OF_A_UNIT)
 def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
     path, out = (
-        write_recording(tmp_path / "log.csv", axes=headings_of_axes(column), metres=METRES[column]),
+        write_recording(tmp_path / "log.csv", axes=headings_of_axes(column), metres=METRES_OF_A_UNIT[column]),
         tmp_path / "s.mcap",
     )
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
-    assert_track_in_metres_and_radians(read_session(out))
+    assert_track_is_that_of_the_constants(read_session(out))
 
 
-@pytest.mark.parametrize("column", METRES)
+@pytest.mark.parametrize("column", METRES_OF_A_UNIT)
 def test_lengths_use_the_unit_in_csv_headings(tmp_path, column):
-    assert_track_in_metres_and_radians(
+    assert_track_is_that_of_the_constants(
         import_with(
-            tmp_path, mapping_text(headings_of_axes(column)), axes=headings_of_axes(column), metres=METRES[column]
+            tmp_path,
+            mapping_text(headings_of_axes(column)),
+            axes=headings_of_axes(column),
+            metres=METRES_OF_A_UNIT[column],
         )
     )
 
@@ -93,22 +100,23 @@ def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
 def test_lengths_and_times_use_the_row_of_units(tmp_path, units):
     """``units``: the row below the header, for time, x, y, z and a quaternion."""
     metres = {"ft": 0.3048, "[inch]": 0.0254, "mm": 1e-3}[units.split(",")[1]]
-    second = 1e-3 if units.startswith("ms") else 1.0
-    path, out = write_recording(tmp_path / "log.csv", metres=metres, second=second, units=units), tmp_path / "s.mcap"
+    seconds = 1e-3 if units.startswith("ms") else 1.0
+    path, out = write_recording(tmp_path / "log.csv", metres=metres, seconds=seconds, units=units), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
-    assert_track_in_metres_and_radians(read_session(out))
+    assert_track_is_that_of_the_constants(read_session(out))
 
 
-@pytest.mark.parametrize("column", CLOCKS)
+@pytest.mark.parametrize("column", SECONDS_OF_A_UNIT)
 def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
-    path, out = write_recording(tmp_path / "log.csv", time=column, second=CLOCKS[column]), tmp_path / "s.mcap"
+    out = tmp_path / "s.mcap"
+    path = write_recording(tmp_path / "log.csv", time=column, seconds=SECONDS_OF_A_UNIT[column])
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
-    assert_track_in_metres_and_radians(read_session(out))
+    assert_track_is_that_of_the_constants(read_session(out))
 
 
 def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
     euler = 'euler = {x = "rx [rad]", y = "ry [rad]", z = "rz [rad]"}\norder = "XYZ"'
-    assert_track_in_metres_and_radians(
+    assert_track_is_that_of_the_constants(
         import_with(tmp_path, mapping_text("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]")
     )
 
@@ -157,7 +165,7 @@ def test_mapping_that_contradicts_the_headings_is_refused(tmp_path, mapping, rec
 def test_mapping_that_names_the_columns_decides_alone(tmp_path):
     axes = ["a", "b", "c"]
     lines = 'skip_lines = 1\nunits = "m"\ncolumns = ["time", "a", "b", "c", "qx", "qy", "qz", "qw"]'
-    assert_track_in_metres_and_radians(
+    assert_track_is_that_of_the_constants(
         import_with(tmp_path, mapping_text(axes, lines), axes=headings_of_axes("x (mm)"))
     )
 

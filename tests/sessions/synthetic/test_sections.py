@@ -7,15 +7,18 @@ from sessions.geometry.rotations import quaternion_about
 from sessions.geometry.solids import box
 from sessions.synthetic.sections import approach, round_in_round
 
-ROTATION = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
-
 
 def test_a_cube_corner_meets_a_prism_between_the_bounds():
-    """A cube of 0.1 m, corner first, meets a prism with corners at 0.03 m: half a diagonal and that from its middle."""
+    """Seen from above, a square of 0.1 m comes corner first at a 64-gon of radius 0.03 m.
+
+    They meet where their middles are half a diagonal and the radius apart: between the distances ``sure`` and
+    ``possible``, which are within 0.1 mm of their mean (``slack``), and without moving the cube ``aside``.
+    """
     cube, post = box((0.1, 0.1, 0.1)), prism(sides=64, radius=0.03, length=0.5)
-    meets = approach(cube, ROTATION, post, (0.0, 0.0, -1.0), 0.05)
-    corner = 0.05 * np.sqrt(2.0)
-    assert meets.sure <= corner + 0.03 <= meets.possible + 1e-9
+    corner_first = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
+    meets = approach(cube, corner_first, post, direction=(0.0, 0.0, -1.0), height=0.05)
+    half_diagonal = 0.05 * np.sqrt(2.0)
+    assert meets.sure <= half_diagonal + 0.03 <= meets.possible + 1e-9
     assert meets.slack < 0.0001
     assert abs(meets.aside) < 1e-9
 

@@ -48,23 +48,43 @@ def test_expected_knows_sure_open_and_clear_frames():
     assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
 
 
-def separate(height):
-    """When surfaces that approach and part by 1 m/s are at most ``height`` apart: 1 m deep at 3 s, 0 at 8 s."""
+NOISE, TESSELLATION = 0.125, 0.25
+"""Metres, and at 1 m/s also seconds."""
+
+LATENCY, SESSION_SECONDS = 0.5, 8.5
+BOUNDS = {"noise": NOISE, "tessellation": TESSELLATION, "clock": (LATENCY, SESSION_SECONDS)}
+
+
+def intervals_closer_than(height):
+    """When two surfaces at 1 m/s are at most ``height`` m apart: they meet from 2 to 4 s and only touch at 8 s."""
     return [(2.0 - height, 4.0 + height)] + [(8.0 - height, 8.0 + height)] * (height > 0.0)
 
 
-def test_episode_length_is_bounded_by_noise_and_tessellation():
-    for kind, near, deep in (("contact", 0.125, 0.375), ("contained", 0.375, 0.125)):
-        result, passing = levelled_episodes(
-            ("a", "b"), kind, separate, noise=0.125, tessellation=0.25, clock=(0.5, 8.5)
-        )
-        assert result.nominal == (2.5, 4.5) and result.pair == ("a", "b") and result.kind == kind
-        assert result.surely == (2.5 + deep, 4.5 - deep) and result.possibly == (2.5 - near, 4.5 + near)
-        assert passing.nominal is passing.surely is None and passing.possibly == (8.5 - near, 8.5)
-    (begun,) = levelled_episodes(
-        ("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], noise=0.125, tessellation=0.25, clock=(0.5, 8.5)
-    )
-    assert (begun.surely, begun.nominal, begun.possibly) == ((0.0, 1.125), (0.0, 1.5), (0.0, 1.625))
+@pytest.mark.parametrize(
+    ("kind", "earliest", "latest"),
+    [("contact", NOISE, NOISE + TESSELLATION), ("contained", NOISE + TESSELLATION, NOISE)],
+)
+def test_episode_length_is_bounded_by_noise_and_tessellation(kind, earliest, latest):
+    """``earliest``, ``latest``: seconds that it may begin earlier, and later; noise does either.
+
+    Meshes lie inside the smooth shapes: so they touch later, and are contained earlier.
+    """
+    meeting, touch = levelled_episodes(("a", "b"), kind, intervals_closer_than, **BOUNDS)
+    begin, end = 2.0 + LATENCY, 4.0 + LATENCY
+    assert meeting.pair == ("a", "b") and meeting.kind == kind
+    assert meeting.nominal == (begin, end)
+    assert meeting.surely == (begin + latest, end - latest)
+    assert meeting.possibly == (begin - earliest, end + earliest)
+    assert touch.nominal is touch.surely is None
+    assert touch.possibly == (8.0 + LATENCY - earliest, SESSION_SECONDS)
+
+
+def test_contact_from_the_start_has_no_uncertain_begin():
+    (episode,) = levelled_episodes(("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], **BOUNDS)
+    end = 1.0 + LATENCY
+    assert episode.nominal == (0.0, end)
+    assert episode.surely == (0.0, end - NOISE - TESSELLATION)
+    assert episode.possibly == (0.0, end + NOISE)
 
 
 @pytest.mark.parametrize("name", ["ball-plate", "fast-ball"])

@@ -28,7 +28,10 @@ def gap_is_used_up(row, frame, later, gap):
 
 
 def search_of_cubes(translations, rotations=None, centre=(0.0, 0.0, 0.0), size=1.0):
-    """A search of the first of some cubes of 1 m against the others, at these poses (T, N, 3), (T, N, 3, 3)."""
+    """A search of the first of some cubes against the others, at these poses (T, N, 3), (T, N, 3, 3).
+
+    ``centre``: of each cube in its own axes; ``size``: its edge, in metres.
+    """
     frames, bodies = translations.shape[:2]
     cube = box_mesh((size,) * 3, centre=centre).triangles
     if rotations is None:
@@ -53,7 +56,7 @@ def test_path_is_that_of_the_centre_and_of_the_rotation():
     rotations = Rotation.from_rotvec(np.outer(angles, np.array([2, 3, 6]) / 7)).as_matrix()
     translations = np.outer(steps, [3.0, 4.0, 0.0])
     centres = rotations @ centre + translations
-    search = search_of_cubes(np.stack([translations] * 2, axis=1), np.stack([rotations] * 2, axis=1), centre)
+    search = search_of_cubes(np.stack([translations] * 2, axis=1), np.stack([rotations] * 2, axis=1), centre=centre)
     half_diagonal = np.sqrt(3.0) / 2
     by_rotation = 2 * np.sqrt(2.0) * np.sin(np.abs(np.diff(angles)) / 2) * half_diagonal
     exact = np.cumsum(np.linalg.norm(np.diff(centres, axis=0), axis=1) + by_rotation)
@@ -61,9 +64,17 @@ def test_path_is_that_of_the_centre_and_of_the_rotation():
     assert path[0] == 0.0
     assert (exact <= path[1:]).all()
     assert path[1:] == pytest.approx(exact, abs=1e-9)
-    rows = doubles_in(search, "centres", 0, 3 * int(search.tracks.rows["stride"][0])).reshape(3, -1)
-    assert rows.T[:20] == pytest.approx(centres)
-    assert doubles_in(search, "away", 0, 20) == pytest.approx(5.0 * steps)
+
+
+def test_pose_memory_has_centres_and_distances_from_the_origin():
+    """A row of ``stride`` numbers a coordinate; |(3, 4, 0)| = 5 m a step."""
+    steps, centre = np.arange(20), np.array([2.0, 0.5, -1.0])
+    translations = np.outer(steps, [3.0, 4.0, 0.0])
+    search = search_of_cubes(np.stack([translations] * 2, axis=1), centre=centre)
+    stride = int(search.tracks.rows["stride"][0])
+    centres = doubles_in(search, "centres", body=0, count=3 * stride).reshape(3, stride)[:, :20].T
+    assert centres == pytest.approx(translations + centre)
+    assert doubles_in(search, "away", body=0, count=20) == pytest.approx(5.0 * steps)
 
 
 def test_facts_of_a_body_are_skew_and_reach():

@@ -21,7 +21,7 @@ def reaction(burette, flask, equation):
     titrant = glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN)
     sample = glass("flask", volume_ml=2.0, solutes=flask)
     return effects_of_tap_degrees(
-        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=titrant, acid=sample
+        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), burette=titrant, flask=sample
     )["reaction"].output
 
 

@@ -87,7 +87,7 @@ def salted_out(molar):
     )
     brine = glass("flask", volume_ml=2.0, solute="NaCl", molar=5.4)
     return effects_of_tap_degrees(
-        [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIXING_IN_FLASK, HALITE, base=acid, acid=brine
+        [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIXING_IN_FLASK, HALITE, burette=acid, flask=brine
     )["reaction"].output
 
 
@@ -109,7 +109,7 @@ def test_gypsum_in_a_brine_is_named_in_the_warning():
     sulfate = glass("flask", volume_ml=2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
     gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-    (event,) = effects_of_tap_degrees(degrees, MIXING_IN_FLASK, gypsum, base=lime, acid=sulfate)[
+    (event,) = effects_of_tap_degrees(degrees, MIXING_IN_FLASK, gypsum, burette=lime, flask=sulfate)[
         "reaction"
     ].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text
@@ -132,7 +132,7 @@ def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, solid
     flask = glass("flask", volume_ml=0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
     output = effects_of_tap_degrees(
-        degrees, MIXING_IN_FLASK, ("reaction", {"equation": equation}), base=burette, acid=flask
+        degrees, MIXING_IN_FLASK, ("reaction", {"equation": equation}), burette=burette, flask=flask
     )["reaction"].output
     assert not output.events_named("brine")
     assert not any("may dissolve" in event.text for event in output.events_named("concentrated"))

@@ -6,8 +6,8 @@ from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.formulas import atoms, crystal_water, equation_of, ion_of
 
 
-def known(formula):
-    """Whether the tables know what a formula dissolves into."""
+def is_in_the_tables(formula):
+    """Whether the tables of the product know what a formula dissolves into."""
     return components_of(formula) is not None
 
 
@@ -31,22 +31,34 @@ def test_text_that_is_no_chemical_formula_is_refused(formula):
 
 
 @pytest.mark.parametrize(
-    "text", ["MnO4- + 8 H+ + 5 e- -> Mn2+ + 4 H2O", "Zn -> Zn2+ + 2e-", "Fe3+ + e- -> Fe2+", "Ag+ + e\u207b \u2192 Ag"]
+    "text", ["MnO4- + 8 H+ + 5 e- -> Mn2+ + 4 H2O", "Zn -> Zn2+ + 2e-", "Fe3+ + e- -> Fe2+", "Ag+ + e⁻ → Ag"]
 )
 def test_half_equations_ask_for_their_other_half(text):
     with pytest.raises(ValueError, match="is half an equation; add the half that gives or takes its electrons"):
-        equation_of(text, known)
+        equation_of(text, is_in_the_tables)
 
 
 @pytest.mark.parametrize(
     ("text", "reagents", "phases"),
     [
-        ("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
-        ("Cu2+ + 2 OH- \u2192 Cu(OH)2\u2193", {"Cu^2+": 1, "OH-": 2}, {"Cu(OH)2": "s"}),
         ("Zn + 2 HCl -> ZnCl2 + H2", {"Zn": 1, "HCl": 2}, {}),
+        ("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
+        ("Cu2+ + 2 OH- → Cu(OH)2↓", {"Cu^2+": 1, "OH-": 2}, {"Cu(OH)2": "s"}),
+        ("SO4^2- + Ba^2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
+        ("NH4+ + OH- ⇌ NH3 + H2O", {"NH4+": 1, "OH-": 1}, {}),
+        ("Zn + 2 H⁺ --> Zn²⁺ + H₂↑", {"Zn": 1, "H+": 2}, {"H2": "g"}),
+    ],
+)
+def test_equation_is_read_with_any_arrow_phase_or_superscript(text, reagents, phases):
+    """``reagents``: formula and coefficient, charges as in SO4^2-; ``phases``: of a solid, s or an arrow down."""
+    equation = equation_of(text, is_in_the_tables)
+    assert equation.reagents == reagents and equation.phases == phases
+
+
+@pytest.mark.parametrize(
+    ("text", "reagents", "phases"),
+    [
         ("SO42- + Ba2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
-        ("NH4+ + OH- \u21cc NH3 + H2O", {"NH4+": 1, "OH-": 1}, {}),
-        ("Zn + 2 H\u207a --> Zn\u00b2\u207a + H\u2082\u2191", {"Zn": 1, "H+": 2}, {"H2": "g"}),
         ("IO3- + 5 I- + 6 H+ -> 3 I2 + 3 H2O", {"IO3-": 1, "I-": 5, "H+": 6}, {}),
         ("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-", {"AgCl": 1, "NH3": 2}, {}),
         ("Al3+ + 4 OH- -> Al(OH)4-", {"Al^3+": 1, "OH-": 4}, {}),
@@ -56,21 +68,25 @@ def test_half_equations_ask_for_their_other_half(text):
         ("2MnO4- + 5C2O42- + 16H+ -> 2Mn2+ + 10CO2 + 8H2O", {"MnO4-": 2, "C2O4^2-": 5, "H+": 16}, {}),
         ("Cr2O72- + 6 Fe2+ + 14 H+ -> 2 Cr3+ + 6 Fe3+ + 7 H2O", {"Cr2O7^2-": 1, "Fe^2+": 6, "H+": 14}, {}),
         ("Cu(NH3)42+ -> Cu2+ + 4NH3", {"Cu(NH3)4^2+": 1}, {}),
-        ("CuSO4 \u00b7 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
+        ("CuSO4 · 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
         ("HPO42- + H+ -> H2PO4-", {"HPO4^2-": 1, "H+": 1}, {}),
         ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
         ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"Ag(NH3)2+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"}),
     ],
 )
 def test_of_several_readings_the_balanced_is_taken(text, reagents, phases):
-    equation = equation_of(text, known)
+    """Without a caret SO42- may be SO4 with 2- or SO42 with -: that is meant whose atoms and charges balance.
+
+    Where several do, those are meant whose formulas are in the tables.
+    """
+    equation = equation_of(text, is_in_the_tables)
     assert equation.reagents == reagents and equation.phases == phases
 
 
 @pytest.mark.parametrize("text", ["Ca2+ + EDTA4- -> CaEDTA2-", "Mg2+ + H2Y2- -> MgY2- + 2 H+", "Ca2+ + Y4- -> CaY^2-"])
 def test_edta_by_its_abbreviation_is_refused_with_its_formula(text):
     with pytest.raises(ValueError, match=r"write EDTA as C10H12N2O8\^4-, as in"):
-        equation_of(text, known)
+        equation_of(text, is_in_the_tables)
 
 
 def test_two_balanced_readings_are_refused_with_a_remedy():
@@ -101,7 +117,7 @@ def test_crystal_water_is_counted_behind_the_dot():
      ("[Cu(NH3)4]2+", "Cu(NH3)4^2+"), ("[Fe(CN)6] 3-", "Fe(CN)6^3-"), ("[Al(OH)4]-", "Al(OH)4-")],
 )  # fmt: skip
 def test_an_ion_alone_is_read_as_known(written, read):
-    assert ion_of(written, known) == read
+    assert ion_of(written, is_in_the_tables) == read
 
 
 @pytest.mark.parametrize(

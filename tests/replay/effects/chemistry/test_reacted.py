@@ -16,7 +16,10 @@ CARBONATE = Process("CaCl2 + Na2CO3", {"Ca^2+": -1.0, "CO3^2-": -1.0, "CaCO3(s)"
 
 
 def matter(process, extent, limits):
-    """A vessel in which a process ran to these mol at 0, 1, 2 and 3 s, and what would end it now."""
+    """A flask in which a process ran to these mol (``extent``) at 0, 1, 2 and 3 s.
+
+    ``limits``: cause -> mol by which the process could run on; 0 mol: this cause has ended it.
+    """
     history = SimpleNamespace(
         times=np.arange(4.0), extents=np.array(extent, dtype=float)[:, None], amounts=np.zeros((4, 1))
     )
@@ -28,11 +31,18 @@ def matter(process, extent, limits):
 
 
 def test_equation_states_how_far_it_ran_and_what_ended_it():
-    """``extent``: mol at 0, 1, 2 and 3 s; ``limits``: mol by which it could run on, by each cause."""
-    limits = {"Mg(s)": np.array(0.0), "Cl-": np.array(0.01), Cause.ACID: np.array(0.0)}
-    (event,) = reacted_events(matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits), (), ())
+    """It has run from the first time at which its extent has grown, 2 s; magnesium ended it, chloride did not."""
+    limits = {"Mg(s)": np.array(0.0), "Cl-": np.array(0.01), Cause.ACID: np.array(0.01)}
+    flask = matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits)
+    (event,) = reacted_events(flask, (), ())
     assert event.text == "Mg + 2 HCl runs in flask by 5 mmol, until no Mg is left"
-    assert (event.time, event.end, event.values["moles"]) == (2.0, 3.0, 0.005)
+    assert event.time == 2.0 and event.end == 3.0 and event.values["moles"] == 0.005
+
+
+def test_of_acid_and_a_reagent_used_up_the_reagent_is_named():
+    limits = {"Mg(s)": np.array(0.0), Cause.ACID: np.array(0.0)}
+    (event,) = reacted_events(matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits), (), ())
+    assert event.text.endswith("until no Mg is left")
 
 
 def test_solid_that_an_equation_makes_has_its_mass():

@@ -44,8 +44,8 @@ def run(flask, burette, *equations):
         degrees,
         MIXING_IN_FLASK,
         *reactions,
-        acid=acid,
-        base=base,
+        flask=acid,
+        burette=base,
         step_ns=33_333_333,
         settings={"full_area_m2": 1.2e-6},
     )["reaction"]

@@ -95,12 +95,18 @@ def test_web_viewer_is_fetched_without_the_configured_proxy(monkeypatch):
 
 @pytest.mark.slow
 def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
+    """Of Rerun's web server, which hands out the viewer: a script that exports WebHandle, and a program.
+
+    The first port that it is started with is taken, the second is free.
+    """
     with socket.create_server((viewer.LOOPBACK, 0)) as taken:
         free = viewer.free_port
-        ports = iter([taken.getsockname()[1], free()])
-        monkeypatch.setattr(viewer, "free_port", lambda: next(ports, None) or free())
+        first_ports = iter([taken.getsockname()[1], free()])
+        monkeypatch.setattr(viewer, "free_port", lambda: next(first_ports, None) or free())
         files = web_viewer.web_viewer()
-    assert b"WebHandle" in files[SCRIPT_FILE] and files[PROGRAM_FILE][:4] == b"\0asm"
+    assert b"WebHandle" in files[SCRIPT_FILE]
+    web_assembly = b"\0asm"
+    assert files[PROGRAM_FILE][:4] == web_assembly
 
 
 def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
