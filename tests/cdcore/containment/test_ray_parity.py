@@ -73,8 +73,8 @@ def test_certain_inside_answers_agree_with_exact_ray_parity(shape):
 
 def test_a_ray_through_an_edge_is_uncertain():
     """From the middle of a box the ray along +x meets the diagonal that two triangles of its face share."""
-    middle = np.zeros(3)
-    assert point_state(build_inside_grid(box_mesh().triangles), middle, margin=1e-14) == UNCERTAIN
+    middle, margin = np.zeros(3), 1e-14
+    assert point_state(build_inside_grid(box_mesh().triangles), middle, margin) == UNCERTAIN
 
 
 @pytest.mark.slow

@@ -84,5 +84,6 @@ def test_faults_read_from_a_run_folder_equal_the_run(run_and_folder):
     assert any(result.faults.values())
     for label, faults in result.faults.items():
         for fault, again in zip(faults, read[label], strict=True):
+            # A folder stores no first touch, no nearest faces, and not how many frames agree on the cause.
             evidence = replace(fault.evidence, touch=None, nearest=None)
             assert again == replace(fault, evidence=evidence, agreeing=(0, 0))

@@ -19,22 +19,24 @@ from replay.engine import compute
 from replay.show.report.sections import trust
 from sessions import Finding, MeshData, Severity, Status
 
-LIMITS = Gates(max_missed=0.0, max_false=0.0)
+NO_FAULT_ALLOWED = Gates(max_missed=0.0, max_false=0.0)
 STATES = tomllib.loads(Path(__file__).with_name("sentences.toml").read_text("utf-8"))
-SPOKEN = str.maketrans(".C-", "ncn")
+"""State -> what reference and detector say, a letter a frame (C: contact, -: no pose), and the sentences about it."""
+
+LETTERS_OF_SCRIPTED = str.maketrans(".C-", "ncn")
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_every_sentence_holds_in_every_state(state):
-    told = STATES[state]
-    lost = [[Status.VALID, Status.LOST if letter == "-" else Status.VALID] for letter in told["oracle"]]
-    oracle, subject = (told[name].translate(SPOKEN) for name in ("oracle", "subject"))
+    row = STATES[state]
+    status = [[Status.VALID, Status.LOST if letter == "-" else Status.VALID] for letter in row["oracle"]]
+    oracle, subject = (row[name].translate(LETTERS_OF_SCRIPTED) for name in ("oracle", "subject"))
     scripted = "support.planted_detectors:Scripted[says={}]".format
-    session = session_of_frames(np.arange(len(lost)) * STEP_NS, lost)
+    session = session_of_frames(np.arange(len(status)) * STEP_NS, status)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted(subject + "n"), oracle="exact=" + scripted(oracle))
-    said = headline.undecided_lines(run) + LIMITS.broken_limits(run.document.audit, [])
-    assert said == told["sentences"]
+    sentences = headline.undecided_lines(run) + NO_FAULT_ALLOWED.broken_limits(run.document.audit, [])
+    assert sentences == row["sentences"]
 
 
 def test_the_moment_of_a_false_contact_holds_its_gap():
@@ -72,6 +74,7 @@ def doubted(*findings):
 
 
 def test_doubts_are_errors_units_axes_and_handedness():
+    """Not a frozen pose; three findings of one kind are one sentence."""
     units = [Finding("unit-suspect", "3000 m away", name) for name in "abc"]
     noted = Finding("frozen", "it stood still", "a")
     assert doubted(noted) == []
@@ -84,23 +87,24 @@ def test_doubts_are_errors_units_axes_and_handedness():
 
 
 def test_pair_frames_an_engine_cannot_test_have_a_reason():
+    """Two hollow beakers, whose boxes overlap in two of four frames, are left undecided in all of them."""
     pytest.importorskip("pybullet")
     hollow = beaker_mesh()
     session = unit_cubes_on_x({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
     meshes = {name: MeshData(hollow.vertices, hollow.faces) for name in "ab"}
-    found = replay.run(replace(session, meshes=meshes), detectors="bullet[shape=mesh]")
-    assert found.document.audit["bullet-mesh"].undecided_reasons == {
+    result = replay.run(replace(session, meshes=meshes), detectors="bullet[shape=mesh]")
+    assert result.document.audit["bullet-mesh"].undecided_reasons == {
         "not supported: Bullet tests no triangle mesh against another": 4
     }
-    assert any("Of them 4: not supported" in words for words in headline.undecided_lines(found))
+    assert any("Of them 4: not supported" in line for line in headline.undecided_lines(result))
 
 
 @pytest.mark.parametrize(("skin", "gap"), [(0.5, 0.6), (0.0, None)])
 def test_contact_offset_explains_false_contact_of_distant_shapes(skin, gap):
     """Unit boxes 0.6 m apart report contact with an offset of 0.5 m each, and none without."""
     session = unit_cubes_on_x({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (gap or 0), 1 + (gap or 0), 3, 3]})
-    found = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
-    told = [answer.why for answer in found.answers if answer.label == "skin"]
-    assert bool(found.false["skin"]) == (gap is not None)
+    result = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
+    reasons = [answer.why for answer in result.answers if answer.label == "skin"]
+    assert bool(result.false["skin"]) == (gap is not None)
     if gap is not None:
-        assert "600 mm apart" in told[0] and "from 1 m on" in told[0] and "meet" not in told[0]
+        assert "600 mm apart" in reasons[0] and "from 1 m on" in reasons[0] and "meet" not in reasons[0]

@@ -49,12 +49,14 @@ def requested_again(session, answer):
     ],
 )
 def test_a_fix_changes_the_setting_that_is_the_cause(session, detector, setting):
+    """Its command runs a detector without errors: ``skin_m`` is a contact offset, ``containment`` a test of inside."""
     (answer,) = compute(session(), detectors=f"it={detector},exact").answers
     assert not answer.fix.measured and setting.lower() in answer.fix.command.lower()
     assert requested_again(session(), answer).loss == 0.0
 
 
 def test_fix_measured_as_no_better_is_not_advised():
+    """The run has the hull at 50 Hz and at every frame, which is as wrong: the hollow is filled in both."""
     detectors = "it=collider[shape=hull,rate_hz=50],other=collider[shape=hull],exact"
     run = compute(in_hollow(), detectors=detectors)
     answers = {answer.label: answer for answer in run.answers}
@@ -65,8 +67,8 @@ def test_fix_measured_as_no_better_is_not_advised():
         assert f"({answer.label})" not in answer.fix.text
 
 
-def test_pieces_end_where_no_more_help_and_triangles_come_next():
-    # Of a cube every number of pieces is one piece, whose contact offset is what is wrong.
+def test_pieces_of_a_cube_are_not_advised_but_its_offset_is():
+    """Of a cube every number of pieces is one piece, whose contact offset is what is wrong."""
     run = compute(
         unit_cubes_on_x(SEPARATE), detectors="it=collider[shape=compound,pieces=64,method=box,skin_m=0.01],exact"
     )

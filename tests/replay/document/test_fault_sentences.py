@@ -463,11 +463,13 @@ def check_claims_and_fixes(seed, *, engines, again):
 
 @pytest.mark.parametrize("seed", [8, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 6, 9))])
 def test_sentences_and_fixes_of_a_planted_session_hold(seed):
+    """Each sentence on a fault must match one form of MISSED or FALSE, and the predicate beside that form."""
     check_claims_and_fixes(seed, engines=False, again=False)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, int(os.environ.get("PLANTED_SESSIONS", "30")), 10))
 def test_sentences_and_fixes_of_planted_sessions_hold(first):
+    """Of ten sessions, with engines as detectors and each fix run again; they have more than 20 faults."""
     pytest.importorskip("pybullet")
     assert sum(check_claims_and_fixes(1000 + seed, engines=True, again=True) for seed in range(first, first + 10)) > 20

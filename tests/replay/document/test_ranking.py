@@ -79,12 +79,13 @@ def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
     ],
 )
 def test_fault_sentence_begins_with_the_larger_fault(figures, text):
-    """BENCH and ``audited`` have planted counts of 18 contacts; ``largest`` keeps the first clause alone."""
+    """``figures``: the audit of a detector; ``largest`` keeps the first clause alone."""
     rank = ranking(document_of_audits(it=figures))[0]
     assert fault_text(rank) == text and fault_text(rank, largest=True) == text.partition("; ")[0]
 
 
 def test_a_rate_is_ranked_by_its_mean_over_offsets():
+    """The run itself missed 9 of 18 contacts; over 16 sampling offsets 1 is missed in the mean, and at most 2."""
     mean = OffsetProportions(
         contacts_missed=proportion(16, 16 * 18),
         late_or_cut_short=proportion(0, 16 * 18),
@@ -92,7 +93,7 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
         false_contact=proportion(1, 10),
     )
     counts = OffsetRanges(contacts_missed=CountRange(smallest=0, largest=2, mean=1.0), late_or_cut_short=COUNTS)
-    (rank, _) = ranking(
+    (rank, _reference) = ranking(
         document_of_audits(
             slow=audit_of_18_contacts(missed=9, late=0, false=0, means_over_offsets=mean, counts_over_offsets=counts)
         )
@@ -103,6 +104,7 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
 
 
 def test_undecided_or_undetected_contacts_are_ranked():
+    """``lazy`` left all 18 contacts undecided, ``blind`` reports none; where there is no contact nothing is lost."""
     lazy, blind = (
         audit_of_18_contacts(missed=0, late=0, false=0, undecided=18),
         audit_of_18_contacts(missed=0, late=0, false=0, reported=0),
@@ -114,6 +116,7 @@ def test_undecided_or_undetected_contacts_are_ranked():
 
 
 def table_of_ranking(document):
+    """The table that a terminal prints of a document's detectors."""
     return ranking_table(SimpleNamespace(document=document, ranking=ranking(document), answers=()))
 
 
@@ -125,9 +128,12 @@ def test_ranking_prints_zeros_and_dashes_for_the_reference():
         "detector", "what", "missed", "late or cut short", "false contact", "mean ms", "p99 ms", "loss",
         "of a 90 Hz frame", "settings",
     ]  # fmt: skip
-    first = [text_of(cell) for cell in cells[0]]
-    assert first[2:] == ["0", "1", "96.7 %", "0.4", "1.1", "0.98", "3.6 %", "hull50[x=1]"]
-    assert cells[1][2] == Marked("1", IN_RED) and cells[3][2:5] == ("reference", "-", "-")
+    hull50, mesh50, _paper, exact = cells
+    _detector, _what, *figures = (text_of(cell) for cell in hull50)
+    assert figures == ["0", "1", "96.7 %", "0.4", "1.1", "0.98", "3.6 %", "hull50[x=1]"]
+    missed, late, false = 2, 3, 4  # columns
+    assert mesh50[missed] == Marked("1", IN_RED)
+    assert (exact[missed], exact[late], exact[false]) == ("reference", "-", "-")
     assert "undecided" in {
         column.name
         for column in table_of_ranking(
@@ -153,6 +159,7 @@ def test_a_label_has_the_rate_but_not_the_engine_rate(name, text):
 
 @pytest.mark.parametrize(("at_once", "noted"), [((), 0), (("exact",), 1), (("hull50", "mesh50", "paper", "exact"), 0)])
 def test_times_measured_offline_are_marked_among_live_times(at_once, noted):
+    """``at_once``: detectors that got all frames at once; nothing is noted where all did."""
     document = document_of_audits(**AUDITS_OF_BENCH)
     detectors = {
         label: structs.replace(detector, live=label not in at_once) for label, detector in document.detectors.items()

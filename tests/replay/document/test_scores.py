@@ -16,6 +16,7 @@ from sessions.model.scene import Scene, SceneBody
 
 
 def test_contacts_of_a_body_with_its_parent_are_not_counted():
+    """MATCHING is that of no contacts; both contacts are counted apart, as those while a hand holds a body."""
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="a")))
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=scene), detectors="discrete", pairs=[("a", "b")])
     figures = result.document.audit["discrete"]
@@ -26,6 +27,7 @@ def test_contacts_of_a_body_with_its_parent_are_not_counted():
 
 
 def test_excused_contacts_count_in_no_fraction():
+    """Of three contacts the first is matched, the second missed, the third excused; of two reports the second is."""
     match = EpisodeMatch(truth=1, reported=1, overlap=3, onset_error=0.5, duration_error=-0.25)
     matches = EpisodeMatches((match,), missed=(2,), excused_truth=(3,), excused_reports=(2,))
     figures = matching_of(matches, reference_contacts=3, reported_contacts=2)
@@ -44,6 +46,8 @@ def test_pair_frames_only_the_detector_left_undecided_are_counted():
 
 
 ERRORS = TimeErrors(mean=0.1, median=0.1, p95_absolute=0.1, largest_absolute=0.1)
+"""The same of one contact: mean, median and largest."""
+
 SINGLE = audit_of(
     time_missed=proportion(1, 10),
     pair_frames=zeros(PairFrames, both=9, missed=1),
@@ -73,6 +77,7 @@ def test_means_over_offsets_are_pooled_only_if_all_have_means():
 
 
 def test_audit_of_a_single_session_is_pooled_unchanged():
+    """Also of two detectors that have a session each."""
     assert pooled_audits([{"x": SINGLE}]) == {"x": SINGLE}
     assert list(pooled_audits([{"x": SINGLE}, {"y": SINGLE}])) == ["x", "y"]
     assert pooled_audits([]) == {}

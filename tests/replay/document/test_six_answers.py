@@ -66,9 +66,15 @@ def test_times_printed_in_an_answer_are_times_of_faults(state):
         times |= {f"{second:.1f}" for fault in faults for second in (fault.start, fault.end)}
         printed = re.findall(r"(?:from|to|at) (\d+\.\d+)", answer.other_times)
         assert set(printed) <= times
-        assert bool(answer.when) == (answer.moment is not None)
+
+
+@pytest.mark.parametrize("state", AUDITED)
+def test_answer_has_what_and_when_if_it_has_a_moment(state):
+    answers = run_with_steady_times(state).answers
+    assert answers
+    for answer in answers:
+        assert bool(answer.when) == bool(answer.what) == (answer.moment is not None)
         assert answer.moment is None or answer.when.startswith(f"At {words.moment(answer.moment.seconds)}: ")
-        assert bool(answer.what) == (answer.moment is not None)
 
 
 @pytest.mark.parametrize("state", AUDITED)
@@ -92,20 +98,21 @@ def test_busy_machine_is_mentioned_exactly_once(others):
 
 
 def rank_of(label, contacts=9, missed=0, false=0.0, mean=1e-4, p99=2e-4, **more):
-    """A detector's rank, of so many missed contacts and such a fraction of false contact."""
+    """A detector's rank: ``missed`` of 9 contacts, ``false``: fraction of its contact time; 0.1 ms a frame, p99 0.2."""
     counts = {} if label == "exact" else {"missed_counts": (missed, missed), "late_counts": (0, 0)}
     rank = Rank(label, label, label, contacts, mean, p99, missed=proportion(missed, max(1, contacts)), **counts)
     return replace(rank, false=proportion(round(100 * false), 100), **more)
 
 
 def document_of(*labels, not_live=(), others=0.0):
-    """The document of a run with these detectors."""
+    """The document of a run with these detectors; ``others``: fraction of the processor that other work took."""
     seconds = structs.replace(times_of(mean=1e-4, p99=2e-4), processor_fraction=1.0 - others)
     detectors = {label: detector_of(label, live=label not in not_live, seconds=seconds) for label in labels}
     return document_with(detectors=detectors, oracle="exact")
 
 
 SLOW = 1.1e-3 * BUDGET_MS
+"""Seconds that do not fit into the frame of 90 Hz."""
 
 
 @pytest.mark.parametrize(
@@ -132,6 +139,10 @@ SLOW = 1.1e-3 * BUDGET_MS
     ],
 )
 def test_shipped_detector_has_no_error_and_fits_the_frame(ranks, settings, ships):
+    """``settings``: detectors that were not live, and what other work took; ``ships``: whom the decision names.
+
+    A next best, where it is named, has the least error of the others but the reference.
+    """
     made = shipping_decision(document_of(*(rank.label for rank in ranks), **settings), ranks)
     assert (None if made.rank is None else made.rank.label) == ships
     assert made.text.endswith(".") and made.figures.endswith(":") == bool(made.command)
@@ -143,7 +154,7 @@ def test_shipped_detector_has_no_error_and_fits_the_frame(ranks, settings, ships
 
 def fix_of(false, missed):
     """A measured Fix, of nine contacts."""
-    none = proportion(0, 9)
+    none = proportion(0, 9)  # of the contacts
     figures = FixFigures(
         what="32 convex pieces",
         missed=proportion(missed, 9),
@@ -202,6 +213,7 @@ def test_decision_advises_the_fix_if_its_error_is_small(false, place):
     [("in a hollow that is cut", "In your engine, split gate"), ("in a hollow", "Decide with another")],
 )
 def test_without_a_contact_only_false_contact_is_judged(state, does):
+    """A ball in the hollow of a gate: false contact by its hull, which a cut into two pieces ends."""
     reasons = {
         reason.heading: reason for reason in section_of(run_with_steady_times(state), SectionName.ANSWER).reasons
     }
@@ -218,13 +230,15 @@ def test_without_a_contact_only_false_contact_is_judged(state, does):
 
 
 def test_without_a_contact_no_other_detector_is_called_right():
+    """Detector b reports nothing, and nothing happened: the Fix of a is advised, in code a reference that is fast."""
     ranks = [rank_of("a", contacts=0, false=0.86), rank_of("b", contacts=0, mean=5e-5), rank_of("exact", contacts=0)]
     fix = structs.replace(fix_of(false=0.0, missed=0), command=SHIP_COMMAND)
     document = structs.replace(
         document_of("a", "b", "exact"), answers=(Answer("a", "", fix=fix),), audit={"a": audit_of()}
     )
-    for reference in (ranks[2], replace(ranks[2], p99=SLOW)):
-        made = shipping_decision(document, [*ranks[:2], reference])
+    *others, fast_reference = ranks
+    for reference in (fast_reference, replace(fast_reference, p99=SLOW)):
+        made = shipping_decision(document, [*others, reference])
         assert made.is_fix and "b" not in (made.in_code.text if made.in_code else "").split()
         assert (made.in_code is None) == (reference.p99 == SLOW)
 
@@ -265,6 +279,7 @@ def test_without_an_audit_nothing_is_recommended_or_sure():
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_interval_of_the_answer_is_that_of_the_ranking(state):
+    """The first sentence of certainty has it where there are contacts; an interval of over 50 % is not very certain."""
     result = run_with_steady_times(state)
     first = certainty(result.document, result.ranking)[0]
     worst = result.ranking[0]
@@ -280,6 +295,7 @@ def test_interval_of_the_answer_is_that_of_the_ranking(state):
 
 @pytest.mark.parametrize(("facts", "made_up"), [({"synthetic": "true"}, True), ({}, False)])
 def test_certainty_mentions_a_made_up_session(facts, made_up):
+    """``facts``: of the session, by which it is made up."""
     document = run_with_steady_times("several").document
     document = structs.replace(document, session=structs.replace(document.session, facts=facts))
     text = " ".join(certainty(document, run_with_steady_times("several").ranking))

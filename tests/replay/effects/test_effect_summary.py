@@ -19,25 +19,43 @@ FALLS = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
 SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(FALLS,))
 
 
-def test_each_effect_has_its_fraction_of_the_time():
-    """Cubes touch five times for four frames; of a whole that is twice the contact's time its fraction is a half."""
-    points = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
-    result = compute(unit_cubes_on_x({"a": [0] * len(points), "b": points}, scene=SCENE), detectors=())
-    records = result.document.effects
+POSITIONS_OF_5_TOUCHES = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
+"""Metres between unit cubes, which touch five times for four frames."""
+
+
+@pytest.fixture(scope="module")
+def five_touches():
+    """A run with the effect breakage, which needs that of contacts."""
+    count = len(POSITIONS_OF_5_TOUCHES)
+    return compute(unit_cubes_on_x({"a": [0] * count, "b": POSITIONS_OF_5_TOUCHES}, scene=SCENE), detectors=())
+
+
+def test_document_has_a_record_of_each_effect(five_touches):
+    """Breakage runs only about contacts."""
+    records = five_touches.document.effects
     assert list(records) == ["contact", "breakage"] and records["contact"].events == {"contact": 5}
-    assert records["breakage"].frames_run < records["breakage"].frames == len(points) and records["breakage"].trigger
-    assert records["contact"].digest == result.effects["contact"].output.digest
-    seconds = result.effects["contact"].seconds
+    assert records["breakage"].frames_run < records["breakage"].frames == len(POSITIONS_OF_5_TOUCHES)
+    assert records["breakage"].trigger
+    assert records["contact"].digest == five_touches.effects["contact"].output.digest
+
+
+def test_each_effect_has_its_fraction_of_the_time(five_touches):
+    """Of a run that took twice the contact's time its fraction is a half; of one without a time it is 0."""
+    seconds = five_touches.effects["contact"].seconds
     for whole, fraction in ((2 * seconds, 0.5), (0.0, 0.0)):
-        assert effect_summary(result.effects, whole)["contact"]["fraction"] == pytest.approx(fraction)
-    *lines, last = event_lines(result.effects, 3)
+        assert effect_summary(five_touches.effects, whole)["contact"]["fraction"] == pytest.approx(fraction)
+
+
+def test_event_lines_are_in_order_of_time_and_end_in_a_count(five_touches):
+    *lines, last = event_lines(five_touches.effects, 3)
     times = [float(line.split(" s: ")[0]) for line in lines]
-    every = sum(len(run.events) for run in result.effects.values())
+    every = sum(len(run.events) for run in five_touches.effects.values())
     assert times == sorted(times) and last == f"and {every - 3} more" and every > 4
-    assert len(event_lines(result.effects, every)) == every
+    assert len(event_lines(five_touches.effects, every)) == every
 
 
 def effect_run(kind, *events, **series):
+    """The run of an effect of this kind with these events and series."""
     return EffectRun(
         EffectSpec(kind, "x", lambda i: None),
         (),
@@ -50,16 +68,14 @@ def effect_run(kind, *events, **series):
 
 
 def test_the_weightiest_result_leads_else_the_last_event():
-    names = enumerate(("pour", "end-point", "colour-change"))
-    pour, end, changes = (EffectEvent(float(at), name, ("flask",)) for at, name in names)
-    assert leading_event({}) is None and leading_event({"pour": effect_run("pour", pour)}) is pour
-    assert leading_event({"pour": effect_run("pour", pour), "a": effect_run("a", changes)}) is changes
-    assert (
-        leading_event(
-            {"a": effect_run("a", changes), "reaction": effect_run("reaction", end), "pour": effect_run("pour", pour)}
-        )
-        is end
-    )
+    """Of a pour at 0 s, an end point at 1 s and a change of colour at 2 s the end point leads."""
+    names = ("pour", "end-point", "colour-change")
+    pour, end_point, change = (EffectEvent(float(second), name, ("flask",)) for second, name in enumerate(names))
+    poured, coloured = {"pour": effect_run("pour", pour)}, {"colour": effect_run("colour", change)}
+    assert leading_event({}) is None
+    assert leading_event(poured) is pour
+    assert leading_event(poured | coloured) is change
+    assert leading_event(poured | coloured | {"reaction": effect_run("reaction", end_point)}) is end_point
 
 
 def curves_of(ends, **series):

@@ -20,7 +20,10 @@ from sessions.model.session import HandTrack
 
 
 def runs_of_specs(*specs, **inputs):
-    """Runs of these effects over a cup that moves by 1 m a frame, a hand, and a body that is lost."""
+    """Runs of these effects over 4 frames: a cup that moves by 1 m in each, a hand, and a body that is lost.
+
+    ``inputs``: kind of an effect -> kinds whose outputs it gets.
+    """
     steps = {
         effect_spec.kind: Step(effect_spec, (), (), inputs.get(effect_spec.kind, ()), ("declared",))
         for effect_spec in specs
@@ -35,11 +38,12 @@ def runs_of_specs(*specs, **inputs):
 
 
 def effect_spec(kind, compute, **more):
+    """An effect of this kind that is computed so; ``more``: what else it reads or needs."""
     return EffectSpec(kind, "x", compute, **more)
 
 
 def answer_and_run(ask, **more):
-    """Inputs of an effect of such a spec, and its run."""
+    """What ``ask`` gets from the inputs of an effect ``pour``, and the effect's run; ``more``: of its spec."""
     actual = []
     run = runs_of_specs(effect_spec("pour", lambda inputs: actual.append(ask(inputs)) or EffectOutput(), **more))[
         "pour"
@@ -68,6 +72,7 @@ def test_an_effect_gets_only_inputs_of_its_spec(ask, text):
 
 
 def test_a_hand_is_chosen_by_tags_and_name():
+    """Body hand_left is the left hand of Ann, the first of two people; a cup is no hand."""
     hand, run = answer_and_run(
         lambda inputs: inputs.hand_of("hand_left") is inputs.session.hands["ann/left"], reads=(HANDS_TOPIC,)
     )
@@ -76,12 +81,13 @@ def test_a_hand_is_chosen_by_tags_and_name():
 
 
 def test_an_effect_gets_only_outputs_of_its_inputs():
-    observed = {}
-    effect_run, two = (effect_spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
-    runs_of_specs(
-        effect_run, two, effect_spec("x", lambda inputs: observed.update(inputs.outputs) or EffectOutput()), x=("two",)
-    )
-    assert {kind: output.data for kind, output in observed.items()} == {"two": 2}
+    """``last`` has ``second`` as its input, and so gets nothing of ``first``."""
+    received = {}
+    first = effect_spec("first", lambda inputs: EffectOutput(data=1))
+    second = effect_spec("second", lambda inputs: EffectOutput(data=2))
+    last = effect_spec("last", lambda inputs: received.update(inputs.outputs) or EffectOutput())
+    runs_of_specs(first, second, last, last=("second",))
+    assert {kind: output.data for kind, output in received.items()} == {"second": 2}
 
 
 def test_skipped_frames_are_counted_and_displayed():

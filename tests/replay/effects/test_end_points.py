@@ -17,7 +17,7 @@ from replay.effects.end_points import end_points
 from sessions.model.scene import Scene, SceneEffect
 
 MIXTURES = tomllib.loads(Path(__file__).with_name("chemistry").joinpath("mixtures.toml").read_text("utf-8"))["mixture"]
-WITHOUT = ("hydrolysis", "metals", "solids", "copper", "complexes")
+WITHOUT_TITRATION = ("hydrolysis", "metals", "solids", "copper", "complexes")
 """Families in which nothing is titrated."""
 
 STEPS = 60
@@ -58,7 +58,11 @@ def glass_arguments(row, name):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     "row",
-    [row for row in MIXTURES if row["family"] in WITHOUT and len(row["equations"]) == 1 and "rate_per_s" not in row],
+    [
+        row
+        for row in MIXTURES
+        if row["family"] in WITHOUT_TITRATION and len(row["equations"]) == 1 and "rate_per_s" not in row
+    ],
     ids=lambda row: row["name"],
 )
 def test_nothing_is_equivalent_where_nothing_is_titrated(row):
@@ -90,8 +94,8 @@ def test_an_end_point_names_its_two_reagents(a, b, equation, names, millilitres)
     assert text.startswith(f"{names} are equivalent in b after {millilitres:.2f} mL")
 
 
-def test_a_splash_that_frees_gas_tells_no_end_point():
-    """25 mL of acid at once, of which 50 mL are equivalent: CO2 that leaves takes its carbonate along."""
+def test_splash_that_frees_gas_states_only_between_which_volumes():
+    """75 mL of acid in 3 steps, of which 50 mL are equivalent: CO2 that leaves takes its carbonate along."""
     acid, soda = {"volume_ml": 75.0, "solutes": {"HCl": 1.0}}, {"volume_ml": 50.0, "solutes": {"Na2CO3": 0.5}}
     texts = end_point_texts(acid, soda, "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2", steps=3)
     assert texts and all("somewhere between" in text and "which came at once" in text for text in texts)

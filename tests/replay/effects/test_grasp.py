@@ -22,7 +22,11 @@ FAR_AWAY = np.full(200, 9.0)
 
 
 def grasps_by_hand(hand, cup, trigger, jar=FAR_AWAY, lost=None, degrees=0.0, scene=SCENE):
-    """The grasps of a hand with this trigger, of bodies at these places on X."""
+    """The effect ``grasp`` of a hand with this trigger, 0 to 1, or none; 200 frames of 10 ms.
+
+    ``hand``, ``cup``, ``jar``: metres on X, of cubes of 0.2 m; ``lost``: frames without a pose of the hand;
+    ``degrees``: a second, by which the cup rotates.
+    """
     half = np.radians(degrees) * TIMES / 2.0
     spin = np.column_stack([np.zeros((200, 2)), np.sin(half), np.cos(half)])
     poses = {"hand-left": along_x(hand), "cup": (along_x(cup)[0], spin), "jar": along_x(jar)}
@@ -35,8 +39,12 @@ def grasps_by_hand(hand, cup, trigger, jar=FAR_AWAY, lost=None, degrees=0.0, sce
 
 
 HAND = np.clip(TIMES - 0.8, 0.0, 0.5)
+"""Metres: it moves by 1 m/s from 0.8 to 1.3 s."""
+
 PRESSED = np.where((TIMES >= 0.5) & (TIMES < 1.6), 1.0, 0.0)
 WAVERING = np.where(PRESSED > 0, 0.7, 0.2) - 0.2 * ((TIMES > 0.9) & (TIMES < 1.2))
+"""0.7 while it is pressed, but 0.5 from 0.9 to 1.2 s."""
+
 GRASP_AND_RELEASE = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
 
 

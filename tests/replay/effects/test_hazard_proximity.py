@@ -13,7 +13,10 @@ CUBES = (cube(), cube())
 
 
 def visit_of_hand(points, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBES, **more):
-    """Two unit cubes; the visitor's distance to the hazard is ``place - 1``."""
+    """The effect on a hand at these x, ``height`` m up, beside a lamp at 0; a frame is 10 ms.
+
+    Both are unit cubes unless given, so that their distance is x - 1 m. ``more``: keys of the effect.
+    """
     settings = {"of": ["hand"], "hazard": "lamp", "distance": NEAR, "leave_by": LEAVE, **more}
     scene = Scene(bodies=(SceneBody("hand"), SceneBody("lamp")), effects=(SceneEffect("hazard-proximity", settings),))
     poses = {"hand": along_x(points, rotation), "lamp": along_x([0.0] * len(points))}
@@ -28,7 +31,8 @@ def visit_of_hand(points, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBE
 def test_near_ends_beyond_the_distance_by_the_hysteresis(side):
     """A hand, a cube of 2 cm, is near within 0.2 m until it is away above 0.25 m; frames of 10 ms."""
     distances = np.array([2.0, 0.3, 0.19, 0.1, 0.22, 0.19, 0.24, 0.26, 2.0])
-    (event,) = visit_of_hand(side * (distances + 0.51), meshes=(cube(edge=0.02), cube())).events
+    half_of_lamp_and_hand = 0.5 + 0.01
+    (event,) = visit_of_hand(side * (distances + half_of_lamp_and_hand), meshes=(cube(edge=0.02), cube())).events
     assert (event.time, event.end) == pytest.approx((0.02, 0.07))
     assert event.values["least_m"] == pytest.approx(0.1) and event.values["seconds"] == pytest.approx(0.05)
 

@@ -22,11 +22,9 @@ BY_PH = {
 
 
 def titrated(solutes, titrant, indicator, *effects, hz=90):
-    """Effects of a titrant that runs into 2 mL of a solution with an indicator."""
-    flask, burette = (
-        glass("flask", volume_ml=2.0, solutes=solutes),
-        glass("burette", volume_ml=50.0, solutes=titrant, cavity=BURETTE_COLUMN),
-    )
+    """Effects of a titrant that runs into 2 mL of a solution with an indicator; both: solute -> mol/L."""
+    flask = glass("flask", volume_ml=2.0, solutes=solutes)
+    burette = glass("burette", volume_ml=50.0, solutes=titrant, cavity=BURETTE_COLUMN)
     display = ("colour", {"in": "flask", "indicator": indicator})
     return effects_of_tap_degrees(
         OPEN, MIXING_IN_FLASK, *effects, display, burette=burette, flask=flask, step_ns=10**9 // hz
@@ -47,7 +45,8 @@ def test_a_ph_indicator_changes_within_its_range(name):
     ph = effects["reaction"].series["flask/pH"]
     start, end, acid, base = BY_PH[name]
     before, after = ph.values[ph.times < event.time], ph.values[ph.times > event.end]
-    assert before.max() <= start <= end <= after.min() + 0.05
+    a_step = 0.05  # of the pH between two rows
+    assert before.max() <= start <= end <= after.min() + a_step
     assert event.text == f"{name} in flask turns from {acid} to {base}" and event.values["to"] == base
 
 

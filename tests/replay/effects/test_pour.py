@@ -27,7 +27,7 @@ def millilitres_kept(degrees):
 
 
 def all_of(run):
-    """Millilitres at the end, everywhere."""
+    """Millilitres at the end, in all vessels and spilled."""
     data = run.output.data
     ends = [run.series[f"{name}/volume"].values[-1] for name in data.vessels]
     return math.fsum([*ends, *(event.total_ml for event in data.streams if not event.target)])
@@ -81,6 +81,8 @@ def test_a_pour_enters_the_opening_below_the_lip(beside, target):
 
 
 GLITCH = np.array([0.0, 0.0, 120.0, 0.0, 0.0])
+"""Degrees, one a frame."""
+
 JUMP = poses_of_tilted_glass(GLITCH, (0.0, 0.2, 0.0))
 JUMP[0][2] += (0.0, 3.0, 0.0)
 TIPPED = np.tile(poses_of_tilted_glass([0.0])[0], (60, 1)), poses_of_tilted_glass(75.0 * (np.arange(60) == 30))[1]
@@ -103,25 +105,35 @@ def test_tilt_of_a_lost_or_jumping_pose_pours_nothing(pose, valid):
 
 @pytest.mark.parametrize("hold", [1, 2, 5])
 def test_a_glitch_of_few_frames_pours_little(hold):
-    """The bound by hand: (2/3) 0.611 b sqrt(2 g) h^1.5 with b and h the width of the opening, 0.57 L/s."""
+    """``hold``: frames of 10 ms at 95 degrees. A weir (2/3) 0.611 b sqrt(2 g) h^1.5 lets 578 mL/s out.
+
+    Its width b and height h are the glass's width, 40 mm.
+    """
     degrees = [*([0.0] * 5), *([95.0] * (hold + 1)), *([0.0] * 5)]
-    run = effects_of_tilt_degrees(degrees)["pour"]
+    run = effects_of_tilt_degrees(degrees, (glass("a", volume_ml=60.0), glass("b", volume_ml=10.0)))["pour"]
     left = run.series["a/volume"].values[-1]
-    assert 60.0 - hold * 0.01 * 578.0 == pytest.approx(left, abs=0.2) and all_of(run) == pytest.approx(70.0)
+    assert left == pytest.approx(60.0 - hold * STEP_S * 578.0, abs=0.2)
+    assert all_of(run) == pytest.approx(60.0 + 10.0)
 
 
 def test_a_full_receiver_runs_over_its_brim():
+    """Both glasses hold 75.4 mL; the second has 70 and gets more."""
     run = effects_of_tilt_degrees([0.0, 60.0, 60.0], (glass("a", volume_ml=60.0), glass("b", volume_ml=70.0)))["pour"]
     brim = math.pi * RADIUS**2 * HEIGHT * 1e6
     assert run.series["b/volume"].values[-1] == pytest.approx(brim) and all_of(run) == pytest.approx(130.0)
 
 
 def test_liquid_poured_beside_the_glass_is_spilled_there():
+    """Glass b stands aside and 0.1 m lower, on the level at which the spill is drawn.
+
+    The tilt by 60 degrees in frame 2 is a jump, so a pours in frames 3 and 4. A glass alone spills as much.
+    """
     degrees = [0.0, 0.0, 60.0, 60.0, 60.0, 0.0]
-    pour = effects_of_tilt_degrees(degrees, position=(3 * RADIUS, -0.1, 0.0))["pour"]
+    glasses = glass("a", volume_ml=60.0), glass("b", volume_ml=10.0)
+    pour = effects_of_tilt_degrees(degrees, glasses, position=(3 * RADIUS, -0.1, 0.0))["pour"]
     (event,) = pour.events
     assert event.name == "spill" and event.level == "warning" and event.bodies == ("a",)
-    assert event.time == pytest.approx(0.03) and event.point[1] == pytest.approx(-0.1)
+    assert event.time == pytest.approx(3 * STEP_S) and event.point[1] == pytest.approx(-0.1)
     left = pour.series["a/volume"].values[-1]
     assert event.values["volume_ml"] == pytest.approx(60.0 - left, rel=1e-9)
     lost = pour.series["spilled/volume"]

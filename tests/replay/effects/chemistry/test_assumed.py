@@ -17,7 +17,7 @@ PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
 
 
 def reaction(burette, flask, equation):
-    """Output of the reaction of a burette's liquid that runs into 2 mL."""
+    """Output of the reaction of a burette's liquid that runs into 2 mL in the flask; both: solute -> mol/L."""
     titrant = glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN)
     sample = glass("flask", volume_ml=2.0, solutes=flask)
     return effects_of_tap_degrees(
@@ -37,12 +37,12 @@ def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
     assert event.text.startswith(f"no data know how much {solid} dissolves") and event.time > 0.0
 
 
-@pytest.mark.parametrize(("iodide", "told"), [(0.01, True), (0.5, False)])
-def test_iodine_beyond_its_solubility_is_reported(iodide, told):
+@pytest.mark.parametrize(("iodide", "is_reported"), [(0.01, True), (0.5, False)])
+def test_iodine_beyond_its_solubility_is_reported(iodide, is_reported):
     """Much iodide dissolves iodine as triiodide, so with 0.5 mol/L nothing is beyond."""
     output = reaction({"H2O2": 0.1}, {"KI": iodide, "H2SO4": 0.2}, PEROXIDE)
     events = output.events_named("beyond")
-    assert bool(events) == told and all("falls out as a solid" in event.text for event in events)
+    assert bool(events) == is_reported and all("falls out as a solid" in event.text for event in events)
 
 
 def test_a_known_solid_assumes_nothing():
@@ -69,6 +69,7 @@ def test_ions_of_a_solid_or_complex_have_an_end_point(burette, flask, equation, 
 
 
 def test_a_weak_complex_has_no_end_point():
+    """Iron(III) and thiocyanate, of which a good part stays free at equal amounts."""
     assert not reaction({"FeCl3": 0.1}, {"KSCN": 0.05, "HCl": 0.5}, "Fe3+ + SCN- -> FeSCN^2+").events_named("end-point")
 
 
@@ -174,6 +175,7 @@ def test_equation_that_would_stop_early_is_named(energy_j, free_of_equilibrium, 
     ids=["hot", "warm", "own course", "hardly dissolved", "no solid"],
 )  # fmt: skip
 def test_hot_solid_by_its_constant_at_25_degrees_is_doubted(solid, ion, celsius, options, expected):
+    """``solid``, ``ion``: mol of silver bromide and of its ions; ``options``: a course by temperature of its own."""
     ions = {"Ag+": 1, "Br-": 1}
     phase = SimpleNamespace(column="AgBr(s)", components=ions, entry=SimpleNamespace(options=options))
     assert assumed({"AgBr(s)": solid, "Ag+": ion, "Br-": ion}, celsius=celsius, phases=[phase]) == expected

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import phreeqc
 import pytest
-from support.liquid_worlds import MIXING_IN_FLASK, effects_of_tap_degrees, glass
+from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_tap_degrees, glass
 
 from replay.effects.chemistry.components import dissolved_components
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, SALTING_OUT_KG_MOL
@@ -68,7 +68,10 @@ def test_beyond_the_limit_the_table_is_far_from_pitzer():
     ],
 )  # fmt: skip
 def test_other_ions_lower_saturation_by_less_than_the_bound(phase, ions, elements, strength):
-    """``elements``: mol of other ions per kg of water; ``strength``: their ionic strength."""
+    """``elements``: mol of other ions per kg of water; ``strength``: their ionic strength.
+
+    The mean molality of the salt's own ions at saturation falls by less than the bound, as a power of ten.
+    """
     means = []
     for others in ({}, elements):
         dissolved = dissolved_by_pitzer(phase, others)
@@ -77,21 +80,21 @@ def test_other_ions_lower_saturation_by_less_than_the_bound(phase, ions, element
     assert -np.log10(means[1] / means[0]) < SALTING_OUT_KG_MOL * strength
 
 
+OPEN_FOR_06_S = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
+"""Degrees of the tap, one a frame of 10 ms."""
+
 HALITE = ("reaction", {"equation": "NaCl(s) -> Na+ + Cl-"})
 
 
 def salted_out(molar):
-    """Effects of acid that runs into a strong solution of salt."""
-    acid = glass(
-        "burette", volume_ml=50.0, solute="HCl", molar=molar, cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
-    )
+    """Output of the reaction where 0.8 mL of hydrochloric acid run into 2 mL with 5.4 mol/L of salt."""
+    acid = glass("burette", volume_ml=50.0, solute="HCl", molar=molar, cavity=BURETTE_COLUMN)
     brine = glass("flask", volume_ml=2.0, solute="NaCl", molar=5.4)
-    return effects_of_tap_degrees(
-        [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIXING_IN_FLASK, HALITE, burette=acid, flask=brine
-    )["reaction"].output
+    return effects_of_tap_degrees(OPEN_FOR_06_S, MIXING_IN_FLASK, HALITE, burette=acid, flask=brine)["reaction"].output
 
 
 def test_a_salt_in_a_brine_is_withheld_by_name():
+    """Beyond the limit no amount of solid salt is a series, and a warning says so."""
     output = salted_out(molar=12.0)
     (event,) = output.events_named("brine")
     assert event.text.startswith("NaCl is in a brine in flask") and event.level == "warning"
@@ -104,18 +107,13 @@ def test_dilute_salt_solution_is_not_reported_as_brine():
 
 def test_gypsum_in_a_brine_is_named_in_the_warning():
     """Gypsum in 3 mol/kg of NaCl: 0.058 mol/kg dissolve by Pitzer's equations, 0.025 by minteq.v4."""
-    lime = glass("burette", volume_ml=50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0},
-                 cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})  # fmt: skip
+    lime = glass("burette", volume_ml=50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0}, cavity=BURETTE_COLUMN)
     sulfate = glass("flask", volume_ml=2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
     gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
-    degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-    (event,) = effects_of_tap_degrees(degrees, MIXING_IN_FLASK, gypsum, burette=lime, flask=sulfate)[
+    (event,) = effects_of_tap_degrees(OPEN_FOR_06_S, MIXING_IN_FLASK, gypsum, burette=lime, flask=sulfate)[
         "reaction"
     ].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text
-
-
-ACID_COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 
 
 @pytest.mark.parametrize(
@@ -128,11 +126,10 @@ ACID_COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, solid, equation):
     """The acid decides: soda dissolves to its last grain, of a gram of marble 5 mmol are used up by 10 mmol of acid."""
     formula, grams = solid
-    burette = glass("burette", volume_ml=50.0, solute=acid, molar=molar, cavity=ACID_COLUMN)
+    burette = glass("burette", volume_ml=50.0, solute=acid, molar=molar, cavity=BURETTE_COLUMN)
     flask = glass("flask", volume_ml=0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
-    degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
     output = effects_of_tap_degrees(
-        degrees, MIXING_IN_FLASK, ("reaction", {"equation": equation}), burette=burette, flask=flask
+        OPEN_FOR_06_S, MIXING_IN_FLASK, ("reaction", {"equation": equation}), burette=burette, flask=flask
     )["reaction"].output
     assert not output.events_named("brine")
     assert not any("may dissolve" in event.text for event in output.events_named("concentrated"))

@@ -17,6 +17,8 @@ SOURCES, TABLES = script("constant_sources"), script("constant_tables")
 TOML = Path(enthalpy.__file__).with_name("constants.toml").read_text("utf-8")
 REACTIONS = tomllib.loads(Path(__file__).with_name("free_energies.toml").read_text("utf-8"))["reactions"]
 EQUATIONS = list(SOURCES.entries())
+"""Rows of constants.phr: (equation, log_k, kJ/mol or none, source, the reaction that the source has)."""
+
 WRONG_SIGN = ("minteq.v4",)
 """Its enthalpies of the ammines of silver, nickel and cobalt; constants.phr says so."""
 
@@ -50,6 +52,7 @@ def comments(section):
 
 
 def test_equilibrium_constants_are_those_of_their_sources():
+    """A data base at hand is read; of other sources the values stand above. Heats agree to 1 kJ/mol."""
     others = ("nist46", "smith-martell", "harvey", "eawag", "buffers", "solubility", "unverified")
     for equation, value, heat, source, reaction in EQUATIONS:
         assert source in (*SOURCES.FILES, *others) and reaction, equation
@@ -75,6 +78,7 @@ def test_equilibrium_constants_are_those_of_their_sources():
 
 
 def test_a_course_by_temperature_is_that_of_its_source():
+    """A course: coefficients of log_k by temperature."""
     courses = list(SOURCES.courses())
     assert len(courses) >= 9
     for _, value, coefficients, source, other in courses:
@@ -145,6 +149,7 @@ def test_free_energies_called_checked_are_in_a_reaction():
 
 
 def test_typed_tables_are_printed_again_by_their_command():
+    """The command is .ci/constant_tables: each value that is typed agrees with the one that it computes."""
     rows = [row for row in TABLES.rows() if row[-1] is not None]
     assert {row[0] for row in rows} == {
         "solubility", "strongest", "strong_water", "volume", "dissolved", "dilution",

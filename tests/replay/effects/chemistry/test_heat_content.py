@@ -48,6 +48,7 @@ def test_heats_of_the_table_are_those_of_pitzers_equation():
 
 
 def test_table_values_are_printed_again_from_their_parameters():
+    """The command is .ci/heat_contents; kJ/mol of pairs of ions at mol/kg."""
     contents = script("heat_contents")
     rows = list(contents.rows())
     assert len(rows) > 280
@@ -69,7 +70,10 @@ def joule_of(solution, declared=()):
 
 
 def test_heat_of_dissolved_salts_depends_only_on_their_ions():
-    """NaNO3 with KCl and NaCl with KNO3 are the same ions."""
+    """NaNO3 with KCl and NaCl with KNO3 are the same ions. At 4 mol/kg a mol of NaCl has -1.43 kJ, of the table.
+
+    HCl and Na2CO3 have none by themselves.
+    """
     assert joule_of({"NaNO3": 3.0, "KCl": 3.0}) == pytest.approx(joule_of({"NaCl": 3.0, "KNO3": 3.0}), rel=1e-12)
     assert joule_of({"NaCl": 4.0}) == pytest.approx(-4.0 * 1430.0, rel=1e-9)
     assert joule_of({"HCl": 1.0}) == 0.0 == joule_of({"Na2CO3": 0.5})
@@ -146,7 +150,7 @@ def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
 def test_undissolved_solid_leaves_the_capacity_of_its_solution_alone():
     """3 of 8 mol of NaNO3 in a kilogram of water are solid: the other 5 count as if they were alone."""
     column = {name: number for number, name in enumerate(("H+", "H2O", "NaNO3(s)", *ENERGY_COLUMNS))}
-    heats = Heats(column, None, (), Warmth(4.18, {}, {}, 0.0, 80.0))
+    heats = Heats(column, mixture=None, salts=(), warmth=Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=80.0))
     joule_mol_k = solid_j_per_mol_k("NaNO3")
     amounts = np.zeros((2, len(column)))
     amounts[:, column["H2O"]] = 1.0 / 0.0180153
@@ -167,13 +171,9 @@ def test_solid_that_does_not_dissolve_is_warmed():
     assert warmest == pytest.approx(20.0 + joule / (418.0 + 52.0), abs=0.1)
 
 
-def test_heat_content_is_not_computed_unless_requested():
-    assert (
-        Heats(
-            {"H+": 0, "H2O": 1, **dict.fromkeys(ENERGY_COLUMNS, 2)}, mixture=None, salts=(), warmth=UNFOLLOWED_WARMTH
-        ).content
-        is None
-    )
+def test_heat_content_is_not_computed_where_no_heat_is_followed():
+    column = {"H+": 0, "H2O": 1, **dict.fromkeys(ENERGY_COLUMNS, 2)}
+    assert Heats(column, mixture=None, salts=(), warmth=UNFOLLOWED_WARMTH).content is None
 
 
 SPECIES = [
@@ -193,6 +193,7 @@ SPECIES = [
 
 
 def test_species_have_the_heat_of_their_ions():
+    """A mol of each of SPECIES is counted as mol of the ions beside it."""
     mixture = SimpleNamespace(species=[SimpleNamespace(makeup=makeup) for makeup, _ in SPECIES])
     content = HeatContent({}, mixture)
     moles = content.moles(np.zeros((1, 0)), np.eye(len(SPECIES)), 0)

@@ -22,13 +22,14 @@ MAGNESIUM = Process(
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [2, 0, 1, 3, 4, 5, 6, 7])
 def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed):
+    """Vessels, reactions and what happens to them are drawn from the seed, and summed up after each event."""
     assert_matter_and_energy_kept(seed, warm=True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 112), ids="world {}".format)
 def test_matter_is_conserved_with_and_without_heat(seed):
-    """Vessels, reactions and what happens to them are drawn from the seed, and checked after each event."""
+    """As above, with temperatures followed (``warm``) and without."""
     assert_matter_and_energy_kept(seed, warm=True)
     assert_matter_and_energy_kept(seed, warm=False)
 
@@ -36,6 +37,7 @@ def test_matter_is_conserved_with_and_without_heat(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_scenes_conserve_matter_at_any_rate_order_and_names(seed):
+    """A random scene, which has a rate of its own, is run again with its tables backwards, and with other names."""
     check_scene(seed)
 
 
@@ -50,7 +52,10 @@ def test_zinc_takes_only_protons_that_phosphate_loses_by_ph_7():
 
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
 def test_two_slow_reactions_last_as_long_as_time_does(seconds):
-    """Zinc reacts by 0.3 per second, magnesium by 0.9; 10 mol of acid are plenty, 0.1 mol too little."""
+    """Zinc reacts by 0.3 per second, magnesium by 0.9; 10 mol of acid are plenty, 0.1 mol too little.
+
+    A mol of either metal takes two of acid: of 0.1 mol of acid 0.05 mol react, a quarter of it zinc.
+    """
     components = dissolved_components("HCl")
     book = Ledger(["a"], [*components], [ZINC, MAGNESIUM], solver=None)
     book.fill(
@@ -70,8 +75,8 @@ def test_two_slow_reactions_last_as_long_as_time_does(seconds):
     assert scarce.extents[0] == pytest.approx(0.05 * np.array([0.25, 0.75]) * -np.expm1(-1.2 * seconds), rel=0.02)
 
 
-def plain(process=(), warmth=UNFOLLOWED_WARMTH):
-    """Salt water in a, a millilitre of water in b, nothing in c."""
+def ledger_of_salt_water(process=(), warmth=UNFOLLOWED_WARMTH):
+    """A ledger of 10 mL with a mol of chloride in a, a millilitre of water in b, nothing in c."""
     book = Ledger("abc", ["Cl-"], process, solver=None, warmth=warmth)
     book.fill("a", 10.0, {"Cl-": 1.0, WATER: 0.55})
     book.fill("b", 1.0, {WATER: 0.055})
@@ -81,33 +86,36 @@ def plain(process=(), warmth=UNFOLLOWED_WARMTH):
 
 def test_a_vessel_in_a_chain_gives_its_former_contents():
     """In each of 3 frames a, 10 mL with 1 mol, gives b 1 mL, and b gives c 1 mL: its own water first."""
-    book, frames = plain(), np.arange(1, 4)
+    book, frames = ledger_of_salt_water(), np.arange(1, 4)
     book.flow(frames, frames * 0.01, [("a", "b"), ("b", "c")], np.ones((3, 2)), np.zeros(2, dtype=bool))
     assert book.amounts[:3, book.column["Cl-"]] == pytest.approx([0.7, 0.1, 0.2])
 
 
 def test_a_flow_without_reaction_has_a_row_per_frame():
-    book, frames = plain([ZINC]), np.arange(1, 101)
+    """The ledger has a reaction of zinc, and no zinc; a pours into b for 100 frames after the first."""
+    book, frames = ledger_of_salt_water([ZINC]), np.arange(1, 101)
     book.flow(frames, frames * 0.01, [("a", "b")], np.full((100, 1), 0.1), np.zeros(1, dtype=bool))
     assert len(book.history("b").times) == 101
 
 
 def test_a_pour_leaves_the_heat_of_the_glass_behind():
     """5 mL at 10 K above the room carry 5 * 4.18 * 10 J; the glass, of 41.8 J/K, keeps its own."""
-    book = plain(warmth=Warmth(per_ml=4.18, glass={"a": 41.8}, excess={"a": 10.0}, loss=0.0, most=np.inf, room=20.0))
+    warmth = Warmth(per_ml=4.18, glass={"a": 41.8}, excess={"a": 10.0}, loss=0.0, most=np.inf, room=20.0)
+    book = ledger_of_salt_water(warmth=warmth)
     step(book, frame=1, time=0.01, moves=[("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])
 
 
-@pytest.mark.parametrize(("excess", "kept", "latent"), [(100.0, 80.0, 20.0), (-30.0, -20.0, -10.0)])
-def test_liquid_stays_between_freezing_and_boiling(excess, kept, latent):
+@pytest.mark.parametrize(("excess", "warmer", "latent"), [(100.0, 80.0, 20.0), (-30.0, -20.0, -10.0)])
+def test_liquid_stays_between_freezing_and_boiling(excess, warmer, latent):
     """Kelvin above a room of 20 degC: water boils at 80 and freezes at -20; what is beyond makes steam or ice."""
-    book = plain(warmth=Warmth(4.18, {}, {"b": excess}, loss=0.0, most=80.0, room=20.0))
+    warmth = Warmth(per_ml=4.18, glass={}, excess={"b": excess}, loss=0.0, most=80.0, room=20.0)
+    book = ledger_of_salt_water(warmth=warmth)
     for frame in (1, 2):
         step(book, frame, time=0.01 * frame, moves=[("b", "c", 0.5)])
     poured = book.amounts[2, [book.column[HEAT_COLUMN], book.column[LATENT_HEAT_COLUMN]]]
     # A millilitre of water, 4.18 J/K.
-    assert poured == pytest.approx([4.18 * kept, 4.18 * latent])
+    assert poured == pytest.approx([4.18 * warmer, 4.18 * latent])
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,8 @@ MIXTURES, MORE = (
 )
 GIVEN = tomllib.loads(Path(__file__).with_name("given_mixtures.toml").read_text("utf-8"))
 LARGE = {"radius": 0.05, "height": 0.08}
+"""A beaker that holds 600 mL."""
+
 WITHIN = {"pH": {"abs": 0.1}, "solid": {"rel": 0.05, "abs": 1e-7}, "complex": {"rel": 0.1}}
 
 
@@ -87,6 +89,7 @@ def mixed(row):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("row", [*MIXTURES, *MORE], ids=lambda row: row["name"])
 def test_a_mixture_comes_out_as_phreeqc_or_the_manual_says(row):
+    """``row``: what is in the vessels, equations, and of each substance the mol expected, of a complex mol/kg; pH."""
     result = mixed(row)
     for name, expected in row["expected"].items():
         dissolved = "^" in name or name in ("NH3", "Ag(NH3)2+") or name in row.get("species", {})

@@ -35,10 +35,12 @@ ENERGIES = [
 
 
 def flask(solutes, molar=0.1):
+    """A flask of 50 mL with 0.1 mol/L of each solute."""
     return glass("flask", volume_ml=50.0, solutes=dict.fromkeys(solutes, molar))
 
 
 def scene_with(equation, solutes):
+    """A session of that flask, which stands for 4 frames, with this equation."""
     return session_with_effects(
         {"flask": poses_at_rest(count=4)}, (flask(solutes),), MIXING_IN_FLASK, ("reaction", {"equation": equation})
     )
@@ -115,7 +117,7 @@ def test_reaction_with_a_rate_ends_at_its_equilibrium():
     assert 0.4 * most < at_once < 0.96 * most
 
 
-def test_an_equilibrium_takes_five_questions_a_composition():
+def test_equilibrium_of_potentials_takes_at_most_five_queries_a_row():
     """Silver runs into iron(II): each of 60 rows is at the constant of the potentials, by PHREEQC's activities."""
     bodies = (
         glass("burette", volume_ml=50.0, solute="AgNO3", molar=0.1),
@@ -184,6 +186,7 @@ def test_chlorine_is_reported_and_known_products_are_not_refused(equation, solut
     ],
 )
 def test_equation_that_does_not_proceed_has_its_reason(joule, changes, sides, reason):
+    """``joule``: its free energy, if known; no reason where gold has chloride, or comes out, or energy is freed."""
     reagents, products = (side.split() for side in sides.split(" -> "))
     equation = SimpleNamespace(reagents=reagents, products=products)
     assert reason_not_to_proceed(joule, Process("", changes), equation) == reason
