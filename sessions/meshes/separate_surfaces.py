@@ -80,8 +80,8 @@ def _has_thick_gap(lower: Numbers, upper: Numbers) -> bool:
         if extent == 0.0:
             continue
         scale = BINS / extent
-        first = np.bincount(((start - base) * scale).astype(np.int64), minlength=BINS + 2)
-        after = np.bincount(((end - base) * scale).astype(np.int64) + 1, minlength=BINS + 2)
+        first = np.bincount(((start - base) * scale).astype(np.int64), minlength=BINS)
+        after = np.bincount(((end - base) * scale).astype(np.int64) + 1)
         is_empty = np.cumsum(first[:BINS] - after[:BINS]) == 0
         if (is_empty[1:] & is_empty[:-1]).any():
             return True

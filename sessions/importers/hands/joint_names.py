@@ -162,7 +162,7 @@ def joint_of(tokens: Sequence[str]) -> NamedJoint | None:
     rest = [token for token in tokens if token not in _SIDES]
     rest = _separated_fingers([token for token in rest if token not in _NOISE])
     if len(rest) == 3 and rest[-1] in STARTS | ENDS:
-        joint = _end_of_bone(rest[:-1], is_start=rest[-1] in STARTS)
+        joint = _end_of_bone(*rest[:-1], is_start=rest[-1] in STARTS)
         return None if joint is None else NamedJoint(side, joint)
     whole = " ".join(rest)
     if whole in UNUSED:
@@ -191,10 +191,10 @@ def _separated_fingers(tokens: Sequence[str]) -> list[str]:
     return separated
 
 
-def _end_of_bone(tokens: Sequence[str], *, is_start: bool) -> str | None:
-    """The joint at one end of a bone of Leap Motion; ``""``: no capsule needs it."""
-    if len(tokens) != 2 or tokens[0] not in _FINGER_OF or tokens[1] not in _LEAP_BONES:
+def _end_of_bone(word: str, bone: str, *, is_start: bool) -> str | None:
+    """The joint at one end of a finger's bone of Leap Motion; ``""``: no capsule needs it."""
+    if word not in _FINGER_OF or bone not in _LEAP_BONES:
         return None
-    finger, joint = _FINGER_OF[tokens[0]], _LEAP_BONES.index(tokens[1]) + (0 if is_start else 1)
+    finger, joint = _FINGER_OF[word], _LEAP_BONES.index(bone) + (0 if is_start else 1)
     segment = (_LEAP_THUMB if finger == THUMB else SEGMENTS)[joint]
     return f"{finger} {segment}" if segment else ""

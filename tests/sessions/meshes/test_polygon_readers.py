@@ -49,6 +49,11 @@ READ = {
         SQUARE + "f 1 2 3 3\nf 1 1 2 3\nf 1 2 2 3",
         [[0, 1, 2], [0, 2, 2], [0, 0, 1], [0, 1, 2], [0, 1, 1], [0, 1, 2]],
     ),
+    "a face with a spike back along its edge": (
+        "obj",
+        SQUARE + "v 0.5 0.5 0\nf 1 2 4 5",
+        [[4, 0, 1], [1, 3, 4]],
+    ),
     "counts beside the keyword": ("off", "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2", [[0, 1, 2]]),
     "no keyword": ("off", "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2", [[0, 1, 2]]),
     "colours, normals and remarks": (

@@ -62,7 +62,20 @@ def test_every_joint_of_every_exporter_is_known(pattern, side):
 
 
 @pytest.mark.parametrize(
-    "name", ["index card", "ring_stand", "middle_glass", "cup", "left", "head", "thumb", "palm tree"]
+    "name",
+    [
+        "index card",
+        "ring_stand",
+        "middle_glass",
+        "cup",
+        "left",
+        "head",
+        "thumb",
+        "palm tree",
+        "cup_proximal_start",
+        "index_cup_start",
+        "left_index_start",
+    ],
 )
 def test_names_of_objects_are_not_read_as_hand_joints(name):
     assert joint_of(tokens_of(name)) is None
