@@ -141,6 +141,7 @@ def test_placing_errs_by_less_than_the_sphere_pad(point, translation, seed):
         assert abs(float(Fraction(float(placed[i])) - exact)) <= PAD_ULPS / 4 * EPS * size
 
 
+@pytest.mark.slow
 def test_detectors_keep_no_reference_to_a_mesh():
     mesh = box_mesh()
     create_detector("exact", [Body("a", mesh), Body("b", box_mesh((0.1, 0.1, 0.1)))]).detect(

@@ -47,6 +47,7 @@ def same_faces(before, after, names=lambda faces: faces):
 by_kind = pytest.mark.parametrize("kind", [*KINDS, "lab"])
 
 
+@pytest.mark.sampled(10)
 @by_kind
 @pytest.mark.parametrize("corners", [[1, 2, 0], [2, 1, 0]], ids=["turned round", "reversed"])
 def test_renumbering_vertices_or_reversing_faces_changes_nothing(kind, corners):

@@ -73,7 +73,7 @@ def test_35_float32_quaternions_do_not_scale_the_body():
     assert np.abs(lengths - 1).max() < 1e-15
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(40)
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 @pytest.mark.parametrize("row", range(ODD_MESHES))
 def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, row):
@@ -116,6 +116,7 @@ def test_tangent_spheres_of_touching_bodies_overlap(local, world):
         assert (create_detector("sphere", bodies, sphere=mode).detect(motion).verdict == Verdict.CANDIDATE).all()
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("power", [-20, -10, 10, 20])
 def test_39_scaling_by_a_power_of_two_changes_no_face(power):
     """Floats scale by powers of two without rounding."""

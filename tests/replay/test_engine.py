@@ -62,6 +62,7 @@ def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
     ]
 
 
+@pytest.mark.slow
 def test_settings_in_the_summary_give_the_same_answers():
     requested = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
     first = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), requested)
@@ -73,6 +74,7 @@ def test_settings_in_the_summary_give_the_same_answers():
     assert digests[0] == digests[1] and len(digests[0]) == 3
 
 
+@pytest.mark.slow
 def test_a_named_oracle_runs_though_effects_need_no_contacts():
     session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=Scene(effects=()))
     assert compute(session).oracle == compute(session, oracle="none").oracle == ""

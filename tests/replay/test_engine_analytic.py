@@ -81,7 +81,7 @@ def _joined(spans):
     return out
 
 
-@pytest.mark.sampled(6)
+@pytest.mark.sampled(15)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize("name", ANALYTIC)
 def test_misses_at_7_5_hz_match_the_closed_form(name, seed):

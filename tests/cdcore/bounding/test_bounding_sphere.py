@@ -92,6 +92,7 @@ def test_meshes_near_the_limits_of_float64_keep_their_balls():
     assert np.isfinite(large.radius)
 
 
+@pytest.mark.slow
 def test_balls_are_cached_without_keeping_meshes_alive(monkeypatch):
     requested = []
     monkeypatch.setitem(SPHERES, "paper", (lambda mesh: requested.append(1) or sphere_by_triangle_mean(mesh),))

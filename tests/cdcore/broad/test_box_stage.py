@@ -30,6 +30,7 @@ def boxes_touch_a_point(box_a, pose_a, box_b, pose_b):
     return linprog(np.zeros(6), A_eq=left, b_eq=right, bounds=[(-1, 1)] * 6).status == 0
 
 
+@pytest.mark.slow
 def test_the_fifteen_axes_agree_with_a_linear_programme():
     rng = np.random.default_rng(0)
     count = 100

@@ -96,7 +96,7 @@ def test_frames_that_a_clearance_leaves_out_are_beside(name):
     assert left_out > 200
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", INNER)
 @pytest.mark.parametrize("asker", ["exact", "obb"])
 def test_live_containment_in_open_meshes_equals_offline(asker, name):

@@ -98,7 +98,7 @@ def verdicts_of(name, mesh, positions, live=False, **settings):
     return (detect_live(detector, motion) if live else detector.detect(motion)).verdict[:, 0]
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(34)
 @pytest.mark.parametrize("name", damaged())
 @pytest.mark.parametrize("wound", ["outwards", "inwards"])
 def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
@@ -122,7 +122,7 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
     assert np.array_equal(verdicts_of("exact", mesh, positions, live=True), verdict)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(18)
 @pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_every_detector_that_claims_containment_agrees(detector, live):
@@ -136,6 +136,7 @@ def test_every_detector_that_claims_containment_agrees(detector, live):
     assert np.array_equal(verdicts_of(detector, mesh, positions, live=live, **DETECTORS[detector]), expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
     mesh, steps = without_a_side(), np.linspace(-0.13, 0.0, 150)

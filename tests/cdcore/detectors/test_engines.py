@@ -82,6 +82,7 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetre
     assert answer.tolist() == [True, False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "settings", "reach", "early", "late"),
     [

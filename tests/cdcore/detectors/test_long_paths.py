@@ -70,6 +70,7 @@ def corrupt_pose_then_rest():
     return scene(np.array([0.0, CORRUPT]), step=3e-3, handle=True)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     ("name", "recording"),
     [("exact", jumps_then_rest), pytest.param("exact", an_hour_of_jumps_then_rest, marks=pytest.mark.slow)]

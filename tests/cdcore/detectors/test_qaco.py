@@ -30,7 +30,7 @@ def detection_of_variant(variant):
     return create_detector("qaco", bodies, variant=variant, budget=budget).detect(motion, faces=True)
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_contact_and_every_face_pair_is_true(variant):
     result, exact = detection_of_variant(variant), exact_detection()

@@ -8,6 +8,7 @@ from cdcore import Verdict, create_detector, join
 from cdcore.protocol import detect_live
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize(
     ("scene", "size"),
     [

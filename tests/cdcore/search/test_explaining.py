@@ -48,6 +48,7 @@ def test_where_meshes_decide_no_search_is_to_blame():
     assert reported.found_with_more is None and reported.sample_meets is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_missing_sample_pairs_are_reported_exactly(name):
     bodies, motion, reported = misses_explained(name, samples=20)
@@ -64,7 +65,7 @@ def test_missing_sample_pairs_are_reported_exactly(name):
         assert (item.found_with_more is None) == (not item.sample_meets)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "more"),
     [
@@ -112,6 +113,7 @@ def search_answer(motion, faces=False, **settings):
     return stage.decide(motion, every_frame_requested(motion), stage.fresh_memory(), faces=faces)
 
 
+@pytest.mark.slow
 def test_budget_is_spent_on_further_curves_after_a_hit():
     """A search that goes on after its first hit evaluates as many pairs as it may in every frame."""
     budget, motion = 3000, approach_of_two_balls()

@@ -26,6 +26,7 @@ def components(search, pose, pairs):
     return pieces
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
     torus, ball = torus_mesh(), ball_of(faces=1500, radius=0.5)

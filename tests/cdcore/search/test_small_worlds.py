@@ -47,6 +47,7 @@ def three_boxes():
     return bodies, motion, create_detector("exact", bodies).detect(motion, faces=True)
 
 
+@pytest.mark.sampled(15)
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
 def test_ant_search_offline_live_and_traced_agree(settings, three_boxes):
     """Three boxes overlap in some of six frames; the ant colony (qaco) searches their triangles for a pair that meets.

@@ -57,7 +57,7 @@ def test_search_starts_at_the_last_best_pair():
     assert started
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize("settings", [{}, {"samples": 50}, {"rest": 0.1}, {"stop_first": False}], ids=str)
 def test_failed_live_searches_are_noted_without_searching_again(name, settings, monkeypatch):

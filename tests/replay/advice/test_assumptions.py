@@ -328,6 +328,7 @@ def unity_poses_without_a_name(folder, kind):
     return axes, lambda **more: import_session("mcap", folder / "take.mcap", meshes=meshes, **more)
 
 
+@pytest.mark.slow
 def test_question_about_pose_axes_has_the_right_answer_unity(tmp_path):
     axes, imported = unity_poses_without_a_name(tmp_path, "glb")
     guessed = imported()

@@ -156,6 +156,7 @@ def plant_methods(monkeypatch, shrunk):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shrunk", "method"),
     [(0.9999, "CoACD"), pytest.param(1.0, "sectors by height and angle", marks=pytest.mark.slow)],

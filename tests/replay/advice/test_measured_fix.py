@@ -171,6 +171,7 @@ def test_bodies_whose_cutter_fails_are_named_with_the_reason(empty_piece_store, 
     assert fix.text.startswith("beaker is not cut: sectors by height and angle cannot cut this mesh.")
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("busy", ["nobody", "run", "fix"])
 def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
     """Other programs had 40 % of the clock while the run or its fix was timed."""

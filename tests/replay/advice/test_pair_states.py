@@ -183,6 +183,7 @@ MESHES_WITH_HOLES = {
 }
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
 def test_known_states_of_open_meshes_agree_with_exact(shape, seed):

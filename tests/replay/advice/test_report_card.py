@@ -50,6 +50,7 @@ def test_crossed_bars_count_their_common_volume_once():
     assert card["missing"] == pytest.approx(1.0 - covered, rel=1e-6) and card["beyond"] == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_reach_of_a_plug_in_a_cup_is_its_radius():
     """The plug fills the cup: its axis is farthest from the inner wall, a 48-gon about a radius of 33 mm."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
@@ -86,6 +87,7 @@ def test_reach_of_crossed_bars_has_closed_form():
     assert reach(bar, [bar]) == 0.0
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("sides", [5, 12, 40])
 def test_reach_of_a_plugged_tube_is_the_inscribed_radius(sides):
     """A tube without floor, filled: the middle of an end is farthest from the wall, at the middle of a side."""

@@ -33,7 +33,7 @@ def imported(folder, convention, kind, exported=False, **options):
     return import_session("csv", folder / "take.csv", mapping=folder / "map.toml", meshes=meshes, **options)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize(
     ("convention", "kind", "exported"),
     [*product(("ros", "unity"), ("glb", "stl"), (False, True)), ("unreal", "glb", True), ("z-up", "stl", False)],

@@ -71,6 +71,7 @@ def test_body_that_leaves_far_or_long_does_not_flicker(frames_away, metres, flic
         assert (counted.contacts, counted.joined, counted.release.metres) == (2, 1, 0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
     """Gaps scatter by 0.14 mm about a touch; the release distance is the largest of them, rounded up to 0.1 mm."""
@@ -90,6 +91,7 @@ def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
     assert counted.release.metres == pytest.approx(np.ceil(1e4 * max(within)) / 1e4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "detector", [pytest.param("mesh=discrete[rate_hz=40]", marks=pytest.mark.slow), "mesh=collider[skin_m=0.00005]"]
 )

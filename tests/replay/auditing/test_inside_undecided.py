@@ -66,6 +66,7 @@ SLOW_BLOCKS = {f"lacks face {k}" for k in range(12) if k % 5}
 """A lacking face is as another for a probe that enters elsewhere: three of the twelve are quick."""
 
 
+@pytest.mark.sampled(22)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW_BLOCKS else []) for name in BLOCKS]
 )

@@ -63,6 +63,7 @@ def closed_form(lengths, period):
     return missed.mean() + first.sum() / (period * sum(lengths)) + late.sum() / (late.sum() + reported.sum())
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("lengths", [(1,), (12,), (60,), (2, 9, 47)])
 def test_planted_contacts_give_the_closed_form_of_the_loss(lengths):
     measured = losses_at_rates(at_every_phase(lengths))

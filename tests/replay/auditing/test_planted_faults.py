@@ -28,6 +28,7 @@ def spans(mask):
     return [(first, last) for first, last in runs(mask).tolist()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fault", ["Dropping", "Inventing", *(pytest.param(fault, marks=pytest.mark.slow) for fault in ("Late", "Blind"))]
 )

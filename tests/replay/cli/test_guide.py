@@ -16,7 +16,7 @@ def test_piped_a_page_is_its_markdown(capsys):
     assert capsys.readouterr().out == page(INDEX_PAGE)
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("topic", topics())
 def test_page_fits_80_columns_without_markup(topic, capsys, monkeypatch):
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)

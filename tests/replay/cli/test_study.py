@@ -34,6 +34,7 @@ def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, mon
     assert "study.html" in output and (tmp_path / "study" / "study.html").is_file()
 
 
+@pytest.mark.slow
 def test_study_with_names_as_ids_is_refused_by_rule(files, tmp_path, capsys):
     answers, _ = a_class(count=30)
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])

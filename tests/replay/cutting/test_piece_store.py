@@ -155,6 +155,7 @@ def test_uncuttable_mesh_is_called_flat_holed_or_too_large(monkeypatch):
     assert "1,280 faces" in why_not_cut(many)
 
 
+@pytest.mark.slow
 def test_method_that_cannot_cut_a_mesh_is_one_clear_error():
     with pytest.raises(CutError, match=r"^sectors by height and angle cannot cut this mesh; take another method"):
         convex_pieces(Cut(box_mesh((0.1, 0.05, 0.2)), "sectors", 8))

@@ -75,6 +75,7 @@ def test_slit_filled_by_a_third_piece_is_no_slit():
     assert kinds == {SeamKind.OVERLAP}
 
 
+@pytest.mark.slow
 def test_sectors_of_a_beaker_meet_each_other():
     """Profile of the wall: (radius, height) in metres, cut into 12 sectors."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]

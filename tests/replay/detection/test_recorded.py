@@ -124,6 +124,7 @@ def engine_of(answer, step=2):
     return replace(unit_cubes_on_x(TAPS), live_contacts=tuple(reports))
 
 
+@pytest.mark.slow
 def test_reports_are_compared_first_without_request():
     session = session_of_reports((4, "enter"), (5, "exit"))
     usual = ["hull50", "mesh50", "paper"]

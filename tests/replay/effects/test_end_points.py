@@ -76,6 +76,7 @@ def test_aluminium_in_alkali_has_no_end_point():
     assert end_point_texts(alkali, metal, "2 Al + 2 NaOH + 6 H2O -> 2 NaAl(OH)4 + 3 H2") == []
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     ("a", "b", "equation", "names", "millilitres"),
     [

@@ -20,6 +20,7 @@ MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
 """0.1 mmol, for which 1 mL of 0.02 mol/L permanganate is equivalent."""
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("equation", "names", "weighed"),
     [
@@ -48,6 +49,7 @@ def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
     assert appears.time >= event.time and "appears" in appears.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("celsius", "declared"), [(20.0, False), (60.0, True)])
 def test_nitre_dissolves_up_to_its_solubility_by_temperature(celsius, declared):
     """Warm water is poured on more salt than dissolves; with or without an equation."""

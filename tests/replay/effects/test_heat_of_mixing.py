@@ -139,6 +139,7 @@ def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, dec
     assert len(texts) == bool(ions) and all(f"so strong a solution of {ions} as" in text for text in texts)
 
 
+@pytest.mark.slow
 def test_a_warm_titration_goes_by_drops():
     """Where heat is followed, a burette's inflow of over 20 mL is followed in steps below 0.2 mL.
 

@@ -35,7 +35,7 @@ def test_ten_indicators_have_a_name():
     assert set(INDICATORS) == {*BY_PH, "Eriochrome black T", "starch", "ferroin"}
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize("name", BY_PH)
 def test_a_ph_indicator_changes_within_its_range(name):
     """In a phosphate solution, whose pH rises through all ranges."""
@@ -56,6 +56,7 @@ CERIUM = ("reaction", {"equation": "Fe^2+ + Ce^4+ -> Fe^3+ + Ce^3+"})
 PERMANGANATE = ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"})
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("name", "solutes", "titrant", "reaction", "change", "millilitres"),
     [

@@ -144,6 +144,7 @@ def test_colour_appears_when_its_ion_is_visible():
     assert before.max() <= 0.02 and series.values[-1] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("burette", "flask", "equation", "solid"),
     [

@@ -64,6 +64,7 @@ def test_dissolved_mass_is_counted_from_the_first_precipitate():
     assert dissolved.values["left_g"] >= 0.0
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("solute", "molar", "equation", "rate"),
     [

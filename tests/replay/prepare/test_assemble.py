@@ -217,6 +217,7 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
     assert cut.origin.tobytes() == whole.origin.tobytes() and cut.notes == whole.notes
 
 
+@pytest.mark.slow
 def test_runs_of_a_session_use_the_same_meshes(monkeypatch):
     monkeypatch.setattr(assembling, "TriangleMesh", TriangleMesh)  # tests share meshes between sessions and keep them
     session = unit_cubes_on_x({"a": [0.0, 0.1], "b": [3.0, 3.1]})

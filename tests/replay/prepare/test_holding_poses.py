@@ -76,6 +76,7 @@ def results_between(result, earliest, latest):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["file", "memory"])
 def test_window_of_a_recording_beyond_memory_is_answered_equally(tmp_path, monkeypatch, kind):
     """MOST_POSES is how many poses are held in memory."""

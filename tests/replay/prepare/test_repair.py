@@ -39,6 +39,7 @@ def test_the_frame_after_a_gap_is_flagged():
     assert (span.start_ns, span.end_ns) == (draft.arrays["stamp_ns"][400],) * 2
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", ["frozen pose", "1 s gap", "time backwards", "mirrored mesh", "millimetres"])
 def test_refusal_of_the_policy_stops_the_run_with_a_sentence(name):
     draft = clean_draft()

@@ -23,7 +23,7 @@ def without_engines(monkeypatch):
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["unity", "unreal"])
 def test_each_advised_setting_has_the_counts_of_its_audit(engine, without_engines):
     session = unit_cubes_on_x(POSITIONS)

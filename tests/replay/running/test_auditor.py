@@ -17,6 +17,7 @@ def two_session_files(tmp_path):
     return [tmp_path / "p.mcap", tmp_path / "q.mcap"]
 
 
+@pytest.mark.slow
 def test_audit_of_two_sessions_sums_their_counts():
     """Each session has two contacts, of one and of three frames."""
     result = replay.audit(

@@ -32,6 +32,7 @@ def test_two_processes_give_the_digest_of_a_single_process(three_session_files, 
     assert not item.failed and not item.kept
 
 
+@pytest.mark.slow
 def test_finished_session_is_kept_and_incomplete_is_rerun(three_session_files, tmp_path):
     out = tmp_path / "runs"
     first = run_batch(three_session_files, out, settings=SETTINGS)

@@ -170,6 +170,7 @@ def test_every_method_has_a_card_or_its_time(session, monkeypatch, tmp_path):
     assert made.not_tried == ("CoACD of beaker (16 pieces) was not tried: it takes about 15 min.",)
 
 
+@pytest.mark.slow
 def test_mujoco_takes_the_written_model(session, tmp_path):
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     made = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(false=MOST_FALSE))
@@ -190,6 +191,7 @@ def test_mujoco_takes_bodies_of_a_tenth_of_a_millimetre(session, tmp_path):
     assert mujoco.MjModel.from_xml_path(str(made.folder / "colliders.xml")).nmesh == len(tiny)
 
 
+@pytest.mark.slow
 def test_godot_gets_nodes_that_become_collision_shapes(session, tmp_path):
     made = fix_colliders(session, tmp_path / "made", engine="godot", limits=Limits(false=MOST_FALSE))
     assert made.step_hz == 60.0
@@ -326,6 +328,7 @@ def test_names_with_control_characters_are_refused_before_cutting(session, tmp_p
         fix_colliders(named, tmp_path / "made", engine="unity")
 
 
+@pytest.mark.slow
 def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path):
     """`Cup` and `cup` left one file on Windows and macOS, `my cup` and `mycup-0` everywhere."""
     names = ["Cup", "cup", "my cup", "mycup-0", "con", "c" * 300, "..", "杯子"]
@@ -368,6 +371,7 @@ def dipped(session):
     return at
 
 
+@pytest.mark.slow
 def test_false_contact_is_mended_where_nothing_ever_touches(dipped):
     fixed = fix_colliders(dipped(0.0), limits=Limits(false=0.2))
     assert fixed.before["false"] == 1.0 and not fixed.after["false"]

@@ -117,7 +117,7 @@ def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
     assert "gone.mcap cannot be reached" in capsys.readouterr().err and not (tmp_path / "one").exists()
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
     text = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]

@@ -96,6 +96,7 @@ def test_page_is_self_contained_and_names_no_run_folder(page):
     assert "replay view" not in page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fraction", [1.0, 0.6])
 def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fix_of_stirred_cup, fraction):
     document = fix_of_stirred_cup.result.document

@@ -154,6 +154,7 @@ OF_EACH = ("episodes", "sample_times")
 OF_AUDITED = ("audit_of_detector", "false_contacts", "match_episodes", "count_contacts", "count_reports")
 
 
+@pytest.mark.slow
 def test_facts_are_computed_once_and_outputs_compute_nothing(tmp_path):
     # A contact in one frame; two more than 0.5 m deep, of which one is cut by the end.
     session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.9, 3, 3, 3, 0.4, 0.4, 3, 3, 3, 0.4, 0.4]})

@@ -39,7 +39,7 @@ def test_wall_is_uniform_and_1_to_2_mm_thick(name, faces):
     assert walls == pytest.approx((walls.min() + walls.max()) / 2, rel=0.10)
 
 
-@pytest.mark.sampled(5)
+@pytest.mark.sampled(18)
 @pytest.mark.parametrize("name", VESSELS)
 def test_the_glass_itself_encloses_the_capacity(name):
     """Not from the cavity's mesh: by rays from the axis to the glass at heights between floor and mark."""

@@ -51,6 +51,7 @@ def test_completed_draft_gives_written_poses(tmp_path, kind):
         assert np.allclose(seconds, TIME * case.get("slower", 1), atol=case.get("rounded_s", 2e-6))
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("kind", KINDS)
 def test_convention_option_completes_a_draft_lacking_only_axes(tmp_path, kind):
     path = copied_log(tmp_path, kind)

@@ -67,6 +67,7 @@ def import_with(folder, mapping, **recording):
     )
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("column", METRES_OF_A_UNIT)
 def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
     path, out = (

@@ -188,6 +188,7 @@ def written_by(name, records):
     return {"both": [*first, *(x + 1000 for x in first)]}
 
 
+@pytest.mark.sampled(14)
 @pytest.mark.parametrize("count", MUTANTS)
 @pytest.mark.parametrize("name", WRITERS)
 def test_row_mutants_report_every_loss_above_1_percent(tmp_path, name, count):

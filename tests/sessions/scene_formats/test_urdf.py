@@ -86,6 +86,7 @@ def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
     assert [body.moves for body in scene.bodies.values()] == [False] * 20 + [True] * 20
 
 
+@pytest.mark.slow
 def test_long_chain_asks_the_library_for_neighbours_alone(tmp_path, monkeypatch):
     asked = []
     own = yourdfpy.URDF.get_transform

@@ -253,6 +253,7 @@ def test_trial_program_reads_the_scene_of_its_arguments(tmp_path, monkeypatch):
     assert scenes == [(tmp_path / "s.usdc", tmp_path.resolve())]
 
 
+@pytest.mark.slow
 def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
     layer = pxr.Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
     layer.DefinePrim("/a", "Sphere")

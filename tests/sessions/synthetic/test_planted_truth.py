@@ -30,7 +30,7 @@ def pairs_of(run):
     ]
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize(
     ("name", "noise"),
     [

@@ -51,6 +51,7 @@ def test_a_known_solid_assumes_nothing():
 
 
 # Edta is brought as its disodium salt in a buffer of ammonia; the other two are a Fajans and a sulfate titration.
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("burette", "flask", "equation", "formula", "molar"),
     [

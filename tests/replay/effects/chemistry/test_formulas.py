@@ -167,6 +167,7 @@ def test_unbalanced_equation_is_refused_with_atoms_of_both_sides(equation, count
         equation_of(equation)
 
 
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize(
     "formula", ["C4H11NO3", "C4H12NO3Cl", "C6H14N2O2", "C6H12N4", "Ca(C3H5O3)2", "NaC3H5O3", "C8H18N2O4S"]
 )

@@ -93,7 +93,7 @@ INTEGRAL_HEATS = [
 ]  # fmt: skip
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize(("formula", "molal", "kilojoule_per_mole"), INTEGRAL_HEATS)
 def test_a_solid_in_little_water_has_its_integral_heat(formula, molal, kilojoule_per_mole):
     """100 mL of water are poured on a solid, and the heat that warms them is that of tables, with the other sign."""

@@ -27,6 +27,7 @@ def test_a_heat_is_that_of_the_textbook(row):
     assert coldest >= -21.1 and warmest <= 100.0
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize(
     "row",
     [row for row in HEATS if row["equation"].startswith(f"{row['b'].get('solid')}(s)")],

@@ -26,7 +26,7 @@ def test_ion_sums_of_a_formula_equal_an_exhaustive_search(ions, wanted):
     assert set(sums) == exhaustive
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("formula", ["Fe4(Fe(CN)6)3", "Fe3(Fe(CN)6)2", "Zn3K2(Fe(CN)6)2", "Mg2C10H12N2O8"])
 def test_large_formula_is_read_within_a_second(formula):
     components_of.cache_clear()

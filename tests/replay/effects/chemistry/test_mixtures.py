@@ -144,6 +144,7 @@ def phreeqc_in_steps(steps):
     return gone
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(("steps", "leaves"), [(1, False), (3, True), (5, True), (50, True)])
 def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
     """All at once the CO2 stays dissolved in 150 mL; slowly, 0.44 mmol leave while there are only 133 mL."""

@@ -55,6 +55,7 @@ def stepwise(acid_mol, kilograms):
     return dissolved + 1.0 - output["Calcite"][-1], gas, output["pH"][-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("molar", [1.0, *(pytest.param(molar, marks=pytest.mark.slow) for molar in (0.3, 0.1))])
 def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
     """With acid alone as its limit 3.6 % more dissolved, and the pH was 6.3."""

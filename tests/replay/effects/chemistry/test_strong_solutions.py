@@ -82,7 +82,7 @@ WITHIN = {0.1: 0.15, 1.0: 0.3}
 """mol/kg -> how far a pH may lie outside of what the other data bases span, which differ by up to 0.6 at 1 mol/kg."""
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(54)
 @pytest.mark.parametrize("molal", WITHIN)
 @pytest.mark.parametrize("salt", SALTS)
 def test_ph_of_concentrated_salts_agrees_with_other_databases(salt, molal):

@@ -80,6 +80,7 @@ def test_reaction_that_does_not_proceed_states_the_reason(flask, burette, equati
     assert reason in event.text and event.text.startswith(equation)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flask", [{"FeSO4": 0.05, "H2SO4": 0.05}, {"FeSO4": 0.05, "CH3COOH": 0.5}])
 def test_enough_acid_is_reported_as_no_lack(flask):
     events = run(flask, {"KMnO4": 0.02}, IRON).events
@@ -106,6 +107,7 @@ METALS = [
 ]
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(("solid", "solutes", "equation", "words"), METALS, ids=[row[0] for row in METALS])
 def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
     """0.1 mmol of the solid, and more of the solution than it needs; by stoichiometry 0.2 mmol, 21.6 mg, of silver."""
@@ -120,12 +122,14 @@ def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
     assert leading_event(effects) == event
 
 
+@pytest.mark.slow
 def test_acid_freed_by_a_hydroxide_is_no_equilibrium():
     """Iron(III) hydroxide falls out and frees acid again: the equation had stopped for want of it."""
     run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON, "Fe3+ + 3 H2O -> Fe(OH)3 + 3 H+")
     assert run_of.output.events_named("stopped") and not run_of.output.events_named("equilibrium")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("acid", "is_reported"), [(0.02, True), (0.5, False)])
 def test_permanganate_in_too_little_acid_is_reported(acid, is_reported):
     """In weak acid it becomes MnO2; laboratory manuals take 0.5 mol/L of sulfuric acid."""

@@ -34,7 +34,7 @@ def solid_of(mesh):
     return Manifold(Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
 
 
-@pytest.mark.sampled(8)
+@pytest.mark.sampled(18)
 @pytest.mark.parametrize("name", VESSELS)
 def test_onset_and_volume_agree_with_slices_of_another_library(name):
     """Tilts are counted from where the opening looks up: a dropper, which opens downwards, is turned over."""

@@ -74,6 +74,7 @@ def test_opaque_wall_hides_and_glass_does_not(alpha):
     assert (greens.max() > 0.9) == (alpha < 1), "the yellow line between them"
 
 
+@pytest.mark.slow
 def test_picture_holds_the_whole_cage_and_the_gap_arrow():
     """The cage is yellow; none of its pixels lies on the border of the picture."""
     result = run_with_steady_times("only false")
@@ -89,6 +90,7 @@ def test_picture_holds_the_whole_cage_and_the_gap_arrow():
     )
 
 
+@pytest.mark.slow
 def test_arrow_of_a_gap_has_two_symmetric_heads():
     """Each head is two strokes from its tip, 6 pixels back along the shaft and 4 aside."""
     result = run_with_steady_times("in a hollow")

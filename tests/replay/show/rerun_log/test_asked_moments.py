@@ -58,6 +58,7 @@ def test_picture_of_an_earlier_version_is_refused(tmp_path):
         target_ns(tmp_path / "run.rrd", miss=1, false=None, by="")
 
 
+@pytest.mark.slow
 def test_characters_missing_in_the_viewer_font_become_numbers(demo, drawn):
     scene = replace(demo.session.scene, name="手 at the bench")
     bodies = tuple(replace(item, name="手") if item.name == "rod" else item for item in demo.assembly.bodies)

@@ -89,7 +89,7 @@ UNREADABLE = [
 ]
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("text", UNREADABLE)
 def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
     expected = rows_by_table(read(batch))

@@ -64,6 +64,7 @@ def test_csv_has_the_rows_of_parquet_and_units_in_headings(run_with_formula_name
     assert any(cell.startswith("'=cmd") for row in csv_rows(run_with_formula_name.out / "misses.csv") for cell in row)
 
 
+@pytest.mark.slow
 def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run_with_formula_name):
     openpyxl = pytest.importorskip("openpyxl")
     assert write_run_tables(run_with_formula_name.out, "xlsx") == []

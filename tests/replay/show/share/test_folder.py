@@ -158,6 +158,7 @@ def texts_of(folder):
             yield file.name, repr([(item.schema, item.to_pylist() if item.num_rows < 50 else "") for item in batches])
 
 
+@pytest.mark.slow
 def test_run_and_shared_folder_hold_no_serial_path_or_name(revealing_run_folder, shared_folder):
     recorded = {file.name for file in shared_folder.iterdir()}
     assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= recorded

@@ -129,6 +129,7 @@ def with_association(finding):
     return replace(finding, beta=0.7, low=0.4, high=0.9, p=0.001, p_holm=0.001)
 
 
+@pytest.mark.slow
 def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, class_study, tmp_path):
     why = answer_rows(class_runs, class_study, tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
@@ -235,6 +236,7 @@ def test_detector_that_counts_is_not_blamed_for_a_change(class_runs, class_study
     assert "Or" not in same, "the reference stands below Do"
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(("students", "tests"), [(20, 1), (24, 6), (100, 1), (100, 6)])
 def test_least_correlation_is_found_in_four_of_five_samples(students, tests):
     """Pearson correlations of drawn students, judged by Fisher's transformation at 5 % by Bonferroni, both sides."""

@@ -142,6 +142,7 @@ def test_class_headline_explains_students_missing_from_n(tables_of):
     assert "7 of 12 students; the others had no contact to miss" in sentence
 
 
+@pytest.mark.slow
 def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_path):
     runs, made = tables_of(sessions=12, students=6, contacts=20)
     by_detector = {}
@@ -157,6 +158,7 @@ def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_p
     assert made.rate_difference() in study_html(runs, places(runs, tmp_path))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("state", ["equal", "few students", "other sessions"])
 def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
     runs, made = tables_of(

@@ -36,7 +36,7 @@ def test_complete_rows_find_all_faces_and_no_row_invents(name, some):
             assert (result["faces"] == result["true_faces"]).all()
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(8)
 @some_poses
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.counters == TREE_COUNTS])
 def test_larger_budget_never_finds_fewer_faces(name, some):

@@ -74,6 +74,7 @@ def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
     assert "overlap by more than 2 micrometres" in " ".join(case["doubts"])
 
 
+@pytest.mark.slow
 def test_ill_posed_case_is_explained(tmp_path, capsys):
     segment = MeshData([[-0.95, 0, 0], [0.95, 0.01, 0]], [(0, 1, 1)])
     _, _, case = shrunk_case(tmp_path, cube(), segment, ROTATED)

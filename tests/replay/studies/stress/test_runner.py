@@ -105,6 +105,7 @@ def test_failing_triangle_pairs_beyond_tolerance_are_written(tmp_path):
         family_tally(*planted, tmp_path / "taken")
 
 
+@pytest.mark.slow
 def test_exact_is_right_on_a_sample_of_every_family():
     result = stress("exact", pairs=20, seed=4_711)
     assert [tally.failed for tally in result.tallies] == [0] * 26

@@ -47,7 +47,7 @@ def test_refused_triangle_pair_does_not_affect_other_pairs(monkeypatch):
     assert verdicts_of("exact", pairs).tolist() == expected
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("detector", ["discrete", "sphere"])
 def test_the_cheaper_settings_change_no_verdict(detector, monkeypatch):
     pairs = triangle_family("generic control").pairs(60)

@@ -131,6 +131,7 @@ def write_in_axes(path, hands, axes, unit):
     return write_wide(path, TIMES, source)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axes", "unit"), [("unreal", "cm"), ("ros", "mm")])
 def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
     hands = moving_hands()

@@ -25,6 +25,7 @@ def delivered(run):
     return np.array(volume) * 1e6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "ends_ml"), [("titration", [25.0]), ("carbonate-titration", [10.0, 20.0])])
 def test_end_points_match_the_volume_released_by_the_key(name, ends_ml, made):
     """Millilitres out of the burette, which is closed less than 0.3 mL later."""
@@ -101,7 +102,7 @@ POURS = {
 }
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kinds"), POURS.items(), ids=POURS)
 def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
     run = made(name)
