@@ -5,7 +5,6 @@ import pytest
 from support.shapes import random_rotations
 
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.bvh.traverse import place_face as place_face_in_lanes
 from cdcore.numerics import readonly
 from cdcore.poses import changed_poses, length_moved, place_points, relative_pose
@@ -25,22 +24,6 @@ def poses(request):
 @kernel
 def placed_in_kernel(pose, point, out):
     out[0], out[1], out[2] = in_kernels.placed_by_row(pose, (point[0], point[1], point[2]))
-
-
-@kernel
-def same_in_kernel(position, rotation, k, other):
-    entries, angles = doubles_of(position), doubles_of(rotation)
-    return in_kernels.same_pose(entries, angles, k, entries, angles, other)
-
-
-@kernel
-def relative_in_kernel(rotation_a, move_a, rotation_b, move_b, rotation, move):
-    in_kernels.relative_pose(rotation_a, move_a, rotation_b, move_b, rotation, move)
-
-
-@kernel
-def length_in_kernel(rotation, move, from_rotation, from_move, centre, radius):
-    return in_kernels.length_moved(rotation, move, from_rotation, from_move, centre, radius)
 
 
 def rows_of(rotations, translations):
@@ -77,7 +60,9 @@ def test_relative_pose_agrees_between_arrays_rows_and_kernels(poses):
     size = np.abs(translations).max()
     for k in range(POSES):
         rotation, move, row = np.empty((3, 3)), np.empty(3), np.empty(12)
-        relative_in_kernel(rotations[k, 0], translations[k, 0], rotations[k, 1], translations[k, 1], rotation, move)
+        in_kernels.relative_pose(
+            rotations[k, 0], translations[k, 0], rotations[k, 1], translations[k, 1], rotation, move
+        )
         pose_rows = rows_of(rotations[k], translations[k])
         in_kernels.relative_row(pose_rows[0], pose_rows[1], row)
         assert rows_of(rotation[None], move[None])[0].tobytes() == row.tobytes()
@@ -105,7 +90,8 @@ def test_a_pose_changes_with_any_of_its_numbers():
         rows[:, (step - 1) % 9] += 2.0**-52
     changed = changed_poses(rotations, translations)
     assert changed.tolist() == [True] * 13 + [False]
-    in_kernel = [not same_in_kernel(translations, rotations, k, k - 1) for k in range(1, 14)]
+    entries, coordinates = rotations.ravel(), translations.ravel()
+    in_kernel = [not in_kernels.same_pose(coordinates, entries, k, coordinates, entries, k - 1) for k in range(1, 14)]
     assert in_kernel == changed[1:].tolist()
 
 
@@ -128,4 +114,4 @@ def test_no_point_of_a_ball_moves_further_than_the_bound(poses):
     assert (moved.max(axis=1) > bound / 4).all()
     for k in range(POSES - 1):
         now, before = (rotations[k + 1, 0], translations[k + 1, 0]), (rotations[k, 0], translations[k, 0])
-        assert length_in_kernel(*now, *before, centre, radius) == pytest.approx(bound[k], rel=1e-12)
+        assert in_kernels.length_moved(*now, *before, centre, radius) == pytest.approx(bound[k], rel=1e-12)
