@@ -1,12 +1,13 @@
 """A polygon of any shape cut into triangles between its own corners, by clipping one ear after another.
 
 An ear is a corner whose two neighbours see each other: the triangle of the three lies inside, and no other corner in
-it or on the line that cuts it off. Every polygon that does not cross itself has one, whatever its corners (Meisters
-1975); a hole that a bridge joins to the outline makes corners and edges that lie on each other, and is no exception.
+it or on the line that cuts it off. Every polygon that neither crosses nor touches itself has one (Meisters 1975). Where
+the outline touches itself, in a bridge to a hole or in the tip of a notch, corners may be left of which none is an ear:
+`least_area` cuts these.
 
-Every triangle winds as the polygon does. Where that holds for all of them, they cover the polygon exactly once: their
-signed areas add up to the winding number of the outline at every point, whichever ears were taken. So a wrong choice
-cannot stay unnoticed.
+Every triangle winds as the polygon does, or is flat. Where that holds for all of them, they cover the polygon exactly
+once: their signed areas add up to the winding number of the outline at every point, whichever ears were taken. So a
+wrong choice cannot stay unnoticed.
 """
 
 from collections import deque
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.geometry.orientation import orientation, winding
+from sessions.meshes.least_area import MOST_CORNERS, least_area_triangles
 
 Array = NDArray[np.float64]
 Triangle = tuple[int, int, int]
@@ -36,8 +38,8 @@ ROUNDS: Final = 3
 class Cut:
     """Triangles of corner numbers, as many as corners less two.
 
-    ``covers``: whether each winds as the polygon, so that together they are the polygon; else it crosses itself or has
-    corners that lie on each other, and some triangle has no area or winds the other way.
+    ``covers``: whether each winds as the polygon or is flat, so that together they are the polygon; else it has no area
+    or crosses itself, and some triangle winds the other way.
     """
 
     triangles: tuple[Triangle, ...]
@@ -48,7 +50,7 @@ def clip_ears(points: Array) -> Cut:
     """Return the triangles of a polygon in the plane, (n, 2) with n >= 3, in the sense of its corners.
 
     First a triangle flatter than rounding counts as flat: corners on a straight edge are then cut without slivers where
-    the coordinates only nearly lie on one line. Where that leaves no ear, it is decided exactly.
+    the coordinates only nearly lie on one line. Where that does not cover the polygon, it is decided exactly.
 
     Cost: a corner is compared with all others about three times.
     """
@@ -74,22 +76,30 @@ class _Clipper:
         self._triangles: list[Triangle] = []
 
     def cut(self) -> Cut:
-        """Clip ears until a triangle is left; decided exactly, corners without area or any where there is no ear."""
-        covers = self._clip_ears()
+        """Clip repeated corners, then ears, and cut the rest into triangles of the least area."""
+        for corner in list(self._left):
+            if len(self._left) > 3 and self._points[corner] == self._points[self._previous[corner]]:
+                self._clip(corner)
+        self._clip_ears()
         rounds = 1
-        while len(self._left) > 3 and not self._flat:
+        while len(self._left) > MOST_CORNERS:
             self._clip(self._next_best())
             if rounds < ROUNDS:
                 self._clip_ears()
             rounds += 1
-        if len(self._left) == 3:
-            first, second, third = self._left
-            covers = covers and self._side(first, second, third) > 0
-            self._triangles.append((first, second, third))
-        return Cut(tuple(self._triangles), covers)
+        rest = list(self._left)
+        self._triangles += [
+            (rest[a], rest[b], rest[c]) for a, b, c in least_area_triangles(self._outline[rest], self._flat)
+        ]
+        return Cut(tuple(self._triangles), self._covers())
 
-    def _clip_ears(self) -> bool:
-        """Clip whatever is an ear, or becomes one; return whether no more than a triangle is left."""
+    def _covers(self) -> bool:
+        """Whether no triangle winds to the right, and one to the left."""
+        sides = {self._side(*triangle) for triangle in self._triangles}
+        return -1 not in sides and 1 in sides
+
+    def _clip_ears(self) -> None:
+        """Clip whatever is an ear, or becomes one, until a triangle or no ear is left."""
         for _ in range(ROUNDS):
             before = len(self._left)
             queue = deque(self._left)
@@ -102,7 +112,6 @@ class _Clipper:
                     queue.extendleft(neighbours)  # the next one is tried first: a convex polygon becomes a fan
             if len(self._left) in (3, before):
                 break
-        return len(self._left) <= 3
 
     def _clip(self, corner: int) -> None:
         previous, following = self._previous[corner], self._next[corner]
@@ -112,7 +121,7 @@ class _Clipper:
         self._is_left[corner] = False
 
     def _next_best(self) -> int:
-        """The corner to clip where no ear is left: one without area, else one that turns left, else any."""
+        """The corner to clip of too many without an ear: one without area, else one that turns left, else any."""
         sides = {corner: self._side(self._previous[corner], corner, self._next[corner]) for corner in self._left}
         return min(self._left, key=lambda corner: (0, 1, 2)[sides[corner]])
 

@@ -1,14 +1,12 @@
 """Meshes of polygons, as OBJ, PLY and OFF hold them, cut into triangles without moving or adding a vertex."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import EmptyMeshError, MeshFileError
-from sessions.geometry.orientation import orientation
 from sessions.mesh_data import checked_vertices
 from sessions.meshes.ear_clipping import FEW_CORNERS, FLAT, clip_ears
 
@@ -138,19 +136,16 @@ def _winds_alike(points: Array) -> NDArray[np.bool_]:
 def _ear_clipped_triangles(points: Array) -> Indices:
     """Triangles (n - 2, 3) of the corners of one polygon (n, 3), by the first projection in which it can be cut.
 
-    Where none can, for corners that lie on each other or edges that cross, the fan stays, if no triangle of it winds
-    against the others.
+    Where it crosses itself in each, the first that has an area; without any area it becomes a fan.
     """
     spokes = points[1:] - points[0]
     normal = np.abs(np.cross(spokes[:-1], spokes[1:]).sum(axis=0))
     axes = np.argsort(-normal, kind="stable")
+    cuts = []
     for axis in axes[normal[axes] > 0]:
-        cut = clip_ears(np.delete(points, axis, axis=1))
-        if cut.covers:
-            return np.array(cut.triangles, dtype=np.int64)
-    flat = np.delete(points, axes[0], axis=1)
-    first, *others = flat.tolist()
-    sides = {orientation(first, a, b) for a, b in pairwise(others)}
-    if not {1, -1} <= sides:
+        cuts.append(clip_ears(np.delete(points, axis, axis=1)))
+        if cuts[-1].covers:
+            return np.array(cuts[-1].triangles, dtype=np.int64)
+    if not cuts:
         return _fan(np.arange(len(points))[None])[0]
-    return np.array(clip_ears(flat).triangles, dtype=np.int64)
+    return np.array(cuts[0].triangles, dtype=np.int64)
