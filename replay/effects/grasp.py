@@ -115,9 +115,9 @@ def is_riding(relative: BodyPoses, limits: Declaration) -> BoolArray:
     Compared are means over a window, not single poses: the largest of many noisy differences grows with the number of
     samples, so that a tracker's noise would end more grasps at 250 Hz than at 30 Hz.
     """
-    window = limits["window_s"]
     times, valid = relative.times, relative.valid
-    means, has_pose = _window_means(relative, window)
+    means, has_pose = _window_means(relative, limits["window_s"])
+    window = limits["window_s"] + ROUNDING_S
     window_stops = np.searchsorted(times, times + window, side="right")
     is_steady = valid.copy()
     most_spread_squared = limits["spread_m"] ** 2

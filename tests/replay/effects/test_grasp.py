@@ -113,6 +113,12 @@ def test_a_slide_within_the_window_ends_riding():
     assert riding([0.0, 1.0], window_s=0.015, spread_m=0.5) == [False, True]
 
 
+def test_window_of_whole_frames_holds_its_last_frame():
+    """A thing slides 1 mm a frame, by 4 mm in windows of four frames, whose ends float64 rounds up or down."""
+    slide = np.arange(20) * 1e-3
+    assert riding(slide, window_s=0.04, spread_m=3.99e-3) == [False] * 16 + [True] * 4
+
+
 @pytest.mark.parametrize(
     ("hz", "millimetres", "seeds"),
     [(30, 0.3, 2), (90, 0.1, 2), *(pytest.param(hz, 0.3, 10, marks=pytest.mark.slow) for hz in (30, 90, 250))],
