@@ -120,3 +120,25 @@ def test_a_number_beyond_nature_is_not_written_out(value, text):
 )
 def test_an_interval_is_rounded_outwards(lower, upper, text):
     assert words.interval(lower, upper) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "on_one_line", "on_lines"),
+    [
+        ("a cup", "a cup", "a cup"),
+        ("C:\\a\nb", r"C:\a\nb", "C:\\a\nb"),
+        ("red\x1b[31m", r"red\x1b[31m", r"red\x1b[31m"),
+        ("a\x85b", r"a\x85b", r"a\x85b"),
+        ("a\u2003b", "a\u2003b", "a\u2003b"),
+        ("a\u2028b", r"a\u2028b", r"a\u2028b"),
+    ],
+    ids=["plain", "line end", "escape", "control character", "wide space", "line separator"],
+)
+def test_only_invisible_characters_are_escaped(text, on_one_line, on_lines):
+    assert (words.safe_text(text), words.safe_text(text, lines=True)) == (on_one_line, on_lines)
+
+
+def test_plurals_and_ranges_within_a_sentence():
+    assert [words.plural(number, "frame") for number in (0, 1, 1200)] == ["0 frames", "1 frame", "1,200 frames"]
+    assert [words.plural(number, "body", "bodies") for number in (1, 2)] == ["1 body", "2 bodies"]
+    assert [words.count_words(counts) for counts in ((0, 1), (1, 3), (3, 3))] == ["up to 1", "1 to 3", "3"]

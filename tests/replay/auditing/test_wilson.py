@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scipy.stats import binomtest
+from scipy.stats import binomtest, norm, t
 
 from replay.auditing.wilson import Proportion, pooled_proportion, proportion, proportion_of_clusters, wilson_interval
 
@@ -41,6 +41,14 @@ def test_interval_of_wholly_missed_contacts_is_about_wilsons():
     lower, upper = bounds_of(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
     few_lower, few_upper = wilson_interval(3, 20)
     assert lower < few_lower and few_upper < upper < few_upper + 0.05
+
+
+def test_equal_contacts_are_draws_less_one_with_students_quantile():
+    """3 of 20 equal contacts are missed whole: 19 degrees of freedom, and the mean over 19 of 20 contacts."""
+    widening = t.ppf(0.975, df=19) / norm.ppf(0.975)
+    draws = 19**2 / 20 / widening**2
+    missed = proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20)
+    assert bounds_of(missed) == pytest.approx(wilson_interval(0.15 * draws, draws), rel=1e-6)
 
 
 def test_single_or_dominating_contact_counts_as_a_single_draw():

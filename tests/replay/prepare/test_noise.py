@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.small_worlds import along_x, cube
 
+from replay.errors import NoiseError
 from replay.prepare.assemble import assemble
 from replay.prepare.noise import BodyNoise, NoisyCopies, noise_of, parse_noise
 from sessions import Session
@@ -25,6 +26,16 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
 def test_noise_size_has_units_and_defaults_to_vive(text, size):
     assert parse_noise(text).usual == size
     assert parse_noise([f"cup={text[0]}"]).noise_of_body == {"cup": size}
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["3 miles", "much", "1 mm, 2 mm", "1001 m", "361 deg", "0 s"],
+)
+def test_noise_without_a_known_unit_or_possible_size_is_refused(text):
+    """A tracker errs by at most 1 km and one turn, and noise that is one with itself for 0 s cannot be drawn."""
+    with pytest.raises(NoiseError, match="is no noise; write vive or"):
+        parse_noise([text])
 
 
 def noise_of_cup(size, copies=400, seed=1):

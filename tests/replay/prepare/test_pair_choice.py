@@ -70,3 +70,9 @@ def test_pairs_of_groups_and_patterns_expand_to_member_pairs(requested, expected
 def test_unknown_body_in_a_pair_is_refused_listing_names():
     with pytest.raises(AssemblyError, match=r"pair hand-glas names 'glas'.*there are: hand, thumb, index"):
         chosen_pairs(UNITED, LINKS, {}, [("hand", "glas")])
+
+
+@pytest.mark.parametrize("pair", [("glass",), ("glass", "glass"), ("hand", "glass", "table")])
+def test_pair_of_other_than_two_bodies_is_refused(pair):
+    with pytest.raises(AssemblyError, match="is no pair; name two different bodies"):
+        chosen_pairs(UNITED, LINKS, {}, [pair])
