@@ -194,21 +194,54 @@ def test_first_failed_stage_is_the_cause_of_a_miss(reported, cause):
 NO_FACES = FaceSets(*np.zeros((4, 0), np.int64), faces=np.zeros((0, 2), np.int32))
 
 
+def causes_at(frame, subject, oracle, exact_codes=None):
+    """The causes of the miss that covers a frame, at that frame alone, of a detector that explains nothing.
+
+    ``exact_codes``: the exact answer, a letter a frame; ``None``: that of the oracle.
+    """
+    misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
+    (miss,) = (miss for miss in misses if miss.first <= frame <= miss.last)
+    audited = Audited(motion=None, detector=object(), subject=subject, oracle=oracle)
+    exact = verdict_column(exact_codes, face_sets=NO_FACES) if exact_codes else replace(oracle, face_sets=NO_FACES)
+    return causes_of_miss(miss, [frame], audited, ExactAnswer(exact))
+
+
 @pytest.mark.parametrize(
-    ("containment", "cause"),
+    ("containment", "truth", "cause"),
     [
-        ((), Cause.UNEXPLAINED),
-        (("decided",), Cause.UNEXPLAINED),
-        ((f"{REFUSED}a body is open",), Cause.CONTAINMENT),
+        ((), ".I.", Cause.UNEXPLAINED),
+        (("decided",), ".I.", Cause.UNEXPLAINED),
+        ((f"{REFUSED}a body is open",), ".I.", Cause.CONTAINMENT),
+        ((f"{REFUSED}a body is open",), ".C.", Cause.UNEXPLAINED),
     ],
 )
-def test_containment_is_the_cause_only_where_refused(containment, cause):
-    """A body is inside the other in the middle frame; the detector says clear, and this about their containment."""
-    subject = verdict_column("...", containment=containment)
-    oracle = verdict_column(".I.", face_sets=NO_FACES)
-    (miss,) = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
-    audited = Audited(motion=None, detector=object(), subject=subject, oracle=oracle)
-    assert causes_of_miss(miss, [1], audited, ExactAnswer(oracle)) == [cause]
+def test_containment_is_the_cause_only_where_refused(containment, truth, cause):
+    """One body is inside the other (I) or their surfaces meet (C); the detector says this about containment."""
+    assert causes_at(1, verdict_column("...", containment=containment), verdict_column(truth)) == [cause]
+
+
+CONTACTS = "".join("." * gap + "CCCC" for gap in (6, 9, 5, 12, 7, 10)) + "." * 40
+FIVE_CONTACTS = CONTACTS[:59]
+"""All but the sixth contact, which is in frames 69 to 72; the first is in frames 6 to 9."""
+
+
+@pytest.mark.parametrize(
+    ("reported", "frame", "cause"),
+    [
+        (".." + FIVE_CONTACTS + "." * 52, 6, Cause.LATE),
+        (".." + FIVE_CONTACTS + "." * 52, 70, Cause.UNEXPLAINED),
+        (FIVE_CONTACTS[2:] + "." * 56, 9, Cause.EARLY),
+        (FIVE_CONTACTS[2:] + "." * 56, 70, Cause.UNEXPLAINED),
+    ],
+)
+def test_miss_is_late_or_early_only_where_it_is_reported_then(reported, frame, cause):
+    """Five contacts are reported two frames late or early, and the sixth not at all."""
+    assert causes_at(frame, verdict_column(reported), verdict_column(CONTACTS)) == [cause]
+
+
+def test_contact_that_the_exact_answer_denies_is_unexplained():
+    """A reference of instants, other than the exact detector, reports a contact that no surfaces have."""
+    assert causes_at(1, verdict_column("..."), verdict_column(".C."), exact_codes="...") == [Cause.UNEXPLAINED]
 
 
 def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
