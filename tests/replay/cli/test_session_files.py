@@ -80,3 +80,10 @@ def test_several_sessions_or_a_scheduler_make_a_batch(folder_with_two_sessions, 
 def test_scheduler_needs_a_folder_that_workers_reach(folder_with_two_sessions, capsys):
     assert main(["run", str(folder_with_two_sessions / "a.mcap"), "--scheduler", "tcp://host:1"]) == 2
     assert "--out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("names", "are"), [(["a.mcap"], False), (["a.mcap", "list.txt"], True), (["a.mcap", "."], True), ([], False)]
+)
+def test_folder_or_list_means_several_sessions(names, are, tmp_path):
+    assert are_several([tmp_path / name for name in names]) == are

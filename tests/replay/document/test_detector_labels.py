@@ -13,6 +13,7 @@ from support.small_worlds import STEP_NS, session_of_frames, unit_cubes_on_x
 
 import replay
 from replay.document import headline
+from replay.document.detector_labels import shape_label
 from replay.document.gates import Gates
 from replay.document.session import FindingRecord
 from replay.engine import compute
@@ -108,3 +109,15 @@ def test_contact_offset_explains_false_contact_of_distant_shapes(skin, gap):
     assert bool(result.false["skin"]) == (gap is not None)
     if gap is not None:
         assert "600 mm apart" in reasons[0] and "from 1 m on" in reasons[0] and "meet" not in reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "label"),
+    [
+        ({"shape": "hull"}, "convex hulls"),
+        ({"shape": "compound", "pieces": 1}, "1 convex piece"),
+        ({"shape": "compound", "pieces": 16}, "16 convex pieces"),
+    ],
+)
+def test_colliders_are_named_by_shape_or_number_of_pieces(settings, label):
+    assert shape_label(settings) == label

@@ -11,7 +11,7 @@ from replay.auditing.wilson import proportion
 from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
 from replay.document.detector import SampleTimes
 from replay.document.detector_labels import detector_label
-from replay.document.ranking import fault_text, ranking
+from replay.document.ranking import all_unconfirmed, fault_text, ranking
 from replay.document.tables import IN_RED, Marked, text_of
 from replay.show.run_tables import ranking_table
 
@@ -181,3 +181,9 @@ def test_a_mean_above_p99_is_explained(mean, noted):
     detectors = document.detectors | {"exact": structs.replace(exact, seconds=seconds)}
     notes = table_of_ranking(structs.replace(document, detectors=detectors)).notes
     assert ("The mean of exact is above p99: at most 1 in 100 samples took very long." in notes) is noted
+
+
+@pytest.mark.parametrize(("unconfirmed", "false", "all_are"), [(0, 0, False), (2, 2, True), (2, 3, False)])
+def test_false_contact_is_unconfirmed_if_all_of_it_is(unconfirmed, false, all_are):
+    pair_frames = zeros(PairFrames, false_contact=false)
+    assert all_unconfirmed(audit_of(unconfirmed=unconfirmed, pair_frames=pair_frames)) == all_are

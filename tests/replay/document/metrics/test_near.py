@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from support.small_worlds import session_of_frames, unit_cubes_on_x
 
 from cdcore import Motion
-from replay.document.metrics.near import CLOSE_GAP_M, close_intervals, without_contact
+from replay.document.metrics.near import CLOSE_GAP_M, NearMiss, close_intervals, without_contact
 from replay.prepare.assemble import assemble
 from sessions.scene_files.scene_toml import parse_scene
 
@@ -96,3 +96,21 @@ def test_a_lost_pose_is_not_close_to_anything(lost):
     status[150:250, 1] = not lost
     assembly = assemble(session_of_frames(np.arange(FRAMES) * 10_000_000, status, positions))
     assert (close_intervals(assembly, np.array([0])) == ()) == lost
+
+
+@pytest.mark.parametrize(
+    ("pair", "start", "end", "remains"),
+    [
+        (0, 1.0, 4.4, True),
+        (0, 1.0, 4.6, False),
+        (0, 5.2, 5.4, False),
+        (0, 6.4, 9.0, False),
+        (0, 6.6, 9.0, True),
+        (1, 5.2, 5.4, True),
+    ],
+)
+def test_contact_within_half_a_second_is_no_near_miss(pair, start, end, remains):
+    """The bodies of pair 0 are close from 5 to 6 s."""
+    near_miss = NearMiss(0, 5.0, 6.0)
+    contacts = np.array([[pair, start, end]])
+    assert without_contact([near_miss], contacts) == ((near_miss,) if remains else ())
