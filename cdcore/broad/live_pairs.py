@@ -116,7 +116,7 @@ class LivePairs:
             verdict[column], separated = self._decide(now, column, margin)
             skips.keep_margin(column, margin, separated)
         surfaces = perf_counter()
-        if self._inside is not None and columns:
+        if self._inside is not None:
             clear = [column for column in columns if verdict[column] == CLEAR]
             for column in clear:
                 verdict[column], clearance = self._inside(now, column, skips.clearances[column])

@@ -118,9 +118,10 @@ def settle_pose(position: Memory, rotation: Memory, k: int, valid: bool, scratch
         for i in range(9):
             rotation[9 * k + i] = 1.0 if i % 4 == 0 else 0.0
         return 0.0
-    # a number that is not finite makes its product with 0 NaN; their sum could overflow
-    wrong = 0.0 * position[3 * k] + 0.0 * position[3 * k + 1] + 0.0 * position[3 * k + 2]
-    error: float = matrix_error(rotation, 9 * k) + wrong
+    error: float = matrix_error(rotation, 9 * k)
+    for i in range(3):
+        # a number that is not finite makes its product with 0 NaN; their sum could overflow
+        error += 0.0 * position[3 * k + i]
     if not error <= ORTHONORMAL_KEEP:
         if not error <= ORTHONORMAL_REJECT:
             return np.nan

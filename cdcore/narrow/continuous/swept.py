@@ -56,9 +56,10 @@ class SweptSpheres:
         for body in used.tolist():
             centres[body], slack[body] = self._path(body, rotations[:, body], translations[:, body], valid[:, body])
         for column, (i, j) in enumerate(pairs.tolist()):
-            reach = self._spheres[i].radius + self._spheres[j].radius + UNDERFLOW_PAD + slack[i][1:] + slack[j][1:]
+            reach = self._spheres[i].radius + self._spheres[j].radius + slack[i][1:] + slack[j][1:]
             # "not above": a distance that overflowed to NaN counts as near
-            near[1:, column] = searched[1:, column] & ~(_least_distance(centres[i] - centres[j]) > reach)
+            is_apart = _least_distance(centres[i] - centres[j]) > reach + UNDERFLOW_PAD
+            near[1:, column] = searched[1:, column] & ~is_apart
         return near
 
     def _path(

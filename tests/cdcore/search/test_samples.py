@@ -7,6 +7,7 @@ import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
 from support.shapes import merge_meshes, shift_mesh
 
+from cdcore import TriangleMesh
 from cdcore.search.features import NEIGHBOURS, features_of, sample_of
 from cdcore.search.state import stream_of
 
@@ -23,12 +24,21 @@ def test_samples_are_nested_and_depend_on_the_name():
 
 
 def test_faces_are_drawn_by_their_area():
-    small, large = ball_of(faces=300, radius=0.1), shift_mesh(ball_of(faces=300, radius=1.0), (5, 0, 0))
+    """The small ball is far from the origin, where its corners are large and its edges small."""
+    small, large = shift_mesh(ball_of(faces=300, radius=0.1), (5, 0, 0)), ball_of(faces=300, radius=1.0)
     features = features_of(merge_meshes(small, large))
     is_large = features.face >= len(small.faces)
     drawn = np.mean([is_large[sample_of(features, 30, seed, "a").pick].mean() for seed in range(40)])
     # The large ball has a hundred times the area: 100 / 101 of the sample is expected on it.
     assert drawn > 0.97
+
+
+def test_samples_of_tiny_meshes_are_drawn_by_area():
+    """Products of such edges are too small for a double; a power of two changes no other rounding."""
+    plain = merge_meshes(ball_of(faces=100, radius=0.1), ball_of(faces=100, radius=1.0))
+    tiny = TriangleMesh(np.ldexp(plain.vertices, -700), plain.faces)
+    picks = [sample_of(features_of(mesh), size=20, seed=0, name="a").pick.tolist() for mesh in (plain, tiny)]
+    assert picks[0] == picks[1]
 
 
 def test_neighbours_of_a_sample_are_its_nearest_centroids():

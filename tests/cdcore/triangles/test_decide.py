@@ -83,6 +83,22 @@ def test_exact_decision_equals_integers_on_a_lattice(upper):
         assert pair_intersects_exact(pair, w) == pair_intersects_integers(pair.reshape(2, 3, 3).tolist())
 
 
+@pytest.mark.parametrize("upper", [2, 3])
+def test_pairs_on_a_lattice_are_decided_as_by_integers(upper):
+    """Corners at whole numbers below ``upper``: most pairs touch, lie in one plane, or are segments and points."""
+    pairs = np.random.default_rng(upper).integers(0, upper, (200, 2, 3, 3)).astype(float)
+    expected = [pair_intersects_integers(pair) for pair in pairs]
+    assert 20 < sum(expected) < 180
+    assert triangles_intersect(pairs).tolist() == expected
+
+
+def test_smallest_gap_between_huge_triangles_separates():
+    """The first lies in the plane z = x; a corner of the second is 2^-900 m above it, too little to scale with."""
+    first = [[0, 0, 0], [2.0**900, 0, 2.0**900], [0, 2.0**900, 0]]
+    second = [[0, 2.0**898, 2.0**-900], [0, 2.0**899, 2.0**900], [2.0**898, 2.0**898, 2.0**900]]
+    assert not triangles_intersect([[first, second]])[0]
+
+
 def test_disjoint_collinear_edges_do_not_meet():
     first, second = [[0, 0, 0], [0, 1, 0], [-4, 9, 0]], [[0, 2, 0], [0, 3, 0], [4, -5, 0]]
     for rotation in range(3):
@@ -97,10 +113,11 @@ VISIBLE = tomllib.loads(Path(__file__).with_name("seen.toml").read_text("utf-8")
 TRIANGLES_BESIDE_FLOOR = [(other, word == "meets") for word in VISIBLE for other in VISIBLE[word].values()]
 
 
-@pytest.mark.parametrize("scale", [1.0, 2.0**-900, 2.0**900])
+@pytest.mark.parametrize("scale", [1.0, 2.0**-270, 2.0**-900, 2.0**900])
 def test_visible_cases_are_decided(scale):
+    """At 2^-270 products of three lengths lie just above what the filter holds for lost in underflow."""
     for other, meets in TRIANGLES_BESIDE_FLOOR:
         first, second = ((np.array(triangle) * scale).tolist() for triangle in (4 * np.array(FLOOR), other))
-        assert triangles_intersect([[first, second]])[0] == meets, other
+        assert triangles_intersect([[first, second], [first[::-1], second]]).tolist() == [meets, meets], other
         assert pair_intersects_integers([first, second]) is meets, other
         assert pair_intersects_integers([second, first]) is meets, other

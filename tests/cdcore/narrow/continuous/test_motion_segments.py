@@ -99,6 +99,11 @@ MOTION_BOUNDS = {
         0.5 * (2 + 7),
         2 * 0.25 * 2 + 0.25 * 7,
     ),
+    "B turns 2 m from the origin, 7 m from A": (
+        {"rate_b": 0.5, "start_a": (0, 9, 0), "end_a": (0, 9, 0), "start_b": (0, 2, 0), "end_b": (0, 2, 0)},
+        0.5 * (2 + 7),
+        2 * 0.25 * 2 + 0.25 * 7,
+    ),
     "B turns, A comes nearer": (
         {"rate_b": 0.5, "start_a": (0, 7, 0), "end_a": (0, 3, 0)},
         0.5 * (2 + 7) + 4,

@@ -5,7 +5,7 @@ import pytest
 from support.random_worlds import KINDS, random_walk_of_rotations
 from support.shapes import ball_mesh, shift_mesh
 
-from cdcore.bounding.bounding_sphere import sphere_best
+from cdcore.bounding.bounding_sphere import Sphere, sphere_best
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
 from cdcore.narrow.continuous.swept import SweptSpheres, faces_stay_separated
@@ -70,6 +70,21 @@ def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
         for fraction in np.linspace(0, 1, 7):
             directions = [centre_at(spheres[k], rotation, move, frame, k, fraction) for k in (i, j)]
             assert np.linalg.norm(directions[0] - directions[1]) > spheres[i].radius + spheres[j].radius
+
+
+@pytest.mark.parametrize(
+    ("gap", "far", "near"),
+    [(1e-9, 0.0, False), (-1e-9, 0.0, True), (1e-6, 1e6, True), (1e-4, 1e6, False)],
+)
+def test_spheres_that_pass_beside_each_other_are_near_by_rounding_only(gap, far, near):
+    """Spheres of 1 m beside the origins of their bodies, ``gap`` apart in passing; at 1,000 km micrometres are lost."""
+    spheres = [Sphere(np.array([0.0, 2.0, 0.0]), 1.0), Sphere(np.array([0.0, -1.0, 0.0]), 1.0)]
+    moves = np.array([[(-3, 0, 0), (0, 5 + gap, 0)], [(3, 0, 0), (0, 5 + gap, 0)]])
+    moves[..., 2] = far
+    still = np.tile(np.eye(3), (2, 2, 1, 1))
+    requested = np.array([[False], [True]])
+    answer = SweptSpheres(spheres).may_meet(still, moves, np.ones((2, 2), bool), np.array([[0, 1]]), requested)
+    assert answer.tolist() == [[False], [near]]
 
 
 def test_skipped_legs_are_not_near_and_invalid_poses_harmless():
