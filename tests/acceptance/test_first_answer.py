@@ -100,6 +100,7 @@ def called_by_kernels():
 
 
 def is_kernel(function):
+    """Whether a function of a parsed file is compiled by numba."""
     return any(isinstance(mark, ast.Name) and mark.id in ("kernel", "hot_kernel") for mark in function.decorator_list)
 
 

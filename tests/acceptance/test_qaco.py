@@ -18,12 +18,14 @@ SESSION_SEEDS = (5101, 5102, 5103, 5104, 5105, 5106)
 
 
 def beaker():
+    """A beaker of 0.5 m radius and 1.2 m height with a wall of 3 cm, of small faces."""
     lower = [(r, 0.0) for r in np.linspace(0, 0.5, 6)]
     outer, inner = ([(r, h) for h in np.linspace(0.03, 1.2, 17)] for r in (0.5, 0.47))
     return revolved_mesh([*lower, *outer, *inner[::-1], (0.0, 0.03)], 60)
 
 
 def rod():
+    """A rod of 5 cm radius and 2 m length, of small faces."""
     return revolved_mesh([(0, 0), *((0.05, h) for h in np.linspace(0, 2.0, 101)), (0, 2.0)], 24)
 
 

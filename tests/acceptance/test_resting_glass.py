@@ -62,6 +62,7 @@ def rested(*arguments):
 
 
 def expect_contact(result):
+    """Fails unless both meshes have some 5000 faces, at least 100 face pairs meet, and memory stays below 1 GiB."""
     assert result["faces"][0] == 5000 and 4600 <= result["faces"][1] <= 5000
     assert result["contact"]
     assert result["pairs"] >= 100

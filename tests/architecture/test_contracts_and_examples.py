@@ -12,6 +12,7 @@ LINT = "import sys; from importlinter.cli import lint_imports_command; sys.exit(
 
 
 def run(*command, cwd=ROOT):
+    """The finished process of this interpreter with a command, in the repository's folder unless another is given."""
     return subprocess.run([sys.executable, *command], cwd=cwd, capture_output=True, text=True)
 
 

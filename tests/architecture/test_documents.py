@@ -34,6 +34,7 @@ OPENS_A_WINDOW = {"view"}
 
 
 def blocks(text, language):
+    """The contents of all code blocks of a language in a text."""
     return [body for name, body in BLOCK.findall(text) if name == language]
 
 
@@ -87,6 +88,7 @@ def sessions_made():
 
 
 def run_command(words, promised, made, capsys):
+    """Run a command of a document; one that opens a window only looks for its moment."""
     if words[0] in OPENS_A_WINDOW:
         output = dict(zip(words[2::2], words[3::2], strict=True))
         miss, false = (int(output[word]) if word in output else None for word in ("--miss", "--false"))

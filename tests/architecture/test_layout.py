@@ -21,6 +21,7 @@ def tracked_files():
 
 
 def modules():
+    """The Python files of the packages."""
     return [path for path in tracked_files() if path.parts[0] in PACKAGES and path.suffix == ".py"]
 
 

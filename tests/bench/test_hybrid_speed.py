@@ -85,6 +85,7 @@ def test_every_pair_frame_of_the_session_agrees_with_the_loop(seed):
 
 @contextmanager
 def no_collector():
+    """Stop the garbage collector meanwhile."""
     gc.collect()
     gc.disable()
     try:
@@ -94,6 +95,7 @@ def no_collector():
 
 
 def seconds(call, clock=perf_counter):
+    """Seconds that a call takes without the garbage collector."""
     with no_collector():
         start = clock()
         call()

@@ -21,6 +21,7 @@ def pose_matrix(position=(0, 0, 0), rotvec=(0, 0, 0)):
 
 
 def poses_from_to(before, after):
+    """Poses of two frames."""
     return np.stack([before, after])
 
 

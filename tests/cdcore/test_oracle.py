@@ -26,6 +26,7 @@ FEW_WORLDS = [("soup", 5), ("plate", 6), ("ball", 7), ("corrupt", 1e15)]
 
 
 def quick_and_slow(quick, slow):
+    """A mark that runs a test on few worlds, and slowly on many."""
     return pytest.mark.parametrize("worlds", [quick, pytest.param(slow, marks=pytest.mark.slow)], ids=len)
 
 

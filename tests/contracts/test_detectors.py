@@ -48,6 +48,7 @@ def detection_of_whole_motion(name):
 
 
 def has_faces(detection):
+    """Whether a detection lists faces."""
     return detection.face_sets is not None
 
 

@@ -28,6 +28,7 @@ def name(request):
 
 
 def settings_of(name):
+    """Names of a detector's settings."""
     return [item.name for item in fields(load_detector(name).Settings)]
 
 
@@ -52,6 +53,7 @@ def answer_or_refusal(name, **settings):
 
 
 def assert_item_sentence(sentence, setting):
+    """Fails unless a sentence begins with the setting and says in a line what to give."""
     assert sentence.startswith(f"{setting}=")
     assert "give " in sentence and "\n" not in sentence and len(sentence) < 300
 

@@ -41,6 +41,7 @@ def test_each_family_agrees_with_both_exact_algorithms(family, count, seed):
 
 
 def swapped(pairs, _rng):
+    """Both triangles of each pair exchanged."""
     return pairs[:, ::-1]
 
 
@@ -56,6 +57,7 @@ def rotated(pairs, rng):
 
 
 def scaled(pairs, rng):
+    """Each pair scaled by a power of two."""
     return pairs * 2.0 ** rng.integers(-10, 11, (len(pairs), 1, 1, 1))
 
 

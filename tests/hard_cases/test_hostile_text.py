@@ -89,10 +89,12 @@ def study_of(word):
 
 
 def class_of(word):
+    """The page of a class whose names are all this word."""
     return page_of_class(word, study=None)
 
 
 def page_of_class(word, study):
+    """The page of a class whose names are all this word, with a study or none."""
     with TemporaryDirectory() as base, pytest.MonkeyPatch.context() as patch:
         for name in ("PAIRS", "TASKS", "STAGES", "TYPES", "CAUSES"):
             patch.setattr(study_samples, name, [(word, word)] if name == "PAIRS" else [word, word])

@@ -57,6 +57,7 @@ def assert_whole(made):
 
 
 def assert_called_again(verb, work):
+    """Fails unless the command, called again, writes a whole file and leaves what was there."""
     done = subprocess.run(
         command_of_verb(verb), cwd=work, env=environment(), capture_output=True, text=True, timeout=300
     )

@@ -24,6 +24,7 @@ def scene(kind):
 
 
 def body(name, triangles):
+    """A body whose faces are these triangles (n, 3, 3)."""
     return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
 
 

@@ -22,10 +22,12 @@ WIDTH = Fraction(1, 2**60)
 
 
 def polynomial(*coefficients):
+    """A polynomial by its coefficients, the constant first."""
     return np.array(coefficients, dtype=object)
 
 
 def trimmed(numbers):
+    """A polynomial without leading zeros."""
     while numbers and numbers[-1] == 0:
         numbers.pop()
     return polynomial(*numbers) if numbers else polynomial(0)
@@ -35,14 +37,17 @@ def trimmed(numbers):
 
 
 def polyadd(p, q):
+    """The sum of two polynomials."""
     return trimmed([a + b for a, b in zip_longest(p.tolist(), q.tolist(), fillvalue=0)])
 
 
 def polysub(p, q):
+    """The difference of two polynomials."""
     return trimmed([a - b for a, b in zip_longest(p.tolist(), q.tolist(), fillvalue=0)])
 
 
 def polymul(p, q):
+    """The product of two polynomials."""
     return trimmed(np.convolve(p, q).tolist())
 
 
@@ -59,6 +64,7 @@ def divided(p, q):
 
 
 def shortest(numbers):
+    """A polynomial with the same roots and the smallest whole coefficients."""
     shared = gcd(*numbers) or 1
     return trimmed([c // shared for c in numbers])
 
@@ -73,12 +79,14 @@ def value(p, at):
 
 
 def common(p, q):
+    """The greatest common divisor of two polynomials."""
     while q.any():
         p, q = q, divided(p, q)[1]
     return p
 
 
 def square_free(p):
+    """A polynomial with the same roots, each once."""
     return divided(p, common(p, polyder(p)))[0]
 
 
@@ -92,6 +100,7 @@ def sturm_chain(p):
 
 
 def changes(chain, at):
+    """How often the sign changes along a Sturm chain at a place."""
     signs = [v for v in (value(p, at) for p in chain) if v != 0]
     return sum((a < 0) != (b < 0) for a, b in pairwise(signs))
 
@@ -168,14 +177,17 @@ def roots(p):
 
 
 def sub(a, b):
+    """The difference of two vectors of polynomials."""
     return [polysub(x, y) for x, y in zip(a, b, strict=True)]
 
 
 def dot(a, b):
+    """The scalar product of two vectors of polynomials."""
     return reduce(polyadd, map(polymul, a, b))
 
 
 def cross(a, b):
+    """The cross product of two vectors of polynomials."""
     return [polysub(polymul(a[(k + 1) % 3], b[(k + 2) % 3]), polymul(a[(k + 2) % 3], b[(k + 1) % 3])) for k in range(3)]
 
 
@@ -238,6 +250,7 @@ def edge_edge(a0, a1, b0, b1):
 
 
 def edge_boundaries(ends, nn):
+    """Polynomials whose signs say whether points are between the ends of their edges."""
     out = [dot(sub(q, x), sub(q, y)) for q, (x, y) in ends]
     if not nn.any():
         out += [c for q, (x, y) in ends for c in cross(sub(y, x), sub(q, x))]

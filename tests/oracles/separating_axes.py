@@ -17,18 +17,22 @@ def integer_points(pair: np.ndarray) -> list[tuple[int, int, int]]:
 
 
 def minus(a, b):
+    """The difference of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def outer(a, b):
+    """The cross product of two vectors."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def inner(a, b):
+    """The scalar product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def separates(axis, first, second) -> bool:
+    """Whether a plane across the axis is between two sets of points."""
     x, y, z = axis
     p = [x * a + y * b + z * c for a, b, c in first]
     q = [x * a + y * b + z * c for a, b, c in second]

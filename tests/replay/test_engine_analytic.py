@@ -62,6 +62,7 @@ def test_contact_intervals_match_the_closed_form_to_a_frame(name):
 
 
 def _names(result, pair):
+    """Names of both bodies of a pair, sorted."""
     return tuple(sorted(result.assembly.names[k] for k in result.assembly.pairs[pair]))
 
 

@@ -18,6 +18,7 @@ FAST = "sphere,slow=discrete[rate_hz=7.5]"
 
 
 def answers(result):
+    """All that a run answers: digests of detections, misses, causes and contacts."""
     digests = {label: actual.digest for label, actual in result.detections.items()}
     return digests, result.misses, result.causes, result.episodes
 

@@ -87,6 +87,7 @@ def ask(good, at, number, capsys):
 
 
 def requested(good, at, numbers, capsys):
+    """Faults in changed folders of these numbers, and the memory that all but the first took."""
     at.mkdir()
     first, *others = numbers
     faults, kept = ask(good, at, first, capsys), peak_bytes()

@@ -45,6 +45,7 @@ with whole_folder(Path("{out}"), OSError, lambda _: ("table", "mark")) as folder
 
 
 def write(folder, word):
+    """Write both files of a folder."""
     (folder / "table").write_text(word)
     (folder / "mark").write_text(word)
 

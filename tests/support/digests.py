@@ -56,6 +56,7 @@ def of_scene(name, frames, **settings):
 
 
 def of_small_scene(name):
+    """Yields digests of 30 s of a scene, with bodies of 500 faces."""
     yield from of_scene(name, 30, faces=500)
 
 
@@ -90,11 +91,13 @@ GROUPS = QUICK | SLOW | REAL
 
 
 def variant_name(name, settings):
+    """A detector's name with its settings."""
     return name + "".join(f"[{key}={value}]" for key, value in settings.items())
 
 
 @cache
 def worlds(group):
+    """The worlds of a group."""
     maker, *operands = GROUPS[group]
     return tuple(maker(*operands))
 

@@ -62,6 +62,7 @@ def split(data):
 
 
 def joined(pieces):
+    """Bytes of these records."""
     return b"".join(HEAD.pack(opcode, len(content)) + content for opcode, content in pieces)
 
 
@@ -216,6 +217,7 @@ def table_of(out, chance):
 
 
 def column(out, chance):
+    """A table without a column, with it twice, under another name or of another type."""
     file, table, position = table_of(out, chance)
     name = table.column_names[position]
     changes = {
@@ -282,6 +284,7 @@ touched: list[str] = []
 
 
 def _noted(event, arguments):
+    """Note a file that the program changes."""
     if event in CHANGES or (event == "open" and isinstance(arguments[2], int) and arguments[2] & FOR_WRITING):
         touched.append(os.fsdecode(arguments[0]) if not isinstance(arguments[0], int) else "")
 

@@ -30,5 +30,6 @@ ROWS = list(DETECTORS) + [
 
 
 def read_cases(path):
+    """The arrays of a file by name."""
     with np.load(path, allow_pickle=False) as file:
         return SimpleNamespace(**{name: array[()] if array.ndim else array.item() for name, array in file.items()})

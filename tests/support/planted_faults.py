@@ -93,37 +93,44 @@ def fault(code, last=0, *, of_body=True, first=0):
 
 @fault("not-finite", 2)
 def nan_position(draft, body, frame):
+    """A position that is no number, in three frames."""
     draft.arrays["position"][frame : frame + 3, body, 1] = np.nan
 
 
 @fault("zero-quaternion")
 def zero_quaternion(draft, body, frame):
+    """A rotation of length 0, in a frame."""
     draft.arrays["quaternion_xyzw"][frame, body] = 0.0
 
 
 @fault("non-unit-quaternion", 4)
 def non_unit_quaternion(draft, body, frame):
+    """Rotations of length 1.1, in five frames."""
     draft.arrays["quaternion_xyzw"][frame : frame + 5, body] *= 1.1
 
 
 @fault("time-backwards", 3, of_body=False)
 def time_backwards(draft, body, frame):
+    """Stamps half a second earlier, in four frames."""
     draft.shift(slice(frame, frame + 4), -500_000_000)
 
 
 @fault("duplicate-stamps", 1, of_body=False)
 def duplicate_stamps(draft, body, frame):
+    """Two frames with the stamp of the frame before."""
     for name in FIELDS[:3]:
         draft.arrays[name][frame : frame + 2] = draft.arrays[name][frame - 1]
 
 
 @fault("gap", first=-1, of_body=False)
 def gap(draft, body, frame):
+    """A second without frames."""
     draft.shift(slice(frame, None), 1_000_000_000)
 
 
 @fault("frozen", 59)
 def frozen(draft, body, frame):
+    """Sixty frames with the pose of the frame before."""
     for name in ("position", "quaternion_xyzw"):
         draft.arrays[name][frame : frame + 60, body] = draft.arrays[name][frame - 1, body]
 
@@ -139,22 +146,26 @@ def teleport(size):
 
 
 def millimetres(draft, body, frame):
+    """All positions of a body in millimetres."""
     draft.arrays["position"][:, body] *= 1000.0
     return Planted("unit-suspect", BODIES[body], (0, FRAMES - 1))
 
 
 @fault("clock-skew", FRAMES, of_body=False)
 def log_skew(draft, body, frame):
+    """A clock of the log that jumps by 5 s."""
     draft.arrays["log_ns"][frame:] += 5_000_000_000
 
 
 @fault("clock-skew", FRAMES)
 def device_skew(draft, body, frame):
+    """A clock of the device that falls back by 5 s."""
     draft.arrays["sample_ns"][frame:, body] -= 5_000_000_000
 
 
 @fault("unknown-frame", 49)
 def unknown_frame(draft, body, frame):
+    """Fifty poses in a frame of reference that nobody knows."""
     stamps = set(draft.arrays["stamp_ns"][frame : frame + 50].tolist())
 
     def renamed(content):
@@ -169,24 +180,28 @@ def unknown_frame(draft, body, frame):
 
 @fault("mesh-mirrored", None)
 def mirrored_mesh(draft, body, frame):
+    """A mesh that is mirrored."""
     mesh = draft.meshes[BODIES[body]]
     draft.meshes[BODIES[body]] = MeshData(mesh.vertices * [-1.0, 1.0, 1.0], mesh.faces)
 
 
 @fault("mesh-hash", None)
 def wrong_hash(draft, body, frame):
+    """A hash that is not that of the mesh."""
     stated = re.compile(rb"(mesh\.sha256/%s....)[0-9a-f]{64}" % BODIES[body].encode(), re.DOTALL)
     draft.changes.append(lambda data: stated.sub(rb"\g<1>" + b"0" * 64, data))
 
 
 @fault("identity-while-lost", 19)
 def identity_while_lost(draft, body, frame):
+    """Twenty frames with the pose of the origin."""
     draft.arrays["position"][frame : frame + 20, body] = 0.0
     draft.arrays["quaternion_xyzw"][frame : frame + 20, body] = [0.0, 0.0, 0.0, 1.0]
 
 
 @fault("out-of-space", 1)
 def out_of_space(draft, body, frame):
+    """Two positions far outside of the room."""
     draft.arrays["position"][frame : frame + 2, body, 0] = 1e200, -1001.0
 
 

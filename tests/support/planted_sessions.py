@@ -224,6 +224,7 @@ def changed(points, map_point):
 
 
 def box(least, greatest):
+    """Vertices and faces of a box between two corners."""
     mesh = trimesh.creation.box(bounds=[least, greatest])
     return np.asarray(mesh.vertices), np.asarray(mesh.faces)
 
@@ -326,6 +327,7 @@ def write_scene(folder, convention, kind, *, exported=False):
 
 
 def write_mapping(folder, convention):
+    """Write the mapping of a CSV with a body's name in each row."""
     (folder / "map.toml").write_text(
         f'convention = "{convention}"\n[time]\ncolumn = "t"\nunit = "s"\n[body]\nname = "name"\n'
         'position = ["x", "y", "z"]\nquaternion_xyzw = ["qx", "qy", "qz", "qw"]\n'

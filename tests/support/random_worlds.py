@@ -60,6 +60,7 @@ def needles(rng, count=12):
 
 
 def cube(_rng=None):
+    """Triangles of a unit cube."""
     return CUBE[CUBE_FACES]
 
 
@@ -230,4 +231,5 @@ def motion_of(kind, rng, frames, bodies):
 
 
 def placed(triangles, rotations, move):
+    """Triangles (F, 3, 3) in a pose."""
     return place_points(triangles.reshape(-1, 3), rotations, move).reshape(-1, 3, 3)

@@ -140,6 +140,7 @@ def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **mor
 
 
 def surely_quicker(a, b):
+    """Whether the intervals of two settings' times are apart; by the means where one has no interval."""
     gap = None not in (a["mean_high"], b["mean_low"]) and a["mean_high"] < b["mean_low"]
     unknown = None in (a["mean_low"], b["mean_low"])
     return gap or (unknown and a["mean_ms"] < b["mean_ms"])
@@ -369,6 +370,7 @@ def with_steady_time(every_frame):
 
 
 def reported(state):
+    """A session of two cubes that meet in frames 1, 2 and 6, with or without reports of an engine."""
     session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
     if state == "unasked":
         return session

@@ -87,6 +87,7 @@ ROOM = 4096
 
 @kernel
 def relative_of(row, scratch):
+    """Fill eight poses of the first pair, relative to each other, from compiled code."""
     return fill_relative(pair_at(integers_of(row), 0), 0 * len(row), 8 + 0 * len(row), scratch)
 
 

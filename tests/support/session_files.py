@@ -47,6 +47,7 @@ def random_frames(seed, count=50, bodies=3, *, absent=0.0, odd=0.0):
 
 
 def session_of(frames, **fields):
+    """A session of frames, without meshes unless given."""
     return Session(frames, fields.pop("meshes", {}), **fields)
 
 
@@ -172,6 +173,7 @@ def offsets(number, pairs):
 
 
 def xdf_file(folder: Path, *chunks: bytes) -> Path:
+    """The path of an XDF file with these chunks."""
     path = folder / "take.xdf"
     path.write_bytes(b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>') + b"".join(chunks))
     return path

@@ -171,6 +171,7 @@ def page_after_its_scripts(page, folder):
 
 
 def _opened(page, folder, *more):
+    """The output of Chromium after it opened a page."""
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
         pytest.skip("Chromium is not installed: install the package chromium to look at the page")
@@ -197,5 +198,6 @@ def recording_text(path):
 
 
 def _texts(values):
+    """Yields the texts of nested lists."""
     for value in values or ():
         yield from [value] if isinstance(value, str) else _texts(value)

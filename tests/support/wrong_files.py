@@ -77,24 +77,29 @@ def good_files(folder):
 
 
 def chunk(entries):
+    """A chunk with these records."""
     return Opcode.CHUNK, closed(joined(entries))
 
 
 def record(entry):
+    """The record of an entry of MCAP."""
     builder = RecordBuilder()
     entry.write(builder)
     return split(builder.end())[0]
 
 
 def attachment(name, data):
+    """The record of an attachment."""
     return record(Attachment(0, 0, name, "x", data))
 
 
 def facts(**words):
+    """The record of a session's facts."""
     return record(Metadata("vrlab.session", words))
 
 
 def message(number, payload=b"", which=1):
+    """A message of a channel, at the nanosecond of its number."""
     return Opcode.MESSAGE, MESSAGE.pack(which, 0, number, number) + payload
 
 
@@ -161,10 +166,12 @@ def glb(words, length=None):
 
 
 def listed(names):
+    """The record that lists bodies."""
     return record(Metadata("vrlab.bodies", {"names": json.dumps(names)}))
 
 
 def scene(words):
+    """The record of a scene."""
     return attachment("scene.toml", words)
 
 
@@ -291,6 +298,7 @@ def wrong_bytes(draw, files):
 
 
 def many_names(count, each=5000):
+    """Chunks that name very many bodies, 5000 a message."""
     rows = [message(k, named(each, k * each)) for k in range(count // each)]
     return [chunk(rows[k : k + 50]) for k in range(0, len(rows), 50)]
 

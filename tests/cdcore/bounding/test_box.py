@@ -57,6 +57,7 @@ BEAKER = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 
 
 
 def volume(mesh):
+    """The volume of a closed mesh."""
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     return float((np.cross(a, b) * c).sum()) / 6
 

@@ -21,6 +21,7 @@ DETECTORS = {
 
 
 def reversed_faces(mesh):
+    """The mesh inside out."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 

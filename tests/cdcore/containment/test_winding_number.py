@@ -40,6 +40,7 @@ def test_disk_has_the_solid_angle_of_a_cone():
 
 
 def reversed_faces(mesh):
+    """The mesh inside out."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 

@@ -18,6 +18,7 @@ FRAMES = 40
 
 
 def body_of_triangles(name, triangles):
+    """A body whose faces are these triangles (n, 3, 3)."""
     return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
 
 

@@ -23,6 +23,7 @@ THREE_BALLS = merge_meshes(*(shift_mesh(ball_mesh(0.08), [0.5 * k, 0.1 * k, 0]) 
 
 
 def reversed_faces(mesh):
+    """The mesh inside out."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 

@@ -58,15 +58,18 @@ def jumps(frames):
 
 @cache
 def jumps_then_rest():
+    """A scene of 20,000 jumps, then of steps of 30 nm."""
     return scene(jumps(frames=20_000), step=3e-8, handle=False)
 
 
 def an_hour_of_jumps_then_rest():
+    """A scene of 330,000 jumps, then of steps of 0.3 um."""
     return scene(jumps(frames=330_000), step=3e-7, handle=False)
 
 
 @cache
 def corrupt_pose_then_rest():
+    """A scene of one corrupt pose, then of steps of 3 mm."""
     return scene(np.array([0.0, CORRUPT]), step=3e-3, handle=True)
 
 

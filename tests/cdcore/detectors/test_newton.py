@@ -21,6 +21,7 @@ pytestmark = pytest.mark.slow
 
 
 def overlapping_boxes(count):
+    """Boxes of 0.1 m about the origin, some 1 cm from each other, and their motion."""
     bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(count)]
     return bodies, motion_at_rest(bodies, np.random.default_rng(0).normal(scale=0.01, size=(count, 3)))
 

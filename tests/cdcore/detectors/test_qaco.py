@@ -18,6 +18,7 @@ VARIANTS = ("memetic", "corrected", "local", "random", "printed")
 
 @cache
 def exact_detection():
+    """The answer of ``exact`` for FRAMES frames of bodies of a laboratory, with faces."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     return create_detector("exact", bodies).detect(motion, faces=True)
 

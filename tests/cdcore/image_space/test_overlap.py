@@ -44,6 +44,7 @@ def solid_of(mesh, pose):
 
 
 def mesh_of(solid):
+    """The mesh of a solid of manifold3d."""
     mesh = solid.to_mesh64()
     return TriangleMesh(mesh.vert_properties[:, :3], mesh.tri_verts)
 

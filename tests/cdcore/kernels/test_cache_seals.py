@@ -23,6 +23,7 @@ def verified_anew():
 
 
 def square_plus_seven(x):
+    """A small kernel."""
     return x * x + 7
 
 
@@ -45,6 +46,7 @@ def sealed_folder(tmp_path_factory):
 
 
 def cache_of(folder, line=9):
+    """The cache files in a folder of a kernel that begins in a line of module.py."""
     return KernelCache(folder=folder, source="module", line=line)
 
 

@@ -23,6 +23,7 @@ from cdcore.kernels.vectors import Vector
 
 @njit
 def doubled(x):
+    """A kernel that is never inlined."""
     never_inlined()
     return 2 * x
 
@@ -63,23 +64,27 @@ def test_compiling_a_kernel_keeps_numbas_cache_folder_setting(machine_code_folde
 
 @kernel
 def shifted_by_seven(x):
+    """A kernel that is never inlined and calls one that always is: 2 x + 7."""
     never_inlined()
     return doubled_part(x) + 7
 
 
 @hot_kernel
 def doubled_part(x):
+    """A kernel that is always inlined."""
     always_inlined()
     return 2 * x
 
 
 @kernel
 def calls_both(x):
+    """A kernel that calls both kinds: 4 x + 9."""
     return shifted_by_seven(x) + doubled_part(x + 1)
 
 
 @kernel
 def zero_to(count):
+    """The numbers below ``count``, in memory that a kernel asks for."""
     numbers = np.empty(count)
     for k in range(count):
         numbers[k] = k
@@ -88,6 +93,7 @@ def zero_to(count):
 
 @kernel
 def sum_below(count):
+    """The sum of the numbers below ``count``."""
     total = 0.0
     for number in zero_to(count):
         total += number
@@ -142,6 +148,7 @@ def test_the_collector_rests_while_kernels_compile_and_only_then():
 
 @kernel
 def moved_by_one(address, count):
+    """Move eight numbers at an address to the place before, double the number at ``count``, and return it."""
     numbers = doubles_at(address)
     store(numbers, 0 * count, load8(numbers, 1))
     numbers[count] = 2 * numbers[count]
@@ -157,6 +164,7 @@ def test_numbers_are_read_and_written_at_their_address():
 
 @kernel
 def last_of_rows(real, whole):
+    """The sixth number of a row of doubles and of one of integers, and the first double again."""
     return doubles_of(real)[5], integers_of(whole)[5], doubles_of(doubles_of(real))[0]
 
 
@@ -179,6 +187,7 @@ ball_at, weight_at = reader(Ball), reader(Weight)
 
 @kernel
 def read_rows(real, whole, index):
+    """All fields of a ball and of a weight at an index."""
     ball, weight = ball_at(doubles_of(real), index), weight_at(integers_of(whole), index)
     x, y, z = ball.centre
     return x, y, z, ball.radius, weight.grams, weight.places[0]

@@ -11,17 +11,20 @@ OFFSET = 7
 
 @hot_kernel
 def squared(x):
+    """A kernel without a mark."""
     return x * x
 
 
 @hot_kernel
 def shifted(x):
+    """A kernel that is never inlined."""
     never_inlined()
     return squared(x) + OFFSET
 
 
 @hot_kernel
 def halved(x):
+    """A kernel that is always inlined."""
     always_inlined()
     return x / 2
 
@@ -37,6 +40,7 @@ def code_of(compiled):
 
 
 def defined(lines, name):
+    """Lines of LLVM's text that define a function of this name."""
     return [line for line in lines if line.startswith("define") and name in line]
 
 

@@ -18,12 +18,14 @@ PUBLIC = {
 
 
 def sources():
+    """Files of the packages that import numba."""
     imports = r"^\s*(from|import) numba\b"
     packages = ("cdcore", "sessions", "replay")
     return subprocess.check_output(["git", "grep", "-lE", imports, "--", *packages], cwd=ROOT, text=True).split()
 
 
 def imports_of_numba(tree):
+    """Names that a parsed file imports from numba, each as a public name or as its module."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "numba")

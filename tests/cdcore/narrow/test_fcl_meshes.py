@@ -10,6 +10,7 @@ from cdcore.narrow.fcl_meshes import TREES, FclMeshes
 
 
 def two_random_poses(seed, spread):
+    """Two rotations, each with a translation of ``spread`` metres or so."""
     rng = np.random.default_rng(seed)
     return (random_rotations(rng), rng.normal(size=3) * spread), (random_rotations(rng), rng.normal(size=3) * spread)
 

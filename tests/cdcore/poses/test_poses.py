@@ -23,6 +23,7 @@ def poses(request):
 
 @kernel
 def placed_in_kernel(pose, point, out):
+    """Write a point placed by a pose, from compiled code."""
     out[0], out[1], out[2] = in_kernels.placed_by_row(pose, (point[0], point[1], point[2]))
 
 

@@ -16,11 +16,13 @@ TIMES = np.arange(6) / 90
 
 
 def random_translations_and_rotations(bodies=2, seed=0):
+    """Poses of six frames."""
     rng = np.random.default_rng(seed)
     return rng.normal(size=(6, bodies, 3)), random_rotations(rng, 6, bodies)
 
 
 def homogeneous_matrices(translations, rotations):
+    """Poses as matrices (T, N, 4, 4)."""
     poses = np.zeros((*translations.shape[:2], 4, 4))
     poses[..., :3, :3], poses[..., :3, 3], poses[..., 3, 3] = rotations, translations, 1.0
     return poses

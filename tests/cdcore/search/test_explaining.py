@@ -92,6 +92,7 @@ FRAMES = 60
 
 
 def two_balls():
+    """Two balls of 2000 faces."""
     return [Body("a", ball_of(faces=2000)), Body("b", ball_of(faces=2000))]
 
 
@@ -104,6 +105,7 @@ def approach_of_two_balls(frames=FRAMES):
 
 
 def every_frame_requested(motion):
+    """A mask (T, 1) of all frames of the only pair."""
     return np.ones((len(motion), 1), dtype=bool)
 
 

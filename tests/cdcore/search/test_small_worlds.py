@@ -24,6 +24,7 @@ SETTINGS = [
 
 
 def face_pairs(detection, frame, pair):
+    """The face pairs that a detection lists, as a set."""
     return {tuple(row) for row in detection.faces(frame, pair).tolist()}
 
 

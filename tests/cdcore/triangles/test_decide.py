@@ -71,6 +71,7 @@ def test_an_answer_of_the_filter_is_that_of_integers(family):
 
 @kernel
 def pair_intersects_exact(p, w):
+    """Whether two triangles meet by exact arithmetic, from compiled code."""
     return triangle_exact.pair_intersects_exact(doubles_of(p), integers_of(w))
 
 

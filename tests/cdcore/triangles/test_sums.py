@@ -31,6 +31,7 @@ moderate = st.floats(-(2.0**60), 2.0**60, allow_nan=False).filter(lambda x: x ==
 
 
 def sign(value):
+    """-1, 0 or 1."""
     return (value > 0) - (value < 0)
 
 

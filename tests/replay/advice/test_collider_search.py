@@ -23,6 +23,7 @@ WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.00
 
 
 def piece_counts(fixed):
+    """Body -> number of its pieces after the fix."""
     return {row["body"]: row["after"]["pieces"] for row in fixed.bodies}
 
 

@@ -99,7 +99,7 @@ def test_row_of_a_measured_fix_is_that_of_its_repetition(measured_and_repeated):
     assert ranks["fixed"].loss < ranks["subject"].loss
 
 
-def test_contact_intervals_of_a_measured_fix_are_those_of_its_repetition(measured_and_repeated):
+def test_intervals_of_a_measured_fix_are_those_of_its_repetition(measured_and_repeated):
     """The last frame has no length: it is in no interval."""
     measured, repeated = measured_and_repeated
     intervals = measured.answers[0].fix.figures.spans
@@ -110,7 +110,7 @@ def test_contact_intervals_of_a_measured_fix_are_those_of_its_repetition(measure
 
 
 def test_document_of_a_run_has_the_measured_fix(measured_and_repeated):
-    """What becomes summary.json, beside what the caller of ``run`` gets."""
+    """The document becomes summary.json; the caller of ``run`` gets the same answers."""
     measured, _ = measured_and_repeated
     assert measured.answers[0].fix.measured
     assert measured.document.answers == measured.answers

@@ -84,6 +84,7 @@ SHAPES = {
 
 
 def mesh_data(mesh):
+    """The mesh as a session has it."""
     return MeshData(mesh.vertices, mesh.faces)
 
 

@@ -93,6 +93,7 @@ class Frames:
 
 
 def clock_after_passes(frames, compiled=None):
+    """A clock that timed a setting and the twin of the reference in these passes, and that setting."""
     reference, twin, item = (Timed(name, detector=None, motion=None) for name in ("reference", "twin", "one"))
     clock = Clock(frames, reference, twin, compiled)
     for _ in frames.ratios:

@@ -33,6 +33,7 @@ def cube_mesh(scale=9.0, shift=0.0, lost=()):
 
 
 def reversed_faces(mesh):
+    """The mesh inside out."""
     return MeshData(mesh.vertices, mesh.faces[:, ::-1])
 
 

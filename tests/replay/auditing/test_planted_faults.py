@@ -25,6 +25,7 @@ def plate():
 
 
 def spans(mask):
+    """First and last frame of each segment of a mask."""
     return [(first, last) for first, last in runs(mask).tolist()]
 
 

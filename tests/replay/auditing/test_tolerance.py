@@ -39,6 +39,7 @@ def first_body_and_box(positions, first=None, matrix=None):
 
 
 def ball_on_x_and_box(*positions, **more):
+    """A session of a ball at these x beside a box."""
     return first_body_and_box([(position, 0, 0) for position in positions], **more)
 
 

@@ -17,6 +17,7 @@ def test_nothing_counted_leaves_everything_open():
 
 
 def bounds_of(part):
+    """Both ends of the interval of a proportion."""
     return part.lower, part.upper
 
 

@@ -41,6 +41,7 @@ def recording(imported, tmp_path):
 
 
 def contact_by_frame(path):
+    """Whether the only pair of a file's session is in contact, by frame."""
     verdict = replay.run(path, detectors="exact", oracle="none").detections["exact"].verdict
     return verdict[:, 0] == Verdict.CONTACT
 

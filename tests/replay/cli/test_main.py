@@ -29,6 +29,8 @@ def test_every_verb_has_help_and_the_common_options(capsys, name):
 
 
 def make_program_raise(monkeypatch, error):
+    """Let the program end with this error."""
+
     def fail(**_):
         raise error
 

@@ -11,6 +11,7 @@ from replay.cli.options import import_from_current_folder, replaying, reporting
 @replaying
 @reporting
 def command(people, **given):
+    """Print all that a command gets."""
     click.echo(repr({**given, **vars(people)}))
 
 

@@ -74,6 +74,7 @@ def at_width(drawn, width):
 
 
 def distinct_tokens(lines):
+    """The words of these lines without rules."""
     return {word for line in lines for word in line.split() if set(word) - set("─\\")}
 
 

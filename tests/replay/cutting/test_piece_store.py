@@ -40,6 +40,7 @@ def empty_cache(monkeypatch, tmp_path):
 
 
 def hashes(pieces):
+    """Hashes of the contents of pieces."""
     return [piece.content_hash for piece in pieces]
 
 

@@ -35,6 +35,7 @@ def ladders_by_body():
 
 
 def hulls_of_pieces(mesh, most):
+    """Hulls of at most so many pieces of a mesh that is cut by planes."""
     return [hull_of(corners) for corners in ladders_by_body()[mesh.content_hash].pieces(most)]
 
 

@@ -25,6 +25,7 @@ def bar_cut_at_x(gap, at=CUT_X, aside=(0.0, 0.0, 0.0)):
 
 
 def posed_mesh(mesh, rotation, translation):
+    """The mesh in another pose."""
     return TriangleMesh(mesh.vertices @ rotation.T + translation, mesh.faces)
 
 

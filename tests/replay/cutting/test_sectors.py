@@ -68,6 +68,7 @@ def test_round_bodies_have_an_axis_and_oval_bodies_not():
 
 
 def trimesh_of(piece):
+    """The piece as trimesh has it."""
     return Trimesh(piece.vertices, piece.faces, process=False)
 
 

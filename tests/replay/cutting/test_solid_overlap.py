@@ -15,10 +15,12 @@ STILL = np.eye(3)
 
 
 def mesh_of(made):
+    """A mesh of trimesh as one of ours."""
     return TriangleMesh(np.asarray(made.vertices, np.float64), np.asarray(made.faces))
 
 
 def bar_of_edges(*extents):
+    """A box with edges of these lengths about the origin."""
     return mesh_of(box(extents=extents))
 
 

@@ -27,6 +27,7 @@ TAMPERED = {
 
 
 def text_of(result):
+    """The document of a run as it is written."""
     return json_of(result.document)
 
 
@@ -47,11 +48,13 @@ def container_of(plain, path):
 
 
 def changed(plain, path, value):
+    """Write another value into a document."""
     inside, key = container_of(plain, path)
     inside[key] = value
 
 
 def removed(plain, path):
+    """Take a key out of a document."""
     inside, key = container_of(plain, path)
     del inside[key]
 

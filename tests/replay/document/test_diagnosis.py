@@ -67,8 +67,8 @@ def test_fix_measured_as_no_better_is_not_advised():
         assert f"({answer.label})" not in answer.fix.text
 
 
-def test_pieces_of_a_cube_are_not_advised_but_its_offset_is():
-    """Of a cube every number of pieces is one piece, whose contact offset is what is wrong."""
+def test_pieces_of_a_cube_are_not_advised_its_offset_is():
+    """Every number of pieces of a cube is one piece, whose contact offset is what is wrong."""
     run = compute(
         unit_cubes_on_x(SEPARATE), detectors="it=collider[shape=compound,pieces=64,method=box,skin_m=0.01],exact"
     )

@@ -150,12 +150,14 @@ def between_two_samples(claim):
 
 
 def late_by_less_than_a_step(claim):
+    """The contact is reported after the miss, in which no sample lies, and which is no longer than a step."""
     long = float(claim.fields["long"])
     on_time = claim.fault.first == claim.contact.first and claim.reported[claim.fault.last + 1]
     return on_time and not len(claim.sampled_within()) and long <= float(claim.fields["step"]) + 0.5
 
 
 def samples_around(claim):
+    """No sample lies in the miss, and those around it are as far apart as is said."""
     frames = claim.samples()
     before, after = frames[frames < claim.fault.first], frames[frames > claim.fault.last]
     gap = 1e3 * (claim.times[after[0]] - claim.times[before[-1]])
@@ -165,11 +167,13 @@ def samples_around(claim):
 
 
 def not_sampled(claim):
+    """So many frames of the miss as are said have no sample."""
     count = claim.fault.frames - len(claim.sampled_within())
     return outcome_holds(claim) and int(claim.fields["unsampled"]) == count > 0
 
 
 def outer_sample(claim):
+    """The first or last sample is at the time that is said, and none lies beyond the miss."""
     frames = claim.samples()
     other = frames[frames < claim.fault.first] if claim.fields["side"] == "last" else frames[frames > claim.fault.last]
     nearest = other[-1] if claim.fields["side"] == "last" else other[0]
@@ -200,22 +204,27 @@ def report_of_contact_begins_late(claim):
 
 
 def report_of_contact_ends_early(claim):
+    """The contact is reported before the miss."""
     return claim.reported[claim.contact.first : claim.fault.first].any()
 
 
 def report_ends_late(claim):
+    """A contact ended before the false one, and was reported until it."""
     return claim.truth[: claim.fault.first].any() and claim.reported[claim.fault.first - 1]
 
 
 def report_starts_early(claim):
+    """The report goes on after the false contact."""
     return claim.reported[claim.fault.last + 1]
 
 
 def no_sample_within(claim):
+    """Contact is reported in all these frames, in none of which the detector samples."""
     return not len(claim.sampled_within()) and claim.reported[claim.fault.first : claim.fault.last + 1].all()
 
 
 def answer_of_last_sample(claim):
+    """The frame is no sample, and the last one before it is at the time that is said."""
     frames = claim.samples()
     last = frames[frames <= claim.fault.frame]
     if claim.fields["sample"] is None:
@@ -253,6 +262,7 @@ def shapes_meet(claim):
 
 
 def reach_of(claim):
+    """Metres within which the detector reports contact, by its settings."""
     settings, name = claim.settings, claim.name
     if name == "bullet":
         sizes = [
@@ -280,6 +290,7 @@ def within_offset(claim):
 
 
 def volumes_only(claim):
+    """The verdict is only that bounding volumes overlap."""
     return claim.run.detections[claim.label].verdict[claim.fault.frame, claim.fault.pair] == Verdict.CANDIDATE
 
 
@@ -313,6 +324,7 @@ STAGES = {
 
 
 def cause_of_frames(claim):
+    """As many frames were examined as are said, and the reason can be one of this detector."""
     examined, of = claim.fault.agreeing
     counted = claim.fields["examined"] is None if examined == of else int(claim.fields["examined"]) == examined
     return outcome_holds(claim) and examined > 0 and counted and STAGES[claim.fields["reason"]](claim)
@@ -443,6 +455,7 @@ def figures_of(fix):
 
 
 def figures_of_rank(rank):
+    """Largest counts missed and late, and the false percentage, of a row of the ranking."""
     percent = 100 * fraction_of(rank.false)
     nearest = min(percent, 100 - percent)
     digits = max(0, 1 - int(np.floor(np.log10(nearest)))) if nearest > 0 else 0
@@ -470,6 +483,6 @@ def test_sentences_and_fixes_of_a_planted_session_hold(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, int(os.environ.get("PLANTED_SESSIONS", "30")), 10))
 def test_sentences_and_fixes_of_planted_sessions_hold(first):
-    """Of ten sessions, with engines as detectors and each fix run again; they have more than 20 faults."""
+    """Ten sessions with engines as detectors, and each fix run again; they have more than 20 faults."""
     pytest.importorskip("pybullet")
     assert sum(check_claims_and_fixes(1000 + seed, engines=True, again=True) for seed in range(first, first + 10)) > 20

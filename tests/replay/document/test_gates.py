@@ -19,6 +19,7 @@ def figures(missed, of, contacts=0, total=4, false=(0, 0), undecided=0, oracle=0
 
 
 def times_of_run(**seconds):
+    """The file of a session, and the times of its detector x."""
     return "s.mcap", {"x": times_of(**seconds)}
 
 

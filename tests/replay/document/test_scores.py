@@ -27,7 +27,7 @@ def test_contacts_of_a_body_with_its_parent_are_not_counted():
 
 
 def test_excused_contacts_count_in_no_fraction():
-    """Of three contacts the first is matched, the second missed, the third excused; of two reports the second is."""
+    """The first of three contacts is matched, the second missed, the third excused; so is the second report."""
     match = EpisodeMatch(truth=1, reported=1, overlap=3, onset_error=0.5, duration_error=-0.25)
     matches = EpisodeMatches((match,), missed=(2,), excused_truth=(3,), excused_reports=(2,))
     figures = matching_of(matches, reference_contacts=3, reported_contacts=2)

@@ -304,7 +304,7 @@ def test_certainty_mentions_a_made_up_session(facts, made_up):
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_why_explains_missed_and_false_contacts(state):
-    """Of a detector with misses a cause of one is named, and of one with false contacts a cause of one of those."""
+    """The cause of one miss is named, where there are misses, and that of one false contact."""
     result = run_with_steady_times(state)
     assert result.answers
     for answer in result.answers:

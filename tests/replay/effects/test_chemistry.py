@@ -175,7 +175,7 @@ def test_gas_of_a_slow_reaction_is_one_long_event():
 
 
 def test_slow_reaction_is_plotted_in_mol_and_has_no_ph():
-    """Of a slow reaction no equilibrium, and so no pH, is computed."""
+    """No equilibrium, and so no pH, is computed of it."""
     run = slow_zinc_reaction()
     assert "b/pH" not in run.series
     quantity, *_ = effect_plots({"reaction": run})[-1]

@@ -40,13 +40,13 @@ def test_document_has_a_record_of_each_effect(five_touches):
 
 
 def test_each_effect_has_its_fraction_of_the_time(five_touches):
-    """Of a run that took twice the contact's time its fraction is a half; of one without a time it is 0."""
+    """A half where the run took twice the contact's time, 0 where it has no time."""
     seconds = five_touches.effects["contact"].seconds
     for whole, fraction in ((2 * seconds, 0.5), (0.0, 0.0)):
         assert effect_summary(five_touches.effects, whole)["contact"]["fraction"] == pytest.approx(fraction)
 
 
-def test_event_lines_are_in_order_of_time_and_end_in_a_count(five_touches):
+def test_event_lines_are_ordered_by_time_and_end_in_a_count(five_touches):
     *lines, last = event_lines(five_touches.effects, 3)
     times = [float(line.split(" s: ")[0]) for line in lines]
     every = sum(len(run.events) for run in five_touches.effects.values())
@@ -68,7 +68,7 @@ def effect_run(kind, *events, **series):
 
 
 def test_the_weightiest_result_leads_else_the_last_event():
-    """Of a pour at 0 s, an end point at 1 s and a change of colour at 2 s the end point leads."""
+    """The end point leads a pour at 0 s, an end point at 1 s and a change of colour at 2 s."""
     names = ("pour", "end-point", "colour-change")
     pour, end_point, change = (EffectEvent(float(second), name, ("flask",)) for second, name in enumerate(names))
     poured, coloured = {"pour": effect_run("pour", pour)}, {"colour": effect_run("colour", change)}

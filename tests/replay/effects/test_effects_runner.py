@@ -43,7 +43,7 @@ def effect_spec(kind, compute, **more):
 
 
 def answer_and_run(ask, **more):
-    """What ``ask`` gets from the inputs of an effect ``pour``, and the effect's run; ``more``: of its spec."""
+    """The answer of ``ask`` to the inputs of an effect ``pour``, and the effect's run; ``more``: of its spec."""
     actual = []
     run = runs_of_specs(effect_spec("pour", lambda inputs: actual.append(ask(inputs)) or EffectOutput(), **more))[
         "pour"

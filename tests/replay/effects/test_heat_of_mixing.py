@@ -141,7 +141,7 @@ def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, dec
 
 @pytest.mark.slow
 def test_a_warm_titration_goes_by_drops():
-    """Where heat is followed, a burette's inflow of over 20 mL is followed in steps below 0.2 mL.
+    """A burette's inflow of over 20 mL is followed in steps below 0.2 mL where heat is followed.
 
     In larger ones permanganate coloured hot oxalic acid 0.55 mL after its end point.
     """

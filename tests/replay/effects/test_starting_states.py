@@ -30,6 +30,7 @@ def standing(flask, *more, count=20):
 
 
 def precipitates(solid):
+    """The table of an effect that follows this solid."""
     return "precipitation", {"solid": solid, "colour": "white"}
 
 

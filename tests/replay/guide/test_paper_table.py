@@ -53,11 +53,13 @@ def run_folder(tmp_path_factory):
 
 
 def is_a_function(entry):
+    """Whether ``module:name`` is a function of the product."""
     module, _, names = entry.partition(":")
     return callable(reduce(getattr, names.split("."), import_module(module)))
 
 
 def is_a_command(entry):
+    """Whether a command, its options and its detector exist."""
     _, *text = entry.split()
     verbs = [*takewhile(lambda word: not word.startswith("-"), text)]
     if verbs[0] == "guide":

@@ -21,6 +21,7 @@ def bodies_placed(scene, bodies, origin=RECORDED):
 
 
 def homogeneous_matrices(translation, rotation):
+    """Poses as matrices (..., 4, 4)."""
     matrix = np.zeros((*np.shape(translation)[:-1], 4, 4))
     matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = rotation, translation, 1.0
     return matrix

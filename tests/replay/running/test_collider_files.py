@@ -38,6 +38,7 @@ def without_report_page():
 
 
 def as_data(mesh):
+    """The mesh as a session has it."""
     return MeshData(mesh.vertices, mesh.faces)
 
 

@@ -160,6 +160,7 @@ def test_two_runs_are_compared_and_shared_from_python(result_of_bump, tmp_path):
 
 
 def tetrahedral_body():
+    """Body a, a tetrahedron."""
     return Body("a", TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
 
 

@@ -41,6 +41,7 @@ NEW = Column("probe", float, of=lambda rank: 40.0 + len(rank.label), show=lambda
 
 
 def terminal_text(result):
+    """The screen of a run as text."""
     console = Console(width=200, file=StringIO())
     console.print(run_screen(result))
     return console.file.getvalue()
@@ -104,6 +105,7 @@ MARKER = Column("probe", of=lambda row: "marker-cell")
 
 
 def all_texts(result):
+    """Output -> all that it says of a run."""
     console = Console(width=400, file=StringIO())
     console.print(run_screen(result), verbose_tables(result))
     pictured = [answer_text(result), *(detector_text(result, label) for label in result.comparisons)]

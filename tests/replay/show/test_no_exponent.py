@@ -21,6 +21,7 @@ EXPONENT = re.compile(r"\d[eE][+-]?\d{2}\b")
 
 
 def printed(made):
+    """The text of something on a terminal."""
     console = Console(file=StringIO(), width=200)
     console.print(made)
     return console.file.getvalue()

@@ -214,6 +214,7 @@ def facts_of_files(folder):
 
 
 def _unscaled(value, scale):
+    """A value of a file in the unit of the screens."""
     return value if scale == 1.0 else value / scale
 
 
@@ -271,6 +272,7 @@ def texts_in(value):
 
 
 def printed(*contents):
+    """The text of some things on a terminal."""
     console = Console(width=300, file=StringIO())
     console.print(*contents)
     return console.file.getvalue()

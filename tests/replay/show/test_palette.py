@@ -14,6 +14,7 @@ from sessions.model.scene import Scene, SceneBody
 
 
 def hue_distance(a, b):
+    """The distance of two colours, without their opacity."""
     return float(np.linalg.norm(np.subtract(a[:3], b[:3])))
 
 

@@ -32,6 +32,7 @@ def result_of_two_contacts():
 
 
 def column(made, name):
+    """The cells of a column."""
     return [row[0] for row in made.only(name).cells()]
 
 

@@ -71,6 +71,7 @@ def test_memory_and_file_give_the_same_findings(tmp_path):
 
 
 def scene_codes(scene, names, meshes):
+    """Code, body and severity of the findings about a scene."""
     return {(item.code, item.body, item.severity) for item in scene_findings(scene, names, meshes)}
 
 

@@ -64,6 +64,7 @@ def test_small_blocks_are_joined_and_large_blocks_are_not(size, samples, monkeyp
 
 
 def findings_with_code(draft, code):
+    """The doctor's findings of a code."""
     return [item for item in examine(draft.session()) if item.code == code]
 
 

@@ -9,6 +9,7 @@ from sessions.doctor.timing import FEW_FRAMES, time_findings
 
 
 def time_findings_of(draft):
+    """Findings about the times of a session."""
     return [*time_findings(run_pose_pass([draft.session().frames]))]
 
 

@@ -14,6 +14,7 @@ POINT = st.tuples(NUMBER, NUMBER)
 
 
 def sign(number):
+    """-1, 0 or 1."""
     return (number > 0) - (number < 0)
 
 

@@ -53,6 +53,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def random_scipy_rotations(seed, count=20):
+    """Twenty random rotations, by SciPy."""
     return Rotation.random(count, rng=np.random.default_rng(seed))
 
 

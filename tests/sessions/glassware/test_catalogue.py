@@ -25,6 +25,7 @@ def made_glassware(request, faces):
 
 
 def closed_meshes(instrument):
+    """The mesh of an instrument, and of the liquid that fills it."""
     yield instrument.mesh
     if instrument.cavity:
         yield instrument.cavity.to_brim

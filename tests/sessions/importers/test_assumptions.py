@@ -18,6 +18,7 @@ MOCAP_CHANNELS = ("PositionX", "PositionY", "PositionZ", "OrientationB", "Orient
 
 
 def assumptions_by_subject(session):
+    """Subject -> assumption of a session."""
     return {row.subject: row for row in recording_assumptions(session)}
 
 

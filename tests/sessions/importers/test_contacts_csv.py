@@ -10,6 +10,7 @@ ROWS = ("0.5,cup,rod,begin", "1.25,cup,rod,end")
 
 
 def contacts_of(tmp_path, text):
+    """Reports of a CSV of contacts as (ns, body, body, phase), and the sentences about rows that were dropped."""
     path = tmp_path / "c.csv"
     path.write_text(text, encoding="utf-8")
     ledger = Ledger(path)

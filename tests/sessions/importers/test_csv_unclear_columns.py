@@ -43,14 +43,17 @@ def refused_draft(folder, *lines):
 
 
 def time_of_day(step):
+    """The time of day of a row."""
     return (START + timedelta(seconds=float(SECONDS[step]))).strftime("%H:%M:%S.%f")
 
 
 def date_text(step, form="%Y-%m-%d"):
+    """The date of a row, in a form."""
     return (START + timedelta(seconds=float(SECONDS[step]))).strftime(form)
 
 
 def check_clock(track):
+    """Fails unless a track has the times SECONDS and moves by 1 cm a row."""
     assert np.allclose((track.times_ns - track.times_ns[0]) / 1e9, SECONDS, atol=2e-6)
     assert np.allclose(np.diff(track.positions[:, 0]), 0.01)
 
@@ -215,6 +218,7 @@ FLAGS = {
 
 
 def headings_of_poses(*bodies):
+    """The headings of the poses of these bodies."""
     return csv_row(*(f"{body}_{column}" for body in bodies for column in POSE.split(",")))
 
 

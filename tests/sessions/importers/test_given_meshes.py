@@ -17,6 +17,7 @@ FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
 def mesh_file(folder, kind, vertices, faces):
+    """The path of a mesh that is written in a format."""
     path = folder / f"tool.{kind}"
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if kind == "obj":

@@ -17,6 +17,7 @@ TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
 def session_of_bodies(*names):
+    """A session of these bodies, which rest for 10 ns."""
     track = Track([0, 10], np.zeros((2, 3)), np.tile([0, 0, 0, 1.0], (2, 1)))
     return Session.from_tracks(dict.fromkeys(names, track))
 
@@ -75,10 +76,12 @@ def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
 
 
 def read_outside(source, *, number=1):
+    """A reader of somebody else, with a setting: a session of one body or two."""
     return session_of_bodies(*("cup", "plate")[:number])
 
 
 def raise_key_error(path):
+    """A reader that fails."""
     raise KeyError("colour")
 
 

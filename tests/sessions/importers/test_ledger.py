@@ -46,12 +46,14 @@ HEAD = "time,body,px,py,pz,qx,qy,qz,qw,kind,tracked"
 
 
 def write_log(tmp_path, rows):
+    """The path of a CSV with these rows."""
     path = tmp_path / "log.csv"
     path.write_text("\n".join([HEAD, *rows, ""]))
     return path
 
 
 def pose_at_second(time, body="cup"):
+    """A row of a CSV: a pose of a body, whose x is the second."""
     return f"{time:.3f},{body},{time:.3f},0,0,0,0,0,1,pose,1"
 
 

@@ -23,6 +23,7 @@ units = "stays"
 
 
 def assumption(subject, *bodies):
+    """A guess that is open, about these bodies or the file."""
     return Assumption(subject, "before", Origin.GUESS, Confidence.OPEN, bodies=bodies)
 
 

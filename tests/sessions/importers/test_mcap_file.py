@@ -210,6 +210,7 @@ def test_a_clock_that_pulses_on_the_second_is_read(tmp_path):
 
 
 def pose_array(rows):
+    """A message with poses of these bodies, as (body, row)."""
     poses = [pose_of_body(body=body, row=row, position="position", rotation="orientation") for body, row in rows]
     return {"timestamp": {"sec": 1 + rows[0][1] if rows else 1, "nsec": 0}, "frame_id": "map", "poses": poses}
 
@@ -370,6 +371,7 @@ def file_of_transforms(*moves, schema=FRAME, **how):
 
 
 def write_half_a_file(path):
+    """The path of a file that ends after 2000 bytes."""
     path.write_bytes((COMPOSED / "mcap.mcap").read_bytes()[:2000])
     return path
 

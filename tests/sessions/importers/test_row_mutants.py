@@ -30,33 +30,40 @@ QUATERNION = [0.0, 0.0, 0.0, 1.0]
 
 
 def repeated(records, first, last, _):
+    """Rows of which some stand twice."""
     return [*records[:last], *records[first:last], *records[last:]]
 
 
 def reordered(records, first, last, _):
+    """Rows of which some stand backwards."""
     return [*records[:first], *reversed(records[first:last]), *records[last:]]
 
 
 def moved_to_the_end(records, first, last, _):
+    """Rows of which some stand last."""
     return [*records[:first], *records[last:], *records[first:last]]
 
 
 def removed(records, first, last, _):
+    """Rows without some."""
     return [*records[:first], *records[last:]]
 
 
 def renamed(records, first, last, number):
+    """Rows of which some are of another body."""
     name = (*NAMES, "flask")[number % 3]
     return [*records[:first], *((name, *rest) for _, *rest in records[first:last]), *records[last:]]
 
 
 def restamped(records, first, last, number):
+    """Rows of which some have a time that is much later, earlier, or half a step off."""
     ahead = (10**15, -(10**8), 5 * 10**9, STEP_NS // 2)[number % 4]
     wild = [(name, max(stamp + ahead, 0), x) for name, stamp, x in records[first:last]]
     return [*records[:first], *wild, *records[last:]]
 
 
 def stuck(records, first, last, _):
+    """Rows of which some have the time of the first of them."""
     return [*records[:first], *((name, records[first][1], x) for name, _, x in records[first:last]), *records[last:]]
 
 
@@ -79,6 +86,7 @@ def mutant_of(edits):
 
 
 def of_body(records):
+    """Body -> its rows (ns, x)."""
     bodies = {}
     for name, stamp, x in records:
         bodies.setdefault(name, []).append((stamp, x))
@@ -86,6 +94,7 @@ def of_body(records):
 
 
 def unity_csv(folder, records):
+    """The path of these rows as the Unity script logs them."""
     lines = [f"pose,{stamp / 1e9:.9f},{name},{x},0,0,0,0,0,1,1,," for name, stamp, x in records]
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
     (folder / "take.csv").write_text("\n".join([head, *lines, ""]))
@@ -93,6 +102,8 @@ def unity_csv(folder, records):
 
 
 def aframe(folder, records):
+    """The path of these rows as A-Frame records them."""
+
     def pose(stamp, x):
         position, angles = {"x": x, "y": 0, "z": 0}, {"x": 0, "y": 0, "z": 0}
         return {"timestamp": stamp / 1e6, "position": position, "rotation": angles}
@@ -103,6 +114,7 @@ def aframe(folder, records):
 
 
 def transforms(folder, records):
+    """The path of these rows as Foxglove's transforms."""
     with (folder / "take.mcap").open("wb") as stream:
         writer = Writer(stream)
         writer.start()
@@ -141,6 +153,7 @@ def motive(folder, records):
 
 
 def trackers(folder, records):
+    """The folder of these rows as UXF writes them."""
     shutil.rmtree(folder / "S001", ignore_errors=True)
     (folder / "S001").mkdir()
     (folder / "S001" / "trial_results.csv").write_text("trial_num,start_time,end_time\n1,0,1\n")

@@ -77,15 +77,18 @@ NO_TRACKER = "no file OBJECT_movement_T001.csv with columns pos_x, pos_y, pos_z;
 
 
 def without_poses(folder):
+    """Take all poses out of a folder."""
     for path in folder.glob("trackers/*_movement_*.csv"):
         path.unlink()
 
 
 def replace_in_file(old, new, file=HEAD):
+    """A change of a folder: other bytes in a file."""
     return lambda folder: (folder / file).write_bytes((folder / file).read_bytes().replace(old, new, 1))
 
 
 def add_second_session(folder):
+    """Write a second session into a folder."""
     (folder / "S002").mkdir()
     (folder / "S002" / "head_movement_T001.csv").write_bytes((folder / HEAD).read_bytes())
 

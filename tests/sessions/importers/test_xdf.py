@@ -271,6 +271,7 @@ def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
 
 
 def mocap_with(*types, **more):
+    """A recording of motion capture whose channels have these types."""
     return lambda: mocap_chunks(
         head=stream_header(number=1, name="M", kind="MoCap", channels=channel_headers(types=types, **more))
     )

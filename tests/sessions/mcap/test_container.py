@@ -9,6 +9,7 @@ from sessions.mcap.writer import write_session
 
 
 def read_catalogue(path):
+    """The catalogue of a file."""
     with path.open("rb") as stream:
         return module.read_catalogue(path, stream)
 

@@ -33,6 +33,7 @@ def frame_messages(*records):
 
 
 def encoded_records(frames):
+    """Records of frames."""
     return list(FrameEncoder(tf_channel=1, tracking_channel=2).encode(frames))
 
 

@@ -63,6 +63,7 @@ def test_field_numbers_of_files_that_exist_never_change():
 
 
 def entities_by_id(meshes, scene=None):
+    """Id -> entity of the scene of these meshes."""
     update = SceneUpdate.FromString(scene_update(meshes, scene or Scene(), 5))
     return {entity.id: entity for entity in update.entities}
 

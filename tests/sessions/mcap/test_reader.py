@@ -57,6 +57,7 @@ def test_stream_is_decoded_once_on_first_use(tmp_path, monkeypatch):
 
 
 def damaged(path, offset, byte=None):
+    """Change a byte of a file: all its bits, unless others are given."""
     data = bytearray(path.read_bytes())
     data[offset] ^= 0xFF if byte is None else byte
     path.write_bytes(data)

@@ -40,6 +40,7 @@ def whole_file(tmp_path_factory):
 
 
 def listed(*names):
+    """The list of bodies as a file has it."""
     return bodies_record(names)["names"].encode()
 
 

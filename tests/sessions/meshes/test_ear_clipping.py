@@ -34,6 +34,7 @@ def random_star(random, count):
 
 
 def with_corners_on_edges(random, outline):
+    """The outline with two more corners on every second edge, at random."""
     rows = []
     for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True):
         rows += [a, *(a + (b - a) * np.array([[0.25], [0.5]]) if random.random() < 0.5 else ())]

@@ -38,10 +38,12 @@ def glb_file(tree, *arrays):
 
 
 def primitive_at(positions=0, **more):
+    """A primitive whose positions are this accessor."""
     return {"attributes": {"POSITION": positions}, **more}
 
 
 def tree_of_a_mesh(node, *primitives):
+    """A tree of a node with a mesh of these primitives."""
     return {"nodes": [{"mesh": 0, **node}], "meshes": [{"primitives": list(primitives)}]}
 
 
@@ -234,6 +236,7 @@ def test_appearance_and_redundant_data_are_ignored():
 
 
 def with_version(version, length=0):
+    """A file that states this version, and a length that is off by ``length``."""
     data = bytearray(glb_file(tree_of_a_mesh({}, primitive_at()), TRIANGLE))
     struct.pack_into("<I", data, 4, version)
     struct.pack_into("<I", data, 8, len(data) + length)

@@ -27,6 +27,7 @@ def box_of(extents):
 
 
 def have_equal_bytes(a, b):
+    """Whether two meshes are the same, bit by bit."""
     return a.vertices.tobytes() == b.vertices.tobytes() and a.faces.tobytes() == b.faces.tobytes()
 
 

@@ -10,11 +10,13 @@ from sessions.meshes.mesh_match import UNITS, guessed_unit, likely_units, match_
 
 
 def ball_mesh_of_size(size):
+    """A ball of this diameter."""
     solid = trimesh.creation.icosphere(subdivisions=1, radius=size / 2)
     return MeshData(solid.vertices, solid.faces)
 
 
 def write_balls(folder, **sizes):
+    """Write a ball of a diameter for each name."""
     for name, size in sizes.items():
         trimesh.creation.icosphere(1, size / 2).export(folder / f"{name}.obj")
 

@@ -13,6 +13,7 @@ HEIGHT = 0.5
 
 
 def ring(count):
+    """Corners of a regular polygon."""
     return [[np.cos(angle), np.sin(angle)] for angle in np.arange(count) * 2 * np.pi / count]
 
 
@@ -28,6 +29,7 @@ def comb(teeth):
 
 
 def tooth(x):
+    """Corners of a tooth of a comb."""
     return [[x + 2, 0], [x + 2, 3], [x, 3], [x, 0]]
 
 
@@ -76,6 +78,7 @@ POLYGONS = {
 
 
 def shoelace(outline):
+    """The area of an outline, negative if it goes clockwise."""
     x, y = np.array(outline, dtype=np.float64).T
     return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
@@ -93,18 +96,21 @@ def prism(outline, rotation):
 
 
 def written_obj(vertices, polygons):
+    """The bytes of an OBJ file with these polygons."""
     rows = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     rows += ["f " + " ".join(f"{corner + 1}//{corner + 1}" for corner in polygon) for polygon in polygons]
     return "\n".join(["o Prüfung", *rows]).encode("latin-1")
 
 
 def written_off(vertices, polygons):
+    """The bytes of an OFF file with these polygons, each with a colour."""
     rows = [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     rows += [" ".join(map(str, [len(polygon), *polygon])) + " 0.5 0.5 0.5" for polygon in polygons]
     return "\n".join(["OFF", f"{len(vertices)} {len(polygons)} 0", *rows]).encode()
 
 
 def ply_header(layout, vertices, polygons):
+    """The header of a PLY file, with properties that nobody needs."""
     lines = [
         "ply", f"format {layout} 1.0", f"element vertex {len(vertices)}",
         *(f"property double {axis}" for axis in "xyz"), "property uchar red", f"element face {len(polygons)}",
@@ -114,12 +120,15 @@ def ply_header(layout, vertices, polygons):
 
 
 def written_ply_text(vertices, polygons):
+    """The bytes of a PLY file in text."""
     rows = [f"{x!r} {y!r} {z!r} 255" for x, y, z in vertices.tolist()]
     rows += [" ".join(map(str, [7, len(polygon), *polygon, 0.25])) for polygon in polygons]
     return ply_header("ascii", vertices, polygons) + "\n".join(rows).encode()
 
 
 def written_ply_binary(order):
+    """A writer of binary PLY files in an order of bytes."""
+
     def written(vertices, polygons):
         rows = [np.array([*v], order + "f8").tobytes() + b"\xff" for v in vertices.tolist()]
         for polygon in polygons:

@@ -16,6 +16,7 @@ CRUMB = MeshData(np.eye(3) * 1e-3, [[0, 1, 2]])
 
 
 def shifted_mesh(mesh, *offset):
+    """The mesh moved by an offset."""
     return MeshData(mesh.vertices + np.array(offset), mesh.faces)
 
 

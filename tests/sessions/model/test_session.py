@@ -10,6 +10,7 @@ POSES = (np.zeros((2, 3)), np.ones((2, 4)))
 
 
 def track_of(times, seed=0, valid=None):
+    """A track of random poses at these times."""
     rng = np.random.default_rng(seed)
     return Track(times, rng.normal(size=(len(times), 3)), rng.normal(size=(len(times), 4)), valid)
 

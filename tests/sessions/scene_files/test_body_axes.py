@@ -28,6 +28,7 @@ NAMES = ("body", "gltf", *MESH_ROTATIONS, *CONVENTIONS)
 
 
 def mesh(*size):
+    """A box of this size."""
     box = trimesh.creation.box(size)
     return MeshData(np.asarray(box.vertices), np.asarray(box.faces))
 

@@ -11,6 +11,7 @@ from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_be
 
 
 def box_mesh_of(*size):
+    """A box of this size."""
     box = trimesh.creation.box(size)
     return MeshData(np.asarray(box.vertices), np.asarray(box.faces))
 

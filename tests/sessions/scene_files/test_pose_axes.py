@@ -33,16 +33,19 @@ def foxglove_recording(tmp_path):
 
 
 def axes_of(session):
+    """The only assumption about axes of poses."""
     (row,) = [row for row in recording_assumptions(session) if row.subject is Subject.POSE_AXES]
     return row
 
 
 def mesh_axes(session):
+    """Body -> assumed axes of its mesh."""
     rows = [row for row in recording_assumptions(session) if row.subject is Subject.MESH_AXES]
     return {body: row.value for row in rows for body in row.bodies}
 
 
 def assert_same(first, second):
+    """Fails unless two sessions have the same poses, meshes and facts about their conversion."""
     # A unit scales positions and back, which rounds the last bit.
     assert np.allclose(first.frames.position, second.frames.position, rtol=1e-15, atol=0)
     assert np.array_equal(first.frames.quaternion_xyzw, second.frames.quaternion_xyzw)

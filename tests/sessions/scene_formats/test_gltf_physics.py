@@ -46,6 +46,7 @@ def gltf_document(nodes, shapes, kind, **more):
 
 
 def write_glb(path, content):
+    """The path of a GLB file with this content."""
     text = json.dumps(content).encode()
     text += b" " * (-len(text) % 4)
     path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text)

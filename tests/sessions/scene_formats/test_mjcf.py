@@ -101,6 +101,7 @@ def test_round_geoms_lie_on_the_surfaces_of_the_library(arm_model):
 
 
 def rotation_z(quaternion_wxyz):
+    """The axis z of a body after rotations (n, 4)."""
     return Rotation.from_quat(quaternion_wxyz[[1, 2, 3, 0]]).as_matrix()[:, 2]
 
 

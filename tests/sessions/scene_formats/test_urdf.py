@@ -137,6 +137,7 @@ def test_entities_are_refused(arm_model):
 
 
 def one_link(geometry, more=""):
+    """A robot of a link with this collision geometry."""
     return f'<robot name="r"><link name="l"><collision>{geometry}</collision></link>{more}</robot>'
 
 
@@ -172,6 +173,7 @@ def test_geometry_that_cannot_be_taken_is_named(tmp_path, text, named):
 
 
 def joint(parent, child):
+    """A fixed joint of two links."""
     return f'<joint name="j" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
 
 

@@ -76,6 +76,7 @@ def test_every_arc_refuses_layers_outside_the_scene(tmp_path, capfd, arc, name, 
 
 
 def assert_refused(tmp_path, capfd, arc, name, refusal):
+    """Fails unless a scene that names a layer by this arc is refused, and nothing of the layer is printed."""
     (tmp_path / "secret.usda").write_text(HEAD + BALL)
     folder = tmp_path / "scene"
     text, head = named_by(arc, name)

@@ -24,6 +24,7 @@ def without_trial(monkeypatch):
 
 
 def new_stage(path, *, up="Z", unit=UNIT):
+    """An empty stage of USD."""
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, up)
     UsdGeom.SetStageMetersPerUnit(stage, unit)
@@ -160,6 +161,7 @@ def test_round_colliders_have_the_sizes_of_the_library(bench_file):
 
 
 def _names(stage):
+    """Names of the bodies in the rack."""
     return [prim.GetName() for prim in stage.GetPrimAtPath("/World/rack").GetChildren()]
 
 

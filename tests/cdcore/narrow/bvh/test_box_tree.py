@@ -76,6 +76,7 @@ def fitted_box_of(triangles):
 
 
 def surface_of(extent):
+    """Half the surface of boxes (n, 2, 3)."""
     x, y, z = extent[:, 1] - extent[:, 0]
     return x * y + y * z + z * x
 

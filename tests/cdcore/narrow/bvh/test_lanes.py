@@ -21,6 +21,7 @@ from replay.studies.stress.families import FAMILIES
 
 @kernel
 def lanes_that_may_meet(row, a, b, chord, pad, scratch):
+    """Bits of the eight frames in which boxes a and b may meet."""
     block = Block(pair_at(integers_of(row), 0), 0, chord, pad, scratch)
     return box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
 
@@ -48,6 +49,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed):
 
 @kernel
 def survivors(row, a, b, chord, pad, scratch):
+    """Bits of the eight frames in which faces of the leaves a and b may meet."""
     block = Block(pair_at(integers_of(row), 0), 0, chord, pad, scratch)
     lanes = box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
     if lanes == 0:
@@ -114,6 +116,7 @@ def test_certain_face_pairs_meet_wherever_rounding_may_have_moved_them(pad, grai
 
 @kernel
 def certain(placed, boxed, size, pad):
+    """Bits of the eight frames in which the answer is certain."""
     return certain_lanes(doubles_of(placed), doubles_of(boxed), 0, size, pad, 255)
 
 

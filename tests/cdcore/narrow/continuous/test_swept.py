@@ -14,10 +14,12 @@ from cdcore.triangles.decide import triangles_intersect
 
 @kernel
 def stay_apart(corners, margin):
+    """Whether two moving triangles are proven to stay apart, from compiled code."""
     return faces_stay_separated(corners, margin)
 
 
 def corners_of(before, after, other):
+    """The corners of a triangle before and after its motion, and of one at rest, as one row."""
     return np.concatenate([before.ravel(), after.ravel(), other.ravel()])
 
 

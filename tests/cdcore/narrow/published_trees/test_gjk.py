@@ -14,6 +14,7 @@ from cdcore.narrow.published_trees import gjk
 
 @kernel
 def steps(points, axis, pad):
+    """Steps until GJK separates points, beginning with an axis."""
     return gjk.steps_to_separate(points.ravel(), axis, pad, np.empty(36))
 
 

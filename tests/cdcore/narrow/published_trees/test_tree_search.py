@@ -15,6 +15,7 @@ MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} 
 
 
 def tree_of(corners, kind):
+    """A published tree of this kind over triangles."""
     return build_trees([corners], TREE_KINDS[kind].rule, TREE_KINDS[kind].leaf_faces)[0]
 
 

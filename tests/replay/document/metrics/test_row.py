@@ -39,6 +39,7 @@ def rows_by_detector(silver_chloride_run):
 
 
 def facts_of_kind(truth, kind):
+    """The planted facts of a kind."""
     return [fact for fact in truth.facts if fact.kind == kind]
 
 

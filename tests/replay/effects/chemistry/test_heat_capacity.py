@@ -20,6 +20,7 @@ def neutralised(molar, per_ml=None):
 
 
 def last_temperature_of_b(effect):
+    """The temperature of vessel b at the end, degC."""
     return effect.series["b/temperature"].values[-1]
 
 

@@ -29,7 +29,7 @@ def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 112), ids="world {}".format)
 def test_matter_is_conserved_with_and_without_heat(seed):
-    """As above, with temperatures followed (``warm``) and without."""
+    """The same with temperatures followed (``warm``) and without."""
     assert_matter_and_energy_kept(seed, warm=True)
     assert_matter_and_energy_kept(seed, warm=False)
 

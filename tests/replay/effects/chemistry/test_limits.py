@@ -61,7 +61,7 @@ def test_each_reagent_but_protons_and_water_is_a_limit():
 
 
 def test_gas_that_stays_dissolved_does_not_leave():
-    """Of a made-up gas a kilogram of water dissolves 1e-3 mol; acid is enough for the whole mol of sulfite."""
+    """A kilogram of water dissolves 1e-3 mol of a made-up gas; acid is enough for the whole mol of sulfite."""
     hardly_soluble = replace(SO2, gas_solubility=1e-3)
     limits, amounts = limits_and_amounts(hardly_soluble, {"SO3^2-": 1.0, "H+": 5.0, "H2O": KILOGRAM_MOL})
     assert limits.extent_to_the_end(row=0, amounts=amounts) == pytest.approx(1.0 - 1e-3)

@@ -39,7 +39,7 @@ def test_equation_states_how_far_it_ran_and_what_ended_it():
     assert event.time == 2.0 and event.end == 3.0 and event.values["moles"] == 0.005
 
 
-def test_of_acid_and_a_reagent_used_up_the_reagent_is_named():
+def test_used_up_reagent_is_named_and_not_the_acid():
     limits = {"Mg(s)": np.array(0.0), Cause.ACID: np.array(0.0)}
     (event,) = reacted_events(matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits), (), ())
     assert event.text.endswith("until no Mg is left")

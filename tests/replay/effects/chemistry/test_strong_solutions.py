@@ -30,6 +30,7 @@ def dissolved(molal):
 
 @cache
 def library_of(database):
+    """PHREEQC with one of its data bases."""
     library = phreeqc.Phreeqc()
     library.LoadDatabase(str(FOLDER / database))
     return library

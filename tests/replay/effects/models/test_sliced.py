@@ -31,6 +31,7 @@ def sliced(mesh, opening, normal=(0.0, 1.0, 0.0)):
 
 
 def solid_of(mesh):
+    """The mesh as manifold3d has it."""
     return Manifold(Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
 
 

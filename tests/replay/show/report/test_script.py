@@ -75,18 +75,22 @@ def second_on_lane(page, detector, fault):
 
 
 def faults_on(page, detector):
+    """Ids of the faults of a detector on the page."""
     return page.ask(f"[...document.querySelectorAll('[data-detector=\"{detector}\"] .fault')].map((node) => node.id)")
 
 
 def worst_detector(page):
+    """The detector whose faults stand first on the page."""
     return page.ask("document.querySelector('.faults').dataset.detector")
 
 
 def current_fault(page):
+    """The id of the fault that the page stands at, or nothing."""
     return page.ask("document.querySelector('.current')?.id ?? ''")
 
 
 def view_boxes_of_lanes(page):
+    """The windows of time of all lanes."""
     return page.ask("[...document.querySelectorAll('.time .lane')].map((lane) => lane.getAttribute('viewBox'))")
 
 

@@ -37,6 +37,7 @@ def runs(demo, taps, passed):
 
 
 def nanoseconds(run, frame, later=0):
+    """Nanoseconds of a frame, and ``later`` after it, since the session began."""
     return int(run.assembly.stamp_ns[frame] - run.assembly.stamp_ns[0]) + later
 
 

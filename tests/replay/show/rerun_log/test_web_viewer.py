@@ -37,11 +37,13 @@ def server(answer):
 
 
 def stay_silent(connection):
+    """Answer nothing for 10 s."""
     time.sleep(10)
     connection.close()
 
 
 def send_byte_by_byte(connection):
+    """Answer 100 bytes, one each 50 ms."""
     connection.sendall(OK)
     for _ in range(100):
         time.sleep(0.05)
@@ -52,16 +54,19 @@ def send_byte_by_byte(connection):
 
 
 def send_a_piece(connection):
+    """Answer 60 of 100 bytes."""
     connection.sendall(OK + b"x" * 60)
     connection.close()
 
 
 def send_all(connection):
+    """Answer 100 bytes."""
     connection.sendall(OK + b"x" * 100)
     connection.close()
 
 
 def send_no_http(connection):
+    """Answer a frame of HTTP/2."""
     connection.sendall(b"\0\0\x06\4\0\0\0\0\0\0\5\0\0\x40\0\r\n\r\n")
     connection.close()
 
@@ -95,9 +100,9 @@ def test_web_viewer_is_fetched_without_the_configured_proxy(monkeypatch):
 
 @pytest.mark.slow
 def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
-    """Of Rerun's web server, which hands out the viewer: a script that exports WebHandle, and a program.
+    """The first port that Rerun's web server is started with is taken, the second is free.
 
-    The first port that it is started with is taken, the second is free.
+    It hands out the viewer: a script that exports WebHandle, and a program.
     """
     with socket.create_server((viewer.LOOPBACK, 0)) as taken:
         free = viewer.free_port

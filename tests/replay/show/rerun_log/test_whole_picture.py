@@ -122,6 +122,7 @@ def components(batches):
 
 
 def uuid(number):
+    """The sixteen bytes of an id as text."""
     text = bytes(number).hex()
     return "-".join((text[:8], text[8:12], text[12:16], text[16:20], text[20:]))
 

@@ -90,10 +90,12 @@ def faults(results, kind):
 
 
 def bodies(result, pair):
+    """Names of both bodies of a pair."""
     return tuple(result.assembly.names[end] for end in result.assembly.pairs[pair].tolist())
 
 
 def run_path(name):
+    """The folder of a run in the data set."""
     return f"student={STUDENTS[name]}/{name}"
 
 
@@ -111,6 +113,7 @@ def ranked(counts, *more):
 
 
 def pairs_missed(results):
+    """Detector and bodies, how often they were missed, and in how many runs."""
     result = [((label, *bodies(results[name], item.pair)), name) for name, label, item in faults(results, "misses")]
     return ranked(Counter(key for key, _ in result), {key: len(set(names)) for key, names in grouped(result).items()})
 

@@ -24,6 +24,7 @@ EVENTS = [Event(BEGIN + 3 * STEP_NS, "buttondown", "trigger", "b")]
 
 
 def cubes_with_events_and_intervals(positions=MEET_IN_4_AND_8_TO_10, **more):
+    """A session of two cubes with EVENTS and SPANS."""
     return unit_cubes_on_x(positions, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
 
 
@@ -43,6 +44,7 @@ RUNS = {
 
 
 def cell_text(value):
+    """The text of a value, nine digits of a number."""
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 

@@ -45,11 +45,13 @@ def run_with_formula_name(tmp_path_factory):
 
 
 def csv_rows(path):
+    """The cells of a file, row by row."""
     with path.open(encoding="utf-8-sig", newline="") as file:
         return [*csv.reader(file)]
 
 
 def text_of(value):
+    """The text of a value in a CSV, which no program takes for a formula."""
     return "" if value is None else str(inert_value(value))
 
 
@@ -80,6 +82,7 @@ def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run_with_formula
 
 
 def _rounded(value):
+    """A number of twelve digits; text as it is, empty text as none."""
     return float(f"{value:.12g}") if isinstance(value, int | float) else value or None
 
 

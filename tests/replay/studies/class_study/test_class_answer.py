@@ -43,6 +43,7 @@ def class_study(class_runs):
 
 
 def answer_rows(runs, study, folder):
+    """Name -> row of the answer of a class."""
     return {row.name: row for row in class_answer(ClassTables(runs), places(runs, folder), study)}
 
 

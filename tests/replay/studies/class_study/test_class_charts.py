@@ -50,6 +50,7 @@ def study_of(*sensitivity, changing=()):
 
 
 def titles(plots):
+    """Titles of plots."""
     return [plot.title for plot in plots]
 
 

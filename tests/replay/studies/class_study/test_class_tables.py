@@ -40,6 +40,7 @@ def tables_of(tmp_path_factory):
 
 
 def all_tables(made):
+    """All tables of a class."""
     return [make() for make in (made.detectors, made.pairs, made.activity_table, made.causes)]
 
 

@@ -15,6 +15,7 @@ VARIABLE_NAMES = ("y", "a", "b", "c")
 
 
 def findings_of_regression(y, x):
+    """Findings of a regression of y on the columns of x, with a fixed seed."""
     table = np.column_stack([y, x])
     return standardised_findings(VARIABLE_NAMES[: table.shape[1]], table, np.random.default_rng(0))
 

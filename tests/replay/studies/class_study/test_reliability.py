@@ -14,6 +14,7 @@ ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
 
 
 def alpha_of(answers):
+    """Cronbach's alpha of answers (students, items), with a fixed seed."""
     return reliability(answers, np.random.default_rng(0)).alpha
 
 

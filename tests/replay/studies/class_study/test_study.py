@@ -52,6 +52,7 @@ def study_of_class(count=40, other="hybrid", *, recall=0.9, scattered=False, arm
 
 
 def rules_of_refusals(result):
+    """Rules by which a study refused something."""
     return {refused.rule for refused in result.refusals}
 
 

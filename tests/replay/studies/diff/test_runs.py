@@ -28,6 +28,7 @@ def run_folders(tmp_path_factory):
 
 
 def summary_of(folder):
+    """The summary of a run folder."""
     return json.loads((folder / "summary.json").read_text())
 
 

@@ -37,6 +37,7 @@ def shrunk_case(tmp_path, first, second, quaternion):
 
 
 def in_last_frame(bodies, motion):
+    """Triangles of each body as they are placed in the last frame."""
     return [
         body.mesh.triangles @ motion.rotations[-1, k].T + motion.translations[-1, k] for k, body in enumerate(bodies)
     ]

@@ -69,6 +69,7 @@ def test_planted_crossings_start_above_and_end_below_the_plane():
 
 
 def volume(mesh):
+    """The volume of a closed mesh."""
     return np.linalg.det(mesh.triangles).sum() / 6
 
 
