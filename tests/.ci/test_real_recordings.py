@@ -46,6 +46,7 @@ def test_every_recording_has_row_source_and_fetch_command(real_recordings, print
 
 @pytest.mark.parametrize("yaw", [0.0, 35.0])
 def test_two_posts_stand_beside_a_headset_in_any_direction(real_recordings, tmp_path, yaw):
+    """Walls of both posts are 5 cm beside the headset, whichever way it looks."""
     rotation = Rotation.from_euler("y", yaw, degrees=True)
     x, y, z, w = rotation.as_quat()
     file, mapping = tmp_path / "subject.txt", tmp_path / "columns.toml"

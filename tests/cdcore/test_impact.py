@@ -40,6 +40,7 @@ def test_ball_through_a_plate_hits_at_the_closed_form():
 
 @pytest.mark.parametrize("degrees", [179, 181])
 def test_rotating_rod_hits_posts_on_the_shorter_arc_only(degrees):
+    """A rod of 1 m turns about its end by 179 degrees to the left, or by 181, which is 179 to the right."""
     rod = shift_mesh(box_mesh((1.0, 0.02, 0.02)), (0.5, 0, 0))
     post = box_mesh((0.02, 0.02, 1.0))
     turning = poses_from_to(pose_matrix(), pose_matrix(rotvec=(0, 0, np.radians(degrees))))

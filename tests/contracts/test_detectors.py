@@ -160,7 +160,7 @@ def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
 
 @pytest.mark.sampled(4)
 def test_digest_is_independent_of_the_order_of_bodies(name, scene):
-    """``whole(name)`` is the detection with the bodies in their order."""
+    """Five bodies in another order; the digest of verdicts is that of bodies in their order, and that of faces too."""
     bodies, motion = scene
     order = [3, 0, 4, 2, 1]
     # Not [:, order], which lays out the flags column by column: for that kernels are compiled once more.
@@ -245,6 +245,7 @@ def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
 
 
 def test_bad_input_is_refused_by_a_named_error(name, scene):
+    """Wrong numbers of bodies, unknown names, pairs of a body with itself, unknown settings, blocks out of order."""
     bodies, motion = scene
     with pytest.raises(InvalidPoseError, match="poses of 5 bodies, the detector has 2"):
         create_detector(name, bodies[:2]).detect(motion)

@@ -56,7 +56,7 @@ def of_scene(name, frames, **settings):
 
 
 def of_small_scene(name):
-    """Yields digests of 30 s of a scene, with bodies of 500 faces."""
+    """Yields 30 frames of a made-up scene, whose bodies have 500 faces."""
     yield from of_scene(name, 30, faces=500)
 
 

@@ -32,6 +32,7 @@ def boxes_touch_a_point(box_a, pose_a, box_b, pose_b):
 
 @pytest.mark.slow
 def test_the_fifteen_axes_agree_with_a_linear_programme():
+    """Two boxes in a hundred random poses; the programme looks for a common point."""
     rng = np.random.default_rng(0)
     count = 100
     boxes = []

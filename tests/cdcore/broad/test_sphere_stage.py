@@ -38,6 +38,7 @@ def test_a_pair_without_a_pose_is_not_tested():
 
 
 def test_spheres_decide_by_distance_of_placed_centres():
+    """Four spheres, three pairs and 200 random poses; touching counts."""
     rng = np.random.default_rng(0)
     motion = Motion(np.arange(200), rng.normal(size=(200, 4, 3)), random_rotations(rng, 200, 4))
     spheres = [Sphere(centre, radius) for centre, radius in zip(rng.normal(size=(4, 3)), (0.5, 1, 1.5, 2), strict=True)]

@@ -62,6 +62,7 @@ PAIRS = {
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_overlap_volume_is_within_a_percent_of_the_boolean(name):
+    """Solids in random poses; manifold3d intersects them."""
     a, b, spread = PAIRS[name]
     rng = np.random.default_rng(5)
     checked = 0

@@ -78,6 +78,7 @@ def test_lane_comparison_gives_bits_of_its_python_body(name):
 
 
 def test_lanes_are_loaded_shuffled_and_spread_as_in_python():
+    """A compiled function writes the lanes of each operation into a row; operations as Python write the same bits."""
     load4, corners4, first3 = simd.load4, simd.corners4, simd.first3
     following4, first4, splat8, store, plus, load8 = (
         simd.following4, simd.first4, simd.splat8, simd.store, simd.plus, simd.load8,

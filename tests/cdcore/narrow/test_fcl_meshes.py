@@ -17,6 +17,7 @@ def two_random_poses(seed, spread):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_fcl_face_pairs_equal_an_exhaustive_exact_test(seed):
+    """A ball and a box in random poses, some 0.35 m from each other."""
     meshes = [ball_mesh(0.5, rings=6, sides=9), box_mesh((0.9, 0.7, 0.3))]
     pose_a, pose_b = two_random_poses(seed, spread=0.35)
     pairs = FclMeshes(meshes)
@@ -41,6 +42,7 @@ def test_a_hundred_thousand_face_pairs_are_not_cut_off():
 
 
 def test_poses_in_bulk_answer_as_single_poses():
+    """Forty random poses of a rod and a ball, in some of which they touch."""
     rng = np.random.default_rng(0)
     rotations, positions = random_rotations(rng, 40, 2), rng.normal(size=(40, 2, 3)) * 0.2
     meshes = FclMeshes([rod_mesh(radius=0.02, length=0.5), ball_mesh(0.2, rings=6, sides=10)])

@@ -39,6 +39,7 @@ def test_distances_to_triangles_agree_with_a_slow_reference(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_nearest_triangle_is_that_of_the_slow_reference(seed):
+    """64 points beside random triangles: by a slow search, and by the least distance to any triangle."""
     triangles = triangles_of(seed)
     points = np.random.default_rng(seed + 200).normal(size=(64, 3))
     distance, nearest = nearest_triangles(points, triangles, *balls_of(triangles))

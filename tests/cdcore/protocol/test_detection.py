@@ -42,7 +42,7 @@ def same_in_another_order():
 
 
 def test_digests_ignore_the_order_of_bodies_and_pairs():
-    """``rotated()`` is ``detection()`` with its bodies in another order and the bodies of each pair swapped."""
+    """The other detection has its bodies in another order, and the bodies of each pair swapped."""
     assert detection().digest == same_in_another_order().digest
     assert detection().faces_digest == same_in_another_order().faces_digest
 
@@ -114,7 +114,7 @@ def detection_of_frames(start, stop, **changes):
 
 
 def test_detections_of_consecutive_blocks_join_to_the_whole():
-    """``block(a, b)`` is frames a to b of ``detection()``; frame numbers of the second block shift by 1."""
+    """A block of frame 0, and one of frames 1 and 2, whose frame numbers shift by 1."""
     joined = join(
         [
             detection_of_frames(start=0, stop=1),

@@ -70,7 +70,7 @@ class Plain:
 
 
 def test_live_detection_falls_back_to_streaming_single_frames():
-    """``Plain`` passes on ``stream`` of a detector and has no ``live``."""
+    """``Plain`` has no ``live``: each of 40 frames is streamed alone, and its stages take no longer than the whole."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     inner, start = detector_of_kind(Near, bodies), perf_counter()
     result = detect_live(Plain(inner), motion)

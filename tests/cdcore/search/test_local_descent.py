@@ -111,13 +111,14 @@ def test_budget_follows_how_far_bodies_moved():
 
 
 def test_pair_counts_as_moved_by_faces_of_the_finer_mesh():
-    """With ``rest`` 0.25, a move below a quarter of a ball face only probes; a larger one takes all of the budget."""
+    """A move below a quarter of a face of the ball, the finer mesh, only probes; a larger one takes all the budget."""
     ball, plate = features_of(BALL), features_of(box_mesh((2.0, 0.1, 2.0)))
     face = 2 * ball.mean_radius
     assert plate.mean_radius > 5 * ball.mean_radius
     before = np.array([*np.eye(3).ravel(), 0.0, 1.2, 0.0, 1.2])
     for bodies in ((ball, plate), (plate, ball)):
-        lengths = lengths_at_rest(*bodies, 0.25)
+        a_quarter_of_a_face = 0.25
+        lengths = lengths_at_rest(*bodies, a_quarter_of_a_face)
         poses = [before + fraction * face * np.eye(13)[10] for fraction in (0.24, 0.26)]
         budgets = [budget_at_rest(pose, before, before, lengths, 2000) for pose in poses]
         assert budgets == [PROBE, 2000]

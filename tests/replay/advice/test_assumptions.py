@@ -49,8 +49,12 @@ def written_scene(folder, convention, kind, exported, **options):
     return axes, lambda **more: import_session("csv", folder / "take.csv", **given, **options, **more)
 
 
-def check_scene(folder, convention, kind, exported):
-    """Answered: all contacts. Unanswered: all contacts, or a question whose alternatives hold them; never more."""
+def assert_contacts_are_true_or_questioned(folder, convention, kind, exported):
+    """Fails unless a scene with stated axes has its true contacts, and without, a question that leads to them.
+
+    One alternative of each question must have the true contacts, and a plausible one be that. Where the convention's
+    axes are those of the file's format, nothing is to be asked.
+    """
     truth = true_contact()
     axes, imported = written_scene(folder, convention, kind, exported)
     decided = examine_assumptions(imported(mesh_axes=axes))
@@ -67,13 +71,14 @@ def check_scene(folder, convention, kind, exported):
 
 @pytest.mark.parametrize(("convention", "kind", "exported"), QUICK_SCENES)
 def test_contacts_are_exact_once_axes_are_stated(tmp_path, convention, kind, exported):
-    check_scene(tmp_path, convention, kind, exported)
+    """``convention``: of the poses; ``kind``: of mesh files; ``exported``: by the program's own exporter."""
+    assert_contacts_are_true_or_questioned(tmp_path, convention, kind, exported)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("convention", "kind", "exported"), SLOW_SCENES)
 def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_path, convention, kind, exported):
-    check_scene(tmp_path, convention, kind, exported)
+    assert_contacts_are_true_or_questioned(tmp_path, convention, kind, exported)
 
 
 CUP_AXES = Assumption(Subject.MESH_AXES, "gltf", Origin.GUESS, bodies=("cup",), files=("a.obj",), description="Y is up")
@@ -237,6 +242,7 @@ class Steps:
 
 
 def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
+    """Colliders in axes that are turned about Y do not fit; answering the question fits them to the meshes."""
     axes, imported = written_scene(tmp_path, "unity", "obj", exported=True)
     collider_file(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
     collider_file(tmp_path / "flipped.glb", lambda x, y, z: (-x, y, -z))

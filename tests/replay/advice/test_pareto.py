@@ -56,23 +56,21 @@ def test_no_advice_from_fewer_than_three_settings(expected, fraction, why):
 def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
     """Rows: milliseconds a frame, missed and late of 18 contacts, percent false; 11.1 ms is a frame at 90 Hz."""
     usual = price_row("meshes at 50 Hz", ms=0.026, missed=(0, 1), late=7, false=(9, 10), rate_hz=50, p99=0.2)
-    result = [
-        price_row("exact", ms=0.041, missed=0, p99=0.1),
-        usual,
-        price_row("meshes at 2 Hz", ms=0.002, missed=12, rate_hz=2),
-    ]
-    assert advice_of(result) == [
+    exact = price_row("exact", ms=0.041, missed=0, p99=0.1)
+    rare = price_row("meshes at 2 Hz", ms=0.002, missed=12, rate_hz=2)
+    assert advice_of([exact, usual, rare]) == [
         "Missing nothing costs 0.041 ms a frame (exact), 0.37 % of a 90 Hz frame.",
         "At 0.026 ms (meshes at 50 Hz): 0-1 of 18 contacts missed, 7 late or cut short, "
         "19 % of its contact time false; slow samples (p99) get no cheaper.",
     ]
-    slow = [result[0], {**usual, "mean_high": 0.05}, result[2]]
-    assert advice_of(slow)[1].startswith("With meshes at 50 Hz a frame takes 0.026 ms, not surely less: 0-1 of 18")
+    _, saving = advice_of([exact, {**usual, "mean_high": 0.05}, rare])
+    assert saving.startswith("With meshes at 50 Hz a frame takes 0.026 ms, not surely less: 0-1 of 18")
     for times, reported in (
         ({"p99_ms": None}, "get no cheaper."),
         ({"p99_ms": 0.08}, "take 0.08 ms in place of 0.1 ms."),
     ):
-        assert advice_of([result[0], usual | times, result[2]])[1].endswith(f"; slow samples (p99) {reported}")
+        _, saving = advice_of([exact, usual | times, rare])
+        assert saving.endswith(f"; slow samples (p99) {reported}")
     wrong = [price_row("paper", ms=0.2, missed=1), price_row("a", ms=0.3, missed=2), price_row("b", ms=0.4, missed=3)]
     assert advice_of(wrong)[0].startswith(
         "The smallest loss, 0.056, costs 0.2 ms a frame (paper), 1.8 % of a 90 Hz frame. It gets"

@@ -50,7 +50,7 @@ def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
     frames = LiveFrames(Long(), 5 * BATCH_FRAMES)
     assert frames.count == 5 * BATCH_FRAMES and len(frames.turns) == 5
     assert [len(lead) for lead, _ in frames.turns] == [0] + [LEAD_FRAMES] * 4
-    first, last = frames.turns[0][1], frames.turns[-1][1]
+    (_, first), *_, (_, last) = frames.turns
     assert first[0].start == 0 and last[-1].stop == 20 * BATCH_FRAMES
     assert all(lead[-1].stop == requested[0].start for lead, requested in frames.turns[1:])
     assert LiveFrames(Long(), 10**9).count == 20 * BATCH_FRAMES and LiveFrames(Long(), -5).count == BATCH_FRAMES
@@ -109,7 +109,8 @@ def test_repeated_setting_ties_by_widening_intervals():
     clock, item = clock_after_passes(Frames([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4]))
     reported, price = clock.as_json(), clock.price(item, MEAN_LEVEL)
     assert not reported["tie"] and reported["widened"] == pytest.approx(1.4, rel=1e-3)
-    assert [*price[1:] / 0.004] == pytest.approx([1 / 1.4, 1.4], rel=1e-3)
+    _value, lower, upper = price / 0.004
+    assert [lower, upper] == pytest.approx([1 / 1.4, 1.4], rel=1e-3)
 
 
 def test_pass_that_compiled_a_kernel_is_repeated():

@@ -15,6 +15,7 @@ BEGINS_OF_AB, ENDS_OF_AB = ("a", "b", "begin"), ("a", "b", "end")
 @settings(max_examples=40)
 @given(st.floats(-1e6, 1e6), st.integers(0, 2**31))
 def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
+    """A fifth of the reports is lost, the others are off by a jitter, and one is of no contact."""
     rng = np.random.default_rng(seed)
     begins = np.sort(rng.uniform(0, 60, 20))
     truth = {BEGINS_OF_AB: begins.tolist(), ENDS_OF_AB: (begins + rng.uniform(0.1, 1.0, 20)).tolist()}

@@ -101,12 +101,14 @@ def test_proposed_release_distance_has_the_predicted_effect(detector):
     session = cubes_at_gaps([*[CLEAR] * 3, *noise.tolist(), *[CLEAR] * 3])
     counted, first = flicker(session, "mesh", detectors=f"exact,{detector}")
     again, second = flicker(session, "mesh", detectors=f"exact,mesh={counted.release.setting}")
-    ranks = [next(rank for rank in result.ranking if rank.label == "mesh") for result in (first, second)]
-    assert ranks[0].false.value == counted.release.false_contact_without
-    assert ranks[1].false.value == counted.release.false_contact
+    without, with_release = (
+        next(rank for rank in result.ranking if rank.label == "mesh") for result in (first, second)
+    )
+    assert without.false.value == counted.release.false_contact_without
+    assert with_release.false.value == counted.release.false_contact
     assert second.document.detectors["mesh"].contacts == counted.release.contacts < counted.reported
     assert (0 if again is None else again.interruptions) == counted.release.interruptions
-    assert "off at" in ranks[1].what
+    assert "off at" in with_release.what
     assert second.document.detectors["mesh"].release == counted.release.metres
 
 

@@ -72,6 +72,7 @@ def test_planted_contacts_give_the_closed_form_of_the_loss(lengths):
 
 
 def test_more_samples_rank_no_worse_than_chance_allows():
+    """Twelve random recordings, each sampled at rising rates by a detector with faults."""
     random = np.random.default_rng(7)
     differences = []
     for _ in range(12):

@@ -37,6 +37,7 @@ def bumps(seed, frames=120):
     ],
 )
 def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, seed):
+    """No offset that shows the fault is nearer the mean in missed frames, missed contacts and false fraction alike."""
     rate = (12.0, 20.0, 33.0)[seed % 3]
     name, _, settings = detector.rstrip("]").partition("[")
     requested = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"

@@ -33,6 +33,7 @@ def test_stage_prints_fraction_time_left_and_final_time():
 
 
 def test_without_a_terminal_only_long_stages_print_lines(capsys):
+    """A line each 50 ms: a stage that is over before prints none, and a quiet program never does."""
     progress = TerminalProgress(People(), report_interval=0.05)
     with progress.stage("Short", 10) as advance:
         advance(10)

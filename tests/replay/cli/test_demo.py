@@ -54,6 +54,7 @@ def test_demo_replaces_its_default_folder_but_no_named_folder(tmp_path, monkeypa
 
 @pytest.mark.slow
 def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
+    """Mesh50 samples at 50 Hz from an offset; contacts that no sample falls into are missed. README has the counts."""
     session, truth = make_scene_session("bench-bumps")
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run"), "--format", "json"]
     start = time.monotonic()

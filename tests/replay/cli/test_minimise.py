@@ -109,6 +109,7 @@ def test_no_serial_name_or_path_is_in_any_output(revealing_file, tmp_path, capsy
 
 
 def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(revealing_file, tmp_path):
+    """Hands, gaze and scalars are gone; steps of time and the interval's place in them are as before."""
     out = tmp_path / "small.mcap"
     assert main(["minimise", str(revealing_file), "-o", str(out)]) == 0
     before, after = read_session(revealing_file), read_session(out)

@@ -113,8 +113,8 @@ TAPS = {"a": [0] * 210, "b": [0.9 if frame in TOUCHED else 3 for frame in range(
 def engine_of(answer, step=2):
     """The session of the taps, of which an engine at 50 Hz reports the ten.
 
-    Frames are 10 ms apart, its steps 20 ms: at the even frames. ``told`` makes (begin, end) of the first step in a tap
-    and the first one after it.
+    Frames are 10 ms apart, its steps 20 ms: at the even frames. ``answer`` makes (begin, end) of the first step in a
+    tap and the first one after it.
     """
     reports = []
     for first in FIRST:
@@ -160,9 +160,10 @@ def test_engine_steps_are_read_from_stamps_on_a_grid():
     ticks = np.sort(rng.choice(2000, 24, replace=False))
     for rate, phase in ((50.0, 0.3), (72.0, 0.0), (90.0, 0.9)):
         stamps = np.round((ticks + phase) / rate, 6).reshape(-1, 2)
-        result = physics_steps([*stamps, np.array([-np.inf, stamps[0, 0]])], rate_hz=None)
-        assert result is not None and result[0] == rate
-        assert np.exp(2j * np.pi * result[1]) == pytest.approx(np.exp(2j * np.pi * phase), abs=0.01)
+        recognised_hz, recognised_phase = physics_steps([*stamps, np.array([-np.inf, stamps[0, 0]])], rate_hz=None)
+        assert recognised_hz == rate
+        # A phase of 0 is one of 1: they are compared on the circle.
+        assert np.exp(2j * np.pi * recognised_phase) == pytest.approx(np.exp(2j * np.pi * phase), abs=0.01)
         assert physics_steps([*stamps[:3]], rate_hz=None) is None  # too few to tell
     assert physics_steps([*np.sort(rng.uniform(0, 60, 24)).reshape(-1, 2)], rate_hz=None) is None
     assert physics_steps([], 25.0) == (25.0, 0.0) and physics_steps([], rate_hz=None) is None

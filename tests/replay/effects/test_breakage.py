@@ -122,6 +122,7 @@ def test_a_tracking_jump_into_contact_breaks_nothing(step):
     ids=["jump", "lost before the impact", "gap", "from the start", "drifts back"],
 )  # fmt: skip
 def test_an_impact_of_unknown_path_is_only_counted(session, counted):
+    """``counted``: why it is not judged; None: for any reason, and the impact is noted all the same."""
     crash, impact, run = breakage_of(session)
     assert not crash and (run.counters == {counted: 1} and not impact if counted else run.counters)
 

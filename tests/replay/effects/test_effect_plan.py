@@ -43,6 +43,7 @@ def test_effects_that_need_each_other_are_refused(monkeypatch):
 
 
 def test_every_fault_is_named_at_any_depth():
+    """Five faults of the body alone; with two effects, one of an unknown kind, eight in all."""
     bodies = """[[body]]
 id = "cup"
 cavity = { capcity_ml = 3.0 }

@@ -60,6 +60,7 @@ BOARD = MeshData(np.asarray(cube(edge=0.8).vertices) * [1.0, 0.02, 1.0], cube(ed
     ids=["turned", "over a flame", "in a flame above the mesh", "below the lamp", "board"],
 )
 def test_distance_is_from_rotated_surface_to_hazard_and_flame(more, metres):
+    """``more``: arguments of ``visit_of_hand``; ``above``: metres that a flame reaches over the lamp's top."""
     assert visit_of_hand(**more).series["hand-lamp/distance"].values == pytest.approx([metres] * 2, abs=1e-6)
 
 

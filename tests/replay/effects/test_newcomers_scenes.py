@@ -45,6 +45,7 @@ def nitre(celsius, mass_g=40.0):
 
 @pytest.mark.slow
 def test_a_salt_crystallises_where_its_solution_merely_cools():
+    """40 g of potassium nitrate in 50 mL of water cool from 70 degC towards a room of 20 degC, without a pour."""
     effects = standing(4.0, nitre(celsius=70.0), NITRE, HEAT)
     (event,) = effects["precipitation"].events
     celsius = effects["heat"].series["flask/temperature"].values[-1]

@@ -228,6 +228,7 @@ def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
 
 
 def test_a_liquid_over_a_flame_needs_its_boiling_point():
+    """20 mL stand in the dish, and nothing in the scene says how its water is followed, or when it boils."""
     dish = glass("dish", volume_ml=20.0, properties={"heat_capacity_j_per_k": 60.0})
     flame = {
         "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,

@@ -81,6 +81,7 @@ def test_every_entry_of_the_table_opens(run_folder):
 
 
 def test_printed_equations_move_points_as_the_functions_do():
+    """The paper's matrices act on rows of points, the product's on columns: each is the other transposed."""
     rng = np.random.default_rng(14)
     for _ in range(50):
         angles, scales, move = rng.uniform(-3, 3, 3), rng.uniform(0.1, 3, 3), rng.normal(size=3)

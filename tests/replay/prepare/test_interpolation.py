@@ -47,6 +47,7 @@ MILLISECOND_NS, NO_POSITION = 1_000_000, np.nan
     ],
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):
+    """``stamps``: milliseconds; a sample of frame k lies at x = k m; ``origin``: the kind of pose of a frame."""
     session = session_of_frames(np.round(np.array(stamps) * MILLISECOND_NS), np.array(status)[:, None])
     pieces = list(fill_frames(session.blocks(100)))
     actual, position, rotation = (

@@ -28,6 +28,7 @@ def homogeneous_matrices(translation, rotation):
 
 
 def test_child_offset_and_fixed_body_compose_as_matrices_do():
+    """A hand with an offset, a glass whose recorded pose is relative to it, and a label fixed to the glass."""
     poses = [Pose(tuple(RNG.normal(size=3)), tuple(Rotation.random(rng=RNG).as_quat())) for _ in range(3)]
     first, offset, fixed = (
         homogeneous_matrices(item.position, Rotation.from_quat(item.quaternion_xyzw).as_matrix()) for item in poses

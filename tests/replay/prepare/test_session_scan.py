@@ -53,6 +53,7 @@ def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, 
 
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
 def test_frames_with_repeated_or_earlier_stamps_are_dropped_and_counted(stamps, block):
+    """Random stamps in blocks of frames; a walk over them keeps those later than all before."""
     session = session_of_frames(stamps, np.ones((len(stamps), 1)))
     expected, repeated, backwards, latest = [], 0, 0, -1
     for stamp in stamps:

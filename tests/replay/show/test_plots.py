@@ -22,6 +22,7 @@ from replay.show.report.charts import lane, path_of
 
 @pytest.mark.parametrize("seed", range(5))
 def test_labels_of_a_scatter_plot_do_not_overlap(seed):
+    """Six random dots; a label of a dot overlaps no other label."""
     random = np.random.default_rng(seed)
     dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
     plot = scatter(dots, alternative_text="", x_title="ms", y_axis=Axis("wrong", [0, 5, 10]))
@@ -60,6 +61,7 @@ def test_lane_draws_intervals_in_its_window_and_lines_for_short():
 
 
 def test_long_label_of_an_interval_plot_is_wrapped_unshortened():
+    """The lines of a label have all its text and no letter beside the plot; labels and dots alternate downwards."""
     names = ["ease of use with unintended contacts per minute: exact" * 2, "short"]
     rows = [IntervalRow(name, value=0.5, lower=0.0, upper=1.0, label="+0.50, n = 24") for name in names]
     plot = interval_plot(rows, "Results.", "coefficient", title="By detector")
@@ -71,7 +73,11 @@ def test_long_label_of_an_interval_plot_is_wrapped_unshortened():
     heights = [label.at[1] for own in lines for label in own]
     assert len(lines[0]) > 1 and heights == sorted(set(heights))
     assert all(label.at[0] + LETTER_WIDTH * len(label.text) <= plot.size[0] for own in lines for label in own)
-    assert lines[0][-1].at[1] < plot.dots[0].at[1] < lines[1][0].at[1] < plot.dots[1].at[1] < plot.size[1]
+    (*_, last_line_of_first), (first_line_of_second, *_) = lines
+    first_dot, second_dot = plot.dots
+    height_of = lambda item: item.at[1]  # noqa: E731
+    assert height_of(last_line_of_first) < height_of(first_dot) < height_of(first_line_of_second)
+    assert height_of(first_line_of_second) < height_of(second_dot) < plot.size[1]
 
 
 def test_labels_do_not_cover_leader_lines_of_other_dots():
@@ -153,6 +159,7 @@ def test_name_stands_in_the_first_free_place_at_its_dot(name, x, y, at, side):
 
 
 def test_ticks_and_titles_stand_beside_the_field():
+    """In units of the picture; the field is from (34, 22) to (414, 142)."""
     plot = scatter([Dot("", 10.0, 10.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
     labels = {(label.text, label.side): label.at for label in plot.labels}
     assert labels["loss", "start"] == (34.0, 11.0) and labels["ms", "end"] == (414.0, 142.0 + 34.0)
@@ -170,4 +177,5 @@ def test_ticks_and_titles_stand_beside_the_field():
     ],
 )
 def test_ticks_are_round_and_enclose_the_values(largest, most, smallest, ticks):
+    """``most``: number of steps; a tick stands at 1, 2, 2.5 or 5 times a power of ten."""
     assert ticks_of(largest, most, smallest) == pytest.approx(ticks)

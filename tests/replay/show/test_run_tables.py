@@ -54,6 +54,7 @@ def test_uncertain_first_touch_states_its_uncertainty(away, known):
 
 
 def test_quantiles_and_budget_fraction_are_over_samples(result_of_two_contacts):
+    """Seconds of two stages in twelve frames of 10 ms; a detector of 25 Hz samples three of them."""
     seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
     slow = replace(result_of_two_contacts.detections["slow"], seconds=seconds)
     figures = sample_times(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8

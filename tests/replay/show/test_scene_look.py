@@ -94,4 +94,5 @@ def test_axes_are_named_right_of_and_above_their_ends(monkeypatch):
     drawn, texts = drawn_and_written(monkeypatch, Moment("first", 0))
     for name, axis in zip(scene_look.AXIS_NAMES, drawn["axes"], strict=True):
         x, y, _ = drawn["view"].pixels(axis.ends[0, 1:])[0]
-        assert 0 < texts[name][0] - x < 10 and 0 < y - texts[name][1] < 10
+        text_x, text_y = texts[name]
+        assert 0 < text_x - x < 10 and 0 < y - text_y < 10

@@ -51,6 +51,7 @@ def test_rational_arithmetic_alone_gives_the_side():
 
 @pytest.mark.parametrize("scale", [1.0, 1e-180, 1e25])
 def test_winding_is_the_sign_of_the_shoelace_sum(scale):
+    """Random polygons of whole coordinates, also where products overflow or underflow; the sum is of fractions."""
     random = np.random.default_rng(5)
     for _ in range(200):
         points = (scale * random.integers(-3, 4, (random.integers(3, 9), 2))).tolist()

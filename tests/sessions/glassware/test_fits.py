@@ -60,6 +60,7 @@ def test_key_rotates_without_touching_the_glass(quarter_rotations):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("faces", [500, 2000, pytest.param(50_000, marks=pytest.mark.slow)])
 def test_delivery_tube_has_1_mm_wall_and_6_mm_bore(faces):
+    """5 mm and more from its ends: a ray that meets a face within 6.5 mm crosses the bore, and 1 mm of wall behind."""
     tube = delivery_tube(faces).mesh
     points, normals = points_on_faces(tube, count=300, seed=faces)
     ends = np.array([(0.0, -0.012, 0.0), (0.17, -0.11, 0.0)])

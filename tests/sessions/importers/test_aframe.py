@@ -51,6 +51,7 @@ def button_row(stamp, button, name="buttondown"):
 
 
 def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
+    """Button 1 is the trigger; other buttons and a malformed event are ignored; the wand's name decides the hand."""
     happened = [
         button_row(stamp=5, button=1),
         button_row(stamp=6, button=2),

@@ -150,6 +150,7 @@ print(count, peak_bytes() // 1024)
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="peak memory is measured in KiB of Linux")
 def test_block_reading_memory_is_independent_of_session_length(tmp_path):
+    """Sessions of 6,000 and of 60,000 frames; peak memory in KiB, by a process of its own."""
     frames = random_frames(seed=1, count=3000, bodies=12)
 
     class Repeated:

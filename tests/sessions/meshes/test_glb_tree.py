@@ -69,6 +69,7 @@ def test_meshes_of_one_level_of_detail_are_joined(names):
 
 
 def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
+    """Balls a, b and c hang on each other; a is scaled by 0.01, so that c has a radius of 2 mm."""
     rng, scene = np.random.default_rng(3), trimesh.Scene()
     solids = {
         name: trimesh.creation.icosphere(subdivisions=1, radius=radius)
@@ -100,6 +101,7 @@ def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
 
 
 def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
+    """Quads go to the joint of the largest weight; posed, each corner moves with all of its joints by weight."""
     # A strip of four quads along x, rooted at joint 1 (x = 0) and joint 2 (x = 2); weights change at x = 2.
     points = np.array([[x, y, 0] for x in range(5) for y in (0, 1)], dtype="<f4")
     faces = np.array([[2 * k, 2 * k + 2, 2 * k + 1] for k in range(4)], dtype="<u2")

@@ -16,6 +16,7 @@ def test_status_numbers_belong_to_the_file_format():
 
 
 def test_a_track_keeps_read_only_copies_of_its_arrays():
+    """Later changes of the arrays do not reach the track, and its own cannot be changed."""
     times, positions = np.array([1, 2]), np.ones((2, 3))
     track = Track(times, positions, np.zeros((2, 4)))
     times[0], positions[0] = -5, 7

@@ -54,6 +54,7 @@ between = ["tag:glass", "tag:support"]
 
 
 def test_a_scene_is_read_as_written():
+    """Every kind of table of BENCH_TOML: bodies with fixed pose, offset and own keys, pairs, and an effect."""
     scene = parse_scene(BENCH_TOML)
     assert scene.name == "bench"
     assert [body.id for body in scene.bodies] == ["table", "beaker", "flask"]

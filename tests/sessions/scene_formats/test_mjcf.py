@@ -63,6 +63,7 @@ def arm_model(tmp_path):
 
 
 def test_mjcf_poses_and_surfaces_agree_with_mujoco(arm_model):
+    """Poses to 1e-9; a mesh's corners stand where MuJoCo has them; its collider is the hull that fills its hollow."""
     scene, model = read_scene_source(arm_model), mujoco.MjModel.from_xml_path(str(arm_model))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

@@ -66,16 +66,17 @@ ARCS = ["references", "payload", "sublayer", "variant"]
     ],
 )
 def test_layer_that_a_scene_may_not_read(tmp_path, capfd, name, refusal):
-    assert_refused(tmp_path, capfd, ARCS[0], name, refusal)
+    """``name``: of the layer, by which a scene refers to it; ``refusal``: of the sentence that refuses it."""
+    assert_layer_is_refused(tmp_path, capfd, arc="references", name=name, refusal=refusal)
 
 
-@pytest.mark.parametrize("arc", ARCS[1:])
+@pytest.mark.parametrize("arc", ["payload", "sublayer", "variant"])
 @pytest.mark.parametrize(("name", "refusal"), [("../secret.usda", "lies outside"), ("loop.usda", "a link to itself")])
 def test_every_arc_refuses_layers_outside_the_scene(tmp_path, capfd, arc, name, refusal):
-    assert_refused(tmp_path, capfd, arc, name, refusal)
+    assert_layer_is_refused(tmp_path, capfd, arc, name, refusal)
 
 
-def assert_refused(tmp_path, capfd, arc, name, refusal):
+def assert_layer_is_refused(tmp_path, capfd, arc, name, refusal):
     """Fails unless a scene that names a layer by this arc is refused, and nothing of the layer is printed."""
     (tmp_path / "secret.usda").write_text(HEAD + BALL)
     folder = tmp_path / "scene"

@@ -128,6 +128,7 @@ def test_usd_body_poses_and_colliders_agree_with_pxr(bench_file):
 
 
 def test_round_colliders_have_the_sizes_of_the_library(bench_file):
+    """Vertices lie at the radius that USD's own parser reads: of a sphere, of a capsule's axis, of caps and side."""
     scene, stage = read_scene_source(bench_file), Usd.Stage.Open(str(bench_file))
     load = getattr(UsdPhysics, "UsdPhysicsLoadStageFromPrimRange", None) or UsdPhysics.LoadUsdPhysicsFromRange
     parsed = load(stage, ["/"])
@@ -430,6 +431,7 @@ def test_usd_without_time_samples_is_refused_as_a_recording(bench_file):
 
 
 def test_unsupported_usd_physics_is_listed_prim_by_prim(tmp_path):
+    """Values at times 1 and 2 are motions; PhysX's schemas make a soft body and a trigger."""
     stage = new_stage(tmp_path / "s.usda")
     cup = rigid_body(stage, "/cup")
     scale = cup.GetOrderedXformOps()[2]

@@ -41,6 +41,7 @@ def pairs_of(run):
     ],
 )
 def test_detector_reports_exactly_the_planted_contacts(name, noise, made, verdicts):
+    """Contact where it is sure, none where it surely is not; without noise within 1.5 frames of its ends."""
     run = made(name, noise)
     pairs = pairs_of(run)
     result = verdicts(run.session, pairs)

@@ -120,6 +120,7 @@ def two_pairs():
     ],
 )
 def test_frames_are_skipped_until_paths_use_up_the_gap(two_pairs, pair, frame, following):
+    """``following``: the next frame to search; what is between is counted as skipped, but for a repeated frame."""
     work = np.zeros(len(COUNTERS), dtype=np.int64)
     repeats = (pair, frame) == (NEARER, 55)
     assert next_frame(two_pairs.rows[pair], frame, 1e-13, work) == following

@@ -80,6 +80,7 @@ def nearest_by_subsets(rows):
 
 @pytest.mark.parametrize("corners", [1, 2, 3, 4])
 def test_nearest_point_of_a_simplex_is_that_of_least_squares(corners):
+    """The point nearest to the origin; ``nearest_by_subsets`` tries every face, edge and corner."""
     rng = np.random.default_rng(corners)
     numbers_of_rows = set()
     for _ in range(150):

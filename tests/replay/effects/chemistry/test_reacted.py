@@ -88,6 +88,7 @@ def test_gas_and_dissolving_salts_have_events_of_their_own(process):
     ids=["falls out", "dissolves", "half a milligram", "a two-thousandth"],
 )
 def test_change_of_a_solid_is_reported_where_it_is_visible(moles, text):
+    """``moles``: of CaCO3, 100 g/mol, at 0 to 3 s; no event where an effect precipitation reports it."""
     reactions = SimpleNamespace(phases=np.array([0]), salt_columns=np.zeros(0, dtype=int))
     world = SimpleNamespace(
         ledger=SimpleNamespace(columns=["CaCO3(s)"], reactions=reactions),

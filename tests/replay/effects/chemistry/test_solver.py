@@ -34,6 +34,7 @@ def equilibrium(solver, totals, celsius=25.0):
 
 @pytest.mark.parametrize("solids", [(), (("CaCO3", "Calcite"), ("Mg(OH)2", "Brucite"))])
 def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
+    """Forty random solutions: again backwards, and each alone by a solver without a memory."""
     rng = np.random.default_rng(1)
     formulas = ("CaCl2", "MgCl2", "Na2CO3", "NaOH", "CH3COOH", "HCl")
     rows = [{formula: 10.0 ** rng.uniform(-4, -1) for formula in formulas} for _ in range(40)]

@@ -43,7 +43,7 @@ def test_span_below_a_300th_of_the_window_has_a_tick():
 
 
 @pytest.mark.parametrize(
-    ("start", "end", "ticks"),
+    ("start", "end", "ticks"),  # seconds; (percent of the width, label)
     [
         (10.0, 20.0, [(0, "10"), (20, "12"), (40, "14"), (60, "16"), (80, "18"), (100, "20 s")]),
         (0.0, 59.96, [*((100 * tick / 59.96, str(tick)) for tick in range(0, 60, 10)), (100, "60 s")]),
@@ -51,6 +51,7 @@ def test_span_below_a_300th_of_the_window_has_a_tick():
     ],
 )
 def test_ruler_begins_and_ends_with_the_window(start, end, ticks):
+    """A window to 59.96 s ends as 60 s, the number that is printed of it."""
     positions, labels = zip(*ruler(start, end), strict=True)
     assert positions == pytest.approx([position for position, _ in ticks]) and [*labels] == [
         label for _, label in ticks

@@ -95,6 +95,7 @@ def view_boxes_of_lanes(page):
 
 
 def test_lanes_zoom_and_pan_together_and_ruler_follows(page):
+    """Key + zooms in, a drag by 80 pixels to the right moves to earlier times, key 0 shows all."""
     whole, ticks = view_boxes_of_lanes(page), page.ask("document.querySelector('.ticks').textContent")
     press_key(page, "+")
     closer = view_boxes_of_lanes(page)

@@ -42,7 +42,8 @@ def test_triangle_covers_exactly_pixels_whose_rays_meet_the_triangle():
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
-    result = [np.concatenate(piece) for piece in zip(*covered_pixels(local, view_along_minus_z()), strict=True)]
+    blocks = zip(*covered_pixels(local, view_along_minus_z()), strict=True)
+    triangles, pixels, inverse_depths = (np.concatenate(column) for column in blocks)
     y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
     focus = FOCAL_RATIO * SIZE[1]
     across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus
@@ -53,10 +54,10 @@ def test_triangle_covers_exactly_pixels_whose_rays_meet_the_triangle():
         fractions *= np.sign(np.linalg.det([a, b, c]))
         clear = np.abs(fractions).min(axis=1) > 1e-9
         inside = np.flatnonzero((fractions > 0).all(axis=1) & clear)
-        mine = result[0] == number
-        assert set(inside) <= set(result[1][mine]) <= set(inside) | set(np.flatnonzero(~clear))
-        depth = abs(np.linalg.det([a, b, c])) / fractions[result[1][mine]].sum(axis=1)
-        assert np.allclose(1 / result[2][mine], depth, rtol=1e-9)
+        mine = triangles == number
+        assert set(inside) <= set(pixels[mine]) <= set(inside) | set(np.flatnonzero(~clear))
+        depth = abs(np.linalg.det([a, b, c])) / fractions[pixels[mine]].sum(axis=1)
+        assert np.allclose(1 / inverse_depths[mine], depth, rtol=1e-9)
 
 
 @pytest.mark.parametrize("alpha", [1.0, 0.2], ids=["opaque", "glass"])

@@ -33,6 +33,7 @@ from replay.show.rerun_log.moments import (
     ],
 )
 def test_moment_list_ends_in_depth_curve_or_gap(kind, metres, depth, size):
+    """``metres``: length of a miss's curve, or the gap of a false contact; 0 and unknown are not printed."""
     fault = Fault(
         1, "hull", 0, ("cup", "rod"), kind, first=3, last=4, start=0.03, end=0.05, frame=3, metres=metres, depth=depth
     )

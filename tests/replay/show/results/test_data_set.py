@@ -149,6 +149,7 @@ def test_sql_questions_of_the_guide_agree_with_a_recount(number, result_by_name,
 
 @pytest.mark.slow
 def test_note_joins_its_contact_across_detectors(tmp_path):
+    """The note is on the second contact: miss 2 at 20 Hz, miss 1 at 34 Hz, and reported at 100 Hz."""
     # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
     recorded = unit_cubes_on_x({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
     for rate in (20, 34, 100):

@@ -101,6 +101,7 @@ def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
 
 
 def test_changing_detectors_are_named_as_such(class_runs, class_study, tmp_path):
+    """The association holds with the second detector alone; at last with every one."""
     changed = [class_study.sensitivity[0]] + [
         replace(row, after=with_association(row.after)) for row in class_study.sensitivity[1:]
     ]

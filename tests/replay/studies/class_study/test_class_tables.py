@@ -50,16 +50,17 @@ def test_class_below_five_students_lists_sessions_without_figures(tables_of, tmp
     """Six sessions of so many students, ``nobody`` of them without a name; ``few``: below five are known."""
     runs, made = tables_of(sessions=6, students=students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
     known = min(students, 6 - nobody)
-    result = all_tables(made)
-    for table in result:
-        index = [column.name for column in table.columns].index("n")
+    tables = all_tables(made)
+    for table in tables:
+        index = table.head.index("n")
         assert table.rows or not known
         for row in table.rows:
             hidden = row[index] == "fewer than 5"
-            assert hidden == all(item == "" for item in row[index + 1 :])
+            assert hidden == all(figure == "" for figure in row[index + 1 :])
             assert hidden >= bool(few)
-    assert any(row[2] == known for row in result[0].rows) != bool(few)
-    notes = " ".join(result[0].notes)
+    table_of_detectors, *_ = tables
+    assert (known in table_of_detectors.column("n")) != bool(few)
+    notes = " ".join(table_of_detectors.notes)
     output = f"{nobody} of 6 sessions state no pseudonym: they are in the list of sessions and in no figure."
     assert (output in notes) == bool(nobody)
     counts = class_counts(runs)
@@ -75,6 +76,7 @@ def test_class_below_five_students_lists_sessions_without_figures(tables_of, tmp
 
 
 def test_small_cells_cannot_be_derived_from_totals(tables_of, tmp_path):
+    """A cell below five students is hidden; so is a second one, which else follows from the total."""
     runs, _ = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     item = runs.tables["misses"].to_pylist()[0]
     # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
@@ -86,7 +88,7 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of, tmp_path):
     ]
     misses = pa.Table.from_pylist(misses, schema=runs.tables["misses"].schema)
     made = ClassTables(replace(runs, tables=runs.tables | {"misses": misses}))
-    printed = {row[3]: row[4] for row in made.causes().rows if row[0] == "miss"}
+    printed = {row["cause"]: row["n"] for row in made.causes().plain() if row["what"] == "miss"}
     assert printed["late"] == "fewer than 5" and printed["search"] == 8
     # Else its nine misses are the total less the two rows that are shown.
     assert printed["budget ran out"] == "not shown"
@@ -96,9 +98,10 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of, tmp_path):
 
 def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
     runs, made = tables_of(sessions=5, students=5, detectors={})
-    assert [row[:2] for row in made.detectors().rows] == [("exact", "trusted")]
+    assert [(row["detector"], row["is"]) for row in made.detectors().plain()] == [("exact", "trusted")]
     assert not made.pairs().rows and not made.causes().rows and made.headlines() == []
-    assert {row[1].text for row in sessions_table(runs, places(runs, tmp_path)).rows} == {"not audited"}
+    links = sessions_table(runs, places(runs, tmp_path)).column("look at")
+    assert {link.text for link in links} == {"not audited"}
     html = study_html(runs, places(runs, tmp_path))
     assert html.count("There is none in the sessions with a pseudonym.") == 2
 
@@ -230,4 +233,5 @@ def test_contacts_are_grouped_by_every_task_stage_and_vr_type(tables_of):
     names = {("task", row["task"] or NO_NAME) for row in episodes}
     names |= {("stage", row["stage"] or NO_NAME) for row in episodes}
     names |= {("VR type", row["vr_type"] or NOT_STATED) for row in episodes}
-    assert {row[:2] for row in made.activity_table().rows} == names and ("task", NO_NAME) in names
+    rows = made.activity_table().plain()
+    assert {(row["what"], row["which"]) for row in rows} == names and ("task", NO_NAME) in names

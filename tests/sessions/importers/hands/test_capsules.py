@@ -65,6 +65,7 @@ def wandering_directions(count=400, seed=0):
 
 
 def test_capsules_lie_between_their_joints_without_twisting():
+    """From frame to frame a bone turns by the angle between its directions and no further."""
     directions = wandering_directions()
     parent = np.cumsum(np.full_like(directions, 0.001), axis=0)
     child = parent + 0.03 * directions

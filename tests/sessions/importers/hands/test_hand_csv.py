@@ -339,6 +339,7 @@ def test_a_hand_that_is_not_tracked_is_lost(tmp_path):
 
 @pytest.mark.parametrize("scale", [0.2, 0.03, 40.0])
 def test_hands_of_no_human_size_are_refused(tmp_path, scale):
+    """``scale``: of a hand in metres; one in centimetres or millimetres would be accepted."""
     assert_import_refused(
         "hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(scale)), "fits neither m, cm nor mm"
     )
