@@ -35,7 +35,7 @@ def coloured_species(formula: str) -> str:
 
     Raises ValueError: it cannot be read, or is a salt none of whose ions has a colour that a table knows.
     """
-    species = ion_of(formula, lambda name: name in ION_COLOURS or components_of(name) is not None)
+    species = ion_of(formula, lambda name: components_of(name) is not None)
     if species in ION_COLOURS:
         return species
     brought = dry_components(dissolved_components(species))

@@ -90,8 +90,9 @@ def _basic_salt(matter: Matter, vessel: str) -> str:
 def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
     """An event ``supersaturated`` for each vessel and solid that would fall out there, and that no table names."""
     phases = undeclared_phases(matter.recipe)
-    if matter.solver is None or not phases:
+    if not phases:
         return
+    assert matter.solver is not None  # without one no phase is known
     ledger, mixture = matter.ledger, matter.solver.mixture
     solver = Solver(mixture_of(mixture.database, mixture.components, phases))
     columns = [ledger.column[name] for name in solver.mixture.components]

@@ -58,6 +58,15 @@ def test_all_examples_of_an_effect_make_a_scene(row):
     assert plan(scene_with_changes(changes, absent)).effects
 
 
+def test_key_without_a_default_is_required_unless_optional():
+    """A threshold has to be declared; ``surface_c`` is optional; an amount that counts as a pour has a default."""
+    keys = {
+        kind: {key for key, row in rows.items() if row["required"]}
+        for kind, rows in catalogue_data(("burn-exposure", "pour")).items()
+    }
+    assert keys == {"burn-exposure": {"between", "threshold_c", "seconds"}, "pour": {"from"}}
+
+
 def test_an_unknown_kind_is_refused():
     assert set(catalogue_data(())) == set(CATALOGUE)
     assert sum(len(keys) for keys in catalogue_data(()).values()) == sum(

@@ -90,6 +90,11 @@ def test_a_vessel_that_drifts_to_the_room_is_no_result():
     heat = ("heat", {**HEAT, "loss_w_per_k": 10.0})
     effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX_IN_BOTH, heat)
     assert {event.bodies for event in effects["heat"].events if event.name in ("warmest", "coldest")} == {("b",)}
+    # Until liquid comes in, b has two temperatures: at the start and one frame before, so that a line rises there.
+    volume, warming = effects["mixing"].series["b/volume"], effects["heat"].series["b/temperature"]
+    filling_time = volume.times[1:][np.diff(volume.values) > 0.0][0]
+    assert warming.values[warming.times < filling_time].tolist() == [20.0, 20.0]
+    assert warming.times[1] == pytest.approx(filling_time - STEP_S)
 
 
 def test_headline_of_a_dry_solid_is_that_of_the_mixture():

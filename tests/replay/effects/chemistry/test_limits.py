@@ -41,6 +41,9 @@ def limit(process, cause, **amounts):
 def test_gas_leaves_only_beyond_its_hydrogen_salt(acid, expected):
     """A mol of sulfite takes a mol of acid as hydrogensulfite before any leaves as SO2."""
     assert limit(SO2, Cause.ACID, **{"H+": acid, "SO3^2-": 1.0}) == pytest.approx(expected, abs=1e-9)
+    takes_water = replace(SO2, changes=SO2.changes | {"H2O": -1.0})
+    moles = {"H+": acid, "SO3^2-": 1.0, "H2O": KILOGRAM_MOL}
+    assert limit(takes_water, Cause.ACID, **moles) == pytest.approx(expected, abs=1e-9), "water holds no acid"
 
 
 def test_lye_dissolves_half_a_mol_of_zinc():

@@ -22,10 +22,18 @@ def test_salt_falls_out_below_a_tenth_mol_by_its_product(formula, log_product, c
     assert Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula) == (molal < 0.1)
 
 
-@pytest.mark.parametrize("formula", ["CdI2", "Sn(SO4)2", "NaCl", "Na+"])
+@pytest.mark.parametrize("formula", ["CdI2", "Sn(SO4)2", "NaCl", "Na+", "SnSO4"])
 def test_salt_of_dissolved_molecules_or_hydrolysed_ions_stays(formula):
-    """CdI2 stands dissolved as a molecule; tin(IV) as its hydroxide, from which its bare ion comes."""
+    """CdI2 stands dissolved as a molecule; tin(IV) as its hydroxide, from which its bare ion comes.
+
+    Of SnSO4 18.8 g dissolve in 100 g of water (CRC Handbook), far more than by PHREEQC's constant.
+    """
     assert not Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula)
+
+
+@pytest.mark.parametrize("formula", ["MgNH4PO4", "MgNH4PO4.6H2O", "CaHPO4"])
+def test_salts_that_hold_protons_fall_out_of_school_solutions(formula):
+    assert Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula)
 
 
 def test_solid_is_phreeqcs_or_a_salt_with_its_solubility():

@@ -1,11 +1,18 @@
-"""Hydroxides that ammonia dissolves fresh and not aged are told, by what stands in a vessel at its end."""
+"""Hydroxides that ammonia dissolves fresh and not aged, and solids beyond their solubility, have events."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.liquid_worlds import glass
 
-from replay.effects.chemistry.supersaturated import aged_hydroxide_events
+from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
+from replay.effects.chemistry.matter import Matter
+from replay.effects.chemistry.recipe import recipe_of
+from replay.effects.chemistry.supersaturated import aged_hydroxide_events, supersaturation_events
+from replay.effects.effect_plan import plan
+from sessions.model.scene import Scene, SceneEffect
 
 
 def matter(ph=9.5, **mol):
@@ -53,3 +60,34 @@ def test_copper_hydroxide_left_beside_much_ammonia_is_aged(hydroxide, copper, am
     amounts = {"Cu(OH)2(s)": hydroxide, "Cu^2+": copper, "NH3": ammonia, anion: 1.0}
     texts = [event.text for event in aged_hydroxide_events(matter(**amounts)) if event.name == "aged"]
     assert len(texts) == bool(salt) and all(f"at first is {salt}, which" in text for text in texts)
+
+
+def flask_at_rest(solutes):
+    """All that is known of a flask of 50 mL in which nothing happens; ``solutes``: formula -> mol/L."""
+    effects = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect("colour", {"in": "flask", "indicator": "litmus"}))
+    scene = Scene(bodies=(glass("flask", volume_ml=50.0, solutes=solutes),), effects=effects)
+    tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
+    recipe = recipe_of(tables, contents_of_scene(scene, "scene.toml"))
+    ledger = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
+    ledger.begin(0.0)
+    ledger.end(1, 1.0)
+    return Matter(recipe, ledger, {}, {"flask": ledger.history("flask")})
+
+
+@pytest.mark.parametrize(
+    ("solutes", "solids"),
+    [
+        ({"CaCl2": 0.1, "NaOH": 0.3}, ["Ca(OH)2"]),
+        ({"CaCl2": 0.1, "NaOH": 0.3, "Na2SO4": 0.001}, ["Ca(OH)2"]),
+        ({"CaCl2": 0.1, "NaOH": 0.3, "Na2CO3": 0.1}, ["CaCO3"]),
+        ({"CuSO4": 0.1, "NH3": 0.1}, ["Cu4(OH)6SO4"]),
+        ({"CuSO4": 0.1, "NaOH": 0.1}, ["Cu(OH)2"]),
+        ({"NaCl": 0.1}, []),
+    ],
+    ids=["hydroxide", "hardly any sulfate", "carbonate", "basic salt", "copper hydroxide", "all dissolves"],
+)
+def test_solid_beyond_its_solubility_is_reported_once_a_metal(solutes, solids):
+    """A salt that takes the metal away leaves its hydroxide none; gypsum takes more sulfate than 0.001 mol/L."""
+    events = list(supersaturation_events(flask_at_rest(solutes)))
+    assert [event.values["formula"] for event in events] == solids
+    assert all(event.time == 0.0 and event.values["saturation_index"] > 0.3 for event in events)

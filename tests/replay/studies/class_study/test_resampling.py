@@ -63,3 +63,10 @@ def test_interval_reaches_farther_where_a_student_raises_the_estimate():
 @pytest.mark.parametrize(("estimates", "students"), [(EVEN, 2), (np.full(9, np.nan), 9)])
 def test_two_students_or_no_estimates_have_no_interval(estimates, students):
     assert np.isnan(interval(estimates, 1.0, np.linspace(0.9, 1.1, students))).all()
+
+
+@pytest.mark.parametrize(("estimate", "nearest"), [(3.0, 2.0), (-1.0, 0.0)])
+def test_estimate_beyond_all_resamples_has_the_interval_of_their_end(estimate, nearest):
+    """Resamples lie from 0 to 2, and the estimate is larger, or smaller, than all of them."""
+    ends = interval(EVEN, estimate, np.linspace(0.9, 1.1, 30))
+    assert ends == pytest.approx((nearest, nearest), abs=1e-5)
