@@ -96,11 +96,12 @@ def _run_effect(step: Step, inputs: EffectInputs) -> EffectRun:
         ) from error
     seconds = perf_counter() - start
     frames = len(inputs)
-    if output.ran is not None and output.ran.shape != (frames,):
-        raise EffectError(f"effect {spec.kind!r} says it ran in {output.ran.shape} of {frames} frames; repair it")
-    run = frames if output.ran is None else int(output.ran.sum())
-    if output.ran is not None and run < frames:
-        skipped_spans = tuple(inputs.lane_spans(spans_of(~output.ran), SKIPPED_LANE))
+    has_run = np.ones(frames, dtype=np.bool_) if output.ran is None else output.ran
+    if has_run.shape != (frames,):
+        raise EffectError(f"effect {spec.kind!r} says it ran in {has_run.shape} of {frames} frames; repair it")
+    run = int(has_run.sum())
+    if run < frames:
+        skipped_spans = tuple(inputs.lane_spans(spans_of(~has_run), SKIPPED_LANE))
         output = replace(output, lanes={**output.lanes, SKIPPED_LANE: skipped_spans})
     return EffectRun(spec, step.because, output, seconds, dict(inputs.counters), frames, run)
 

@@ -158,10 +158,10 @@ def _vertex_on_face(_rng: Generator, t: FloatArray) -> None:
 
 def _needles(rng: Generator, t: FloatArray) -> None:
     n = len(t)
-    for first in (0, 3):
-        along = rng.random((n, 1))
-        on_edge = t[:, first] + (t[:, first + 1] - t[:, first]) * along
-        t[:, first + 2] = on_edge + rng.normal(0, 1, (n, 3)) * log_uniform(rng, -12, -6, (n, 1))
+    for triangle in (t[:, :3], t[:, 3:]):
+        start, end = triangle[:, 0], triangle[:, 1]
+        on_edge = start + (end - start) * rng.random((n, 1))
+        triangle[:, 2] = on_edge + rng.normal(0, 1, (n, 3)) * log_uniform(rng, -12, -6, (n, 1))
     t[:, 3:] += ((t[:, 0] + t[:, 1]) / 2 - (t[:, 3] + t[:, 4]) / 2)[:, None]
 
 

@@ -9,6 +9,7 @@ from support.small_worlds import STEP_NS, cube
 from replay.cli.main import main
 from replay.cli.minimise import LIMIT_SENTENCE
 from replay.engine import compute
+from replay.studies.minimise import minimise, pseudonym
 from sessions import (
     Event,
     GazeTrack,
@@ -127,6 +128,30 @@ def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(reve
     assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
     runs = [compute(item, detectors="exact", oracle="none").detections["exact"] for item in (before, after)]
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
+
+
+@pytest.mark.parametrize("stated", ["not stated", "s07"])
+def test_participant_that_is_stated_gets_another_pseudonym(stated):
+    session = minimise(replace(told(), facts={"pseudonym": stated}))
+    assert session.facts == ({} if stated == "not stated" else {"pseudonym": pseudonym("participant", "s07")})
+    assert "s07" not in str(session.facts) and not minimise(replace(told(), facts={})).facts
+
+
+def moments(session):
+    """Nanoseconds from the first frame to every event and to every pose of a fast track."""
+    times = [event.time_ns for event in session.events]
+    times += [time for track in session.fast_tracks.values() for time in track.times_ns]
+    return [int(time - session.frames.stamp_ns[0]) for time in times]
+
+
+def test_minimised_session_keeps_mass_and_moments_under_numbered_names():
+    scene = told().scene
+    heavy = replace(scene, bodies=tuple(replace(body, extra={"mass": 0.2}) for body in scene.bodies))
+    before = replace(told(), scene=heavy)
+    after = minimise(before)
+    assert after.names == ("body-1", "body-2", "headset-body-3")
+    assert [body.extra for body in after.scene.bodies] == [{"mass": 0.2}] * 2
+    assert moments(after) == moments(before) == [0, *(STEP_NS * np.arange(6)).tolist()]
 
 
 def test_minimise_keeps_roles_of_effects_and_renames_bodies(revealing_file, tmp_path):

@@ -104,6 +104,18 @@ def test_iodine_has_its_potential_beside_triiodide():
     assert drawn.values[-1] < 0.15
 
 
+def test_peroxide_in_iodide_has_the_potential_of_iodine():
+    """10 mL with 0.05 mol/L of iodide; half of it is iodine after 12.5 mL of peroxide of 0.01 mol/L.
+
+    By hand: 5.6 mmol/L of iodine beside 11.1 of iodide, of which some are triiodide; iodide has an activity of 0.75.
+    """
+    drawn = curves({"KI": 0.05, "H2SO4": 0.5}, {"H2O2": 0.01}, "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O")["redox potential"]
+    iodine, iodide = 0.125 / 22.5, 0.25 / 22.5
+    bound = min(np.roots([1.0, -(iodine + iodide + 1.0 / 698.0), iodine * iodide]))
+    expected = 0.621 + 0.5 * VOLT_PER_PE * np.log10((iodine - bound) / (0.75 * (iodide - bound)) ** 2)
+    assert np.interp(12.5, drawn.added_ml, drawn.values) == pytest.approx(expected, abs=0.005)
+
+
 def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
     """10 mL with 0.05 mol/L of iron(II), 0.5 mmol, take 10 mL of cerium(IV) of 0.05 mol/L."""
     drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"Ce(SO4)2": 0.05}, "Ce4+ + Fe2+ -> Ce3+ + Fe3+")

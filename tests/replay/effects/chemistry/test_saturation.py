@@ -78,8 +78,11 @@ SULFIDES = [
 def test_a_rate_changes_no_amount_of_a_sulfide_that_dissolves(solid, equation, tolerance):
     """CuS is the one that does not dissolve in 1 mol/L of acid and gives no gas."""
     at_once, gas, _ = acid_poured_on(solid, "HCl", molar=1.0, equation=equation)
-    slow, slow_gas, _ = acid_poured_on(solid, "HCl", molar=1.0, equation=equation, rate_per_s=20.0)
+    slow, slow_gas, effects = acid_poured_on(solid, "HCl", molar=1.0, equation=equation, rate_per_s=20.0)
     assert slow_gas == pytest.approx(gas, rel=max(tolerance, 1e-9))
     assert slow["b/pH"] == pytest.approx(at_once["b/pH"], abs=0.02)
+    refusals = [event.text for event in effects["reaction"].output.events_named("no-reaction")]
     if solid == "CuS":
-        assert slow_gas == 0.0
+        assert slow_gas == 0.0 and "CuS hardly dissolves in it" in refusals[0]
+    else:
+        assert refusals == []

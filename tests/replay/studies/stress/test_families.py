@@ -53,3 +53,13 @@ def test_generic_family_needs_no_exact_arithmetic_and_meets_28_percent():
     pairs = triangle_family("generic control").pairs(20_000)
     assert left_open(pairs) == (0, 0)
     assert abs(triangles_intersect(pairs).mean() - 0.28) < 0.02
+
+
+def test_needles_are_thin_and_cross_in_the_middle_of_an_edge():
+    """The third corner is at most some 1e-5 from the line of the first two, which are some 0.5 apart."""
+    triangles = triangle_family("needles").pairs(200)
+    start, end, third = (triangles[:, :, corner] for corner in range(3))
+    heights = np.linalg.norm(np.cross(end - start, third - start), axis=-1) / np.linalg.norm(end - start, axis=-1)
+    assert heights.min() > 0.0 and heights.max() < 1e-5
+    middles = (start + end) / 2.0
+    assert middles[:, 0] == pytest.approx(middles[:, 1], abs=1e-12)

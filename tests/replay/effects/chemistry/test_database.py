@@ -1,0 +1,96 @@
+"""PHREEQC's species and phases are counted in the ions of the file, each oxidation state for itself."""
+
+import pytest
+
+from replay.effects.chemistry.database import database_of, formula_of
+
+EXTRA = """
+SOLUTION_SPECIES
+CoCl4-2 + Br- = CoCl4Br-3 # a comment
+ log_k 0.25
+ delta_h 3.0
+Co+2 + 4 Cl- = CoCl4-2
+ delta_h 2.0 kcal
+ log_k -1.0
+Co+2 + Cl- = CoCl+
+ log_k 7.0
+PHASES
+CobaltSalt
+ Na2CoCl4 = 2 Na+ + CoCl4-2
+ log_k 4.0
+ delta_h 500 joules
+OtherSalt
+ NaCl = Na+ + Cl-
+ log_k 1.5
+"""
+"""A complex before the one that it is made of, another constant of a complex of minteq.v4, and two solids."""
+
+
+@pytest.fixture(scope="module")
+def extended():
+    """PHREEQC's data and the above."""
+    return database_of(EXTRA)
+
+
+@pytest.mark.parametrize(
+    ("phase", "makeup"),
+    [
+        ("Cr(OH)3", {"Cr^3+": 1, "H+": -3, "H2O": 3}),
+        ("Sn(OH)2", {"Sn^2+": 1, "H+": -2, "H2O": 2}),
+        ("Ferrihydrite", {"Fe^3+": 1, "H+": -3, "H2O": 3}),
+        ("Cerargyrite", {"Ag+": 1, "Cl-": 1}),
+        ("CobaltSalt", {"Na+": 2, "Co^2+": 1, "Cl-": 4}),
+    ],
+)
+def test_phase_is_made_of_ions_protons_and_water(extended, phase, makeup):
+    """minteq.v4 counts chromium as Cr(OH)2+ and tin as Sn(OH)2; here both are bare ions."""
+    assert extended.phases[phase].makeup == makeup
+
+
+def test_constant_of_a_complex_of_a_complex_is_their_sum(extended):
+    """log_k -1.0 and 0.25; 2 kcal, of 4.184 kJ, and 3 kJ, which need no unit."""
+    complexes = [extended.species[name] for name in ("CoCl4-2", "CoCl4Br-3")]
+    assert [(entry.log_k, entry.kilojoule) for entry in complexes] == [
+        (-1.0, pytest.approx(8.368)),
+        (-0.75, pytest.approx(11.368)),
+    ]
+    assert complexes[1].makeup == {"Co^2+": 1, "Cl-": 4, "Br-": 1}
+
+
+def test_solid_that_dissolves_to_a_complex_has_the_constant_of_its_ions(extended):
+    """[Na]^2 [CoCl4] is 10^4 and [CoCl4] is 10^-1 [Co] [Cl]^4, so the product of the ions is 10^5."""
+    solid = extended.phases["CobaltSalt"]
+    assert (solid.log_k, solid.kilojoule) == (pytest.approx(5.0), pytest.approx(0.5 - 8.368))
+    assert solid.options == ("log_k 4.0", "delta_h 500 joules")
+
+
+def test_later_constant_of_a_species_replaces_the_former(extended):
+    assert extended.species["CoCl+"].log_k == 7.0 != database_of().species["CoCl+"].log_k
+
+
+@pytest.mark.parametrize(
+    ("ion", "makeup"),
+    [
+        ("NH4+", {"NH3": 1, "H+": 1}),
+        ("HS-", {"S^2-": 1, "H+": 1}),
+        ("Cr(OH)2+", {"Cr^3+": 1, "H+": -2, "H2O": 2}),
+        ("Ca+2", {"Ca^2+": 1}),
+    ],
+)
+def test_ion_of_phreeqc_differs_from_its_column_by_protons_and_water(ion, makeup):
+    assert database_of().ions[ion] == makeup
+
+
+def test_species_of_electrons_or_solid_sulfur_are_left_out():
+    """minteq.v4 makes polysulfides of sulfide and solid sulfur, and one oxidation state of another with electrons."""
+    species = database_of().species
+    assert "AgCl2-" in species and "S4-2" not in species and "S5-2" not in species
+    assert {name for name, entry in species.items() if "e-" in entry.makeup} == {"e-"}
+
+
+@pytest.mark.parametrize(
+    ("name", "formula"),
+    [("Cu(NH3)4+2", "Cu(NH3)4^2+"), ("SO4-2", "SO4^2-"), ("Na+", "Na+"), ("H4SiO4", "H4SiO4"), ("Hg2+2", "Hg2^2+")],
+)
+def test_phreeqcs_charge_is_written_before_its_sign(name, formula):
+    assert formula_of(name) == formula
