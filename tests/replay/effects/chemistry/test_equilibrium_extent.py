@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from oracles.random_liquids import solver_of
 from scipy.optimize import brentq
 
 from replay.effects.chemistry.equilibrium_extent import EquilibriumExtents
@@ -86,3 +87,53 @@ def test_ester_and_water_stop_at_four_times_acid_and_alcohol(ammonia):
     expected = brentq(lambda x: x * (x + 1e-6) - 4.0 * (free - x) * (1.0 - x), 0.0, free)
     mol = {"CH3COO-": 1.0, "H+": 1.0, "C2H5OH": 1.0, "NH3": ammonia, "H2O": 1e-6}
     assert extent(ESTER, free, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, abs=1e-4)
+
+
+class CountingSolver:
+    """PHREEQC with silver chloride, and how many solutions it was asked for."""
+
+    def __init__(self, components):
+        self._solver = solver_of(components, ["AgCl"])
+        self.mixture, self.solutions = self._solver.mixture, 0
+
+    def equilibrium(self, totals, water, celsius):
+        self.solutions += len(water)
+        return self._solver.equilibrium(totals, water, celsius)
+
+
+SILVER_COLUMNS = ("H+", "H2O", "Ag+", "Cl-", "AgCl(s)", "Fe^2+", "Fe^3+", "Ag(s)", "NO3-")
+IRON_MOL = 0.1
+
+
+def silver_made_of(rows, log_k=0.5):
+    """Mol of silver that iron(II) makes of silver ions, in a kilogram of water a row, and solutions asked of PHREEQC.
+
+    ``rows``: column -> mol beside 0.1 mol of iron(II), 0.5 of acid and 0.9 of nitrate.
+    """
+    process = Process("", {"Fe^2+": -1.0, "Ag+": -1.0, "Fe^3+": 1.0, "Ag(s)": 1.0}, log_k=log_k)
+    changes = np.array([[process.changes.get(name, 0.0) for name in SILVER_COLUMNS]])
+    column = {name: index for index, name in enumerate(SILVER_COLUMNS)}
+    solver = CountingSolver([name for name in SILVER_COLUMNS if not name.endswith("(s)") and name != "H2O"])
+    extents = EquilibriumExtents([process], changes, column, solver, holds_acid=np.zeros(len(column)))
+    liquid = {"H2O": KILOGRAM_MOL, "H+": 0.5, "NO3-": 0.9, "Fe^2+": IRON_MOL}
+    amounts = np.array([[{**liquid, **row}.get(name, 0.0) for name in SILVER_COLUMNS] for row in rows])
+    most = np.minimum(IRON_MOL, amounts[:, column["Ag+"]] + amounts[:, column["AgCl(s)"]])
+    return extents.extent(0, amounts, most, np.full(len(rows), 25.0)), solver.solutions
+
+
+def test_extent_depends_on_totals_and_not_on_what_has_settled():
+    """Half of the silver stands as its chloride, or as ions that settle."""
+    (of_ions, of_solid), _ = silver_made_of([{"Ag+": 0.2, "Cl-": 0.1}, {"Ag+": 0.1, "AgCl(s)": 0.1}])
+    assert of_solid == pytest.approx(of_ions, abs=1e-6) and 0.01 < of_ions < 0.09
+
+
+@pytest.mark.parametrize(("chloride", "most_a_row"), [(0.0, 2.2), (0.1, 5.5)])
+def test_phreeqc_is_asked_a_few_times_a_row(chloride, most_a_row):
+    """Silver is titrated into iron(II) in 40 steps; halving the way would ask 17 times a row.
+
+    Beside 0.1 mol of chloride silver settles first, so that concentrations are a poor guide to activities.
+    """
+    rows = [{"Ag+": silver, "Cl-": chloride} for silver in np.linspace(0.01, 0.4, 40)]
+    extents, solutions = silver_made_of(rows, log_k=2.0 if chloride else 0.5)
+    assert (np.diff(extents) > -1e-6).all() and extents[-1] > 0.08
+    assert solutions <= most_a_row * len(rows), solutions
