@@ -69,6 +69,7 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
 
 
 def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
+    """The hand's pose is frozen for 60 frames from 400 on, and kept by the policy."""
     draft = touching_session()
     FAULTS["frozen pose"](draft, body=1, frame=400)
     file = draft.write(tmp_path / "frozen.mcap")

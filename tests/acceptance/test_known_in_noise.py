@@ -80,6 +80,7 @@ ALL = range(200)
     "sessions", [pytest.param(ALL[::16], marks=pytest.mark.slow), pytest.param(ALL, marks=pytest.mark.bench)], ids=len
 )
 def test_holding_contacts_are_true_and_a_standing_glass_is_undecided(sessions):
+    """At most 5 % of contacts that hold are none, and at most 5 % of those deeper than 2 mm are undecidable."""
     holds, deep, standing = [], [], []
     for number in sessions:
         session, height = made_up(number)

@@ -20,6 +20,7 @@ MINUTE = 60 * 90
 @pytest.mark.parametrize("answer", ["bool", "faces"], ids=["whether pairs touch", "how many faces meet"])
 @pytest.mark.parametrize("faces", [500, 5_000, 50_000])
 def test_exact_answers_as_python_fcl_five_times_as_fast(faces, answer):
+    """A minute of frames; the least of five passes, of slow engines of one."""
     load = make_workload(faces, frames=MINUTE)
     engines = {name: engine(load) for name, engine in ENGINES.items()}
     answers = {name: engine.ask(answer) for name, engine in engines.items()}

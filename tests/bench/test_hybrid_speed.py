@@ -116,6 +116,7 @@ def test_hybrid_takes_at_most_this_fraction_of_the_loop(faces, what, at_most, se
 
 @pytest.mark.bench
 def test_live_sample_takes_at_most_its_fraction_of_the_loop():
+    """A minute frame by frame, the least of three passes; the loop of python-fcl over the same frames is 1."""
     work, loop, _ = session(FACES, frames=5400, seed=0)
     bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
     motion = Motion.from_matrices(np.arange(len(work.poses)) / work.rate_hz, work.poses)

@@ -16,6 +16,7 @@ BOUND = 1.02
 
 
 def test_undeclared_effects_cost_as_little_as_removed_effects(monkeypatch):
+    """The median ratio of processor times, with its bootstrap interval of 95 %."""
     session, whole = small_session(HAND_NEAR_LAMP), dict(EFFECTS)
     alone = {HAND_NEAR_LAMP.kind: whole[HAND_NEAR_LAMP.kind]}
     times = {"undeclared": [], "removed": []}

@@ -20,6 +20,7 @@ CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 
 
 def test_meshes_are_immutable_and_independent_of_their_source():
+    """Later changes of the source do not reach the mesh, and its own arrays cannot be changed."""
     vertices, faces = np.array(CORNERS), np.array([[0, 1, 2]], dtype=np.int32)
     mesh = TriangleMesh(vertices, faces)
     vertices[0], faces[0] = 7.0, 0

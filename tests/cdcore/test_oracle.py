@@ -163,7 +163,11 @@ def test_bodies_at_rest_are_tested_in_the_first_frame_only():
 
 
 def test_full_face_lists_lose_no_faces():
-    rng, frames = np.random.default_rng(26), 8  # of 1,200 draws one whose list is full at the last leaves that meet
+    """Two soups meet alike in eight frames, and are apart in a ninth; a plate is far from both.
+
+    Of 1,200 draws this is one whose list of faces is full at the last leaves that meet.
+    """
+    rng, frames = np.random.default_rng(26), 8
     soups = [rng.normal(size=(80, 1, 3)) * 0.6 + rng.normal(size=(80, 3, 3)) * 0.8 for _ in range(2)]
     position = np.zeros((frames + 1, 3, 3))
     position[:, :, 1] = np.arange(frames + 1)[:, None]

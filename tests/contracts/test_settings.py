@@ -98,6 +98,7 @@ def test_settings_refuse_numbers_for_flags_and_flags_for_numbers(name):
     ],
 )  # fmt: skip
 def test_refused_setting_names_the_valid_values(name, settings, hint):
+    """``hint``: of the refusal, what may be given in place."""
     assert hint in answer_or_refusal(name, **settings)
 
 

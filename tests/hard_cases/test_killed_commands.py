@@ -88,6 +88,8 @@ def test_killed_command_leaves_earlier_output_and_the_next_call_works(work_folde
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("room", [4096, 20_000])
 def test_full_disk_is_reported_and_changes_nothing(work_folder, verb, room):
+    """No file may grow beyond ``room`` bytes: the command ends with one error and no file, or needed no more room."""
+
     def limited():
         import resource
 

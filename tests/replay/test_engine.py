@@ -64,6 +64,7 @@ def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
 
 @pytest.mark.slow
 def test_settings_in_the_summary_give_the_same_answers():
+    """The document has every setting of a run; three detectors, one the reference, have the same digests again."""
     requested = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
     first = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), requested)
     reported = first.document.settings

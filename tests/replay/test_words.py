@@ -120,6 +120,7 @@ def test_a_number_beyond_nature_is_not_written_out(value, text):
     ],
 )
 def test_an_interval_is_rounded_outwards(lower, upper, text):
+    """Two digits; near 0 and 100 % as many as keep it from them."""
     assert words.interval(lower, upper) == text
 
 

@@ -36,6 +36,7 @@ def test_live_candidate_pairs_equal_the_offline_broad_phase():
 
 
 def test_verdicts_stay_until_a_move_or_a_lost_pose():
+    """Six frames; the second body has no pose in frame 1, the first moves in frame 3 and turns in frame 4, by 1e-9."""
     bodies, motion = lab_bodies_at_random_poses(seed=1, frames=1)
     positions, rotations = np.repeat(motion.translations, 6, axis=0) * 0.1, np.repeat(motion.rotations, 6, axis=0)
     positions[3:, 0] += 1e-9

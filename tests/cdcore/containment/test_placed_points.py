@@ -11,6 +11,7 @@ TRANSLATIONS = np.array([[[9.0, 9.0, 9.0]] * 3, [[1.0, -2.0, 3.0], [9.0, 9.0, 9.
 
 
 def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
+    """1024 eps of the size and of the coordinates of both bodies, here (1, 2, 3) and (4, 5, 6)."""
     frame, inner, outer, size = 1, 0, 2, 0.5
     expected = 1024 * np.finfo(float).eps * (size + (1 + 2 + 3) + (4 + 5 + 6))
     assert margin_at(TRANSLATIONS, frame, inner, outer, size) == pytest.approx(expected, rel=1e-15)

@@ -18,6 +18,7 @@ MARGIN = 1e-14
 
 
 def test_winding_of_a_box_and_of_its_sides():
+    """1 inside a box of 2 m, 0 beside it."""
     box, points = box_mesh((2, 2, 2)), np.array([[0, 0, 0], [0.3, -0.9, 0.5], [3, 0, 0], [0, 0, -1.5]])
     assert winding_number(points, box.triangles) == pytest.approx([1, 1, 0, 0], abs=1e-12)
     # From the middle of a cube each side takes a sixth of the sphere.
@@ -91,6 +92,7 @@ SOUND = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SOUND)
 def test_winding_number_and_parity_are_equal_in_sound_meshes(name):
+    """20,000 points in the box of each mesh; where a ray meets an edge both answers are uncertain."""
     mesh, surface, count = SOUND[name], winding_surface(SOUND[name]), 20_000
     parity, crossings = build_inside_grid(mesh.triangles), np.zeros(len(surface.kinds), dtype=np.int64)
     lower, upper = mesh.bounds

@@ -96,6 +96,7 @@ def test_ball_in_a_box_is_contained_until_it_leaves():
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
+    """Eight poses within each step: none of a step that is clear has contact."""
     bodies, motion = lab_bodies_and_motion(frames=90, seed=seed)
     detection = detect(motion, bodies)
     exact = create_detector("exact", bodies)

@@ -30,6 +30,7 @@ def gaps_along(axes, m, d, half_a, half_b):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_separating_axes_agree_with_projected_corners(seed):
+    """A hundred pairs of random boxes; a ``pad`` just above their gap makes them no longer separate."""
     rng = np.random.default_rng(seed)
     only_by_edges = meeting = 0
     for _ in range(100):

@@ -73,6 +73,8 @@ def test_shared_callee_is_compiled_once_for_two_callers():
 
 
 def test_function_is_compiled_once_for_all_literal_numbers():
+    """3 and 4 are literals, for each of which numba would compile once more."""
+
     @hot_kernel
     def tripled(x):
         return 3 * x

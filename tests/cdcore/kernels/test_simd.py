@@ -58,6 +58,7 @@ def test_lane_operations_give_bits_of_their_python_bodies():
 
 @pytest.mark.parametrize("name", BIT_OPERATIONS)
 def test_lane_comparison_gives_bits_of_its_python_body(name):
+    """2000 times eight numbers, extreme ones among them; a bit is set for each lane that compares so."""
     operation, rng = getattr(simd, name), np.random.default_rng(2)
     load8 = simd.load8
 

@@ -23,6 +23,7 @@ def functions_of(seed, count, dimensions):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_greatest_minimum_of_linear_functions_agrees_with_scipy(seed):
+    """The highest point of the lower envelope of 60 random functions within 0.3 of a place."""
     from scipy.optimize import linprog
 
     slopes, values = functions_of(seed, count=60, dimensions=3)

@@ -87,6 +87,7 @@ def test_each_column_comes_once_with_all_its_rows_in_order(columns):
 
 
 def test_meeting_faces_equal_the_exhaustive_test():
+    """Two soups of random faces in random poses."""
     rng = np.random.default_rng(1)
     a, b = face_soup(rng, count=60), face_soup(rng, count=50)
     meshes = [body.mesh for body in bodies_of([a, b])]

@@ -33,6 +33,7 @@ def rows_of(rotations, translations):
 
 
 def test_kernels_place_points_bit_for_bit(poses):
+    """Corner by corner, and a whole face at once, beside NumPy."""
     rotations, translations = poses
     # Read-only, as faces of bodies are: else the kernel is compiled once more.
     corners = readonly(np.random.default_rng(5).normal(size=(1, 3, 3)) * np.abs(translations).max())
@@ -104,6 +105,7 @@ def test_pairs_of_bodies_change_together():
 
 
 def test_no_point_of_a_ball_moves_further_than_the_bound(poses):
+    """Points on the ball's surface, from frame to frame; the bound is at most four times what they move."""
     rotations, translations = poses
     rng, radius = np.random.default_rng(8), np.abs(translations).max()
     centre = rng.normal(size=3) * radius

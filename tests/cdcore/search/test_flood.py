@@ -39,6 +39,7 @@ def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
 
 
 def test_rod_through_a_ball_has_a_curve_per_seed():
+    """The rod goes in and out: two curves, which are all faces that meet."""
     rod, ball = rod_mesh(radius=0.1, length=4.0, sides=12), ball_of(faces=2000)
     search = search_of(rod, ball, variant="random")
     pose = (I3, np.array([0.013, 0.007, -2.0]))

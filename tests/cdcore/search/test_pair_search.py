@@ -16,6 +16,7 @@ AT_ORIGIN = (I3, np.zeros(3))
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", [*VARIANTS, "printed"])
 def test_hits_and_their_curves_are_in_the_exact_set(variant):
+    """Twelve poses in which a ball collides with a torus; the printed equations may find none."""
     torus, ball = torus_mesh(), ball_of(faces=800, radius=0.5)
     search = search_of(torus, ball, variant=variant, budget=5000)
     hits = 0

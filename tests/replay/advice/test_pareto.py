@@ -90,6 +90,7 @@ def test_busy_machine_gives_advice_on_accuracy_without_cost(at_work, busy):
 
 
 def test_advice_on_a_busy_machine_omits_times_of_the_front():
+    """Other work took half of the processor: the front is named, and no milliseconds."""
     rows = [
         price_row("exact", ms=4.0, missed=0),
         price_row("a", ms=2.0, missed=1),

@@ -152,6 +152,7 @@ def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes
 
 
 def test_false_contact_is_blamed_on_clock_before_late_report():
+    """``residual``: s by which the engine's clock is uncertain; ``gap``: m between its colliders, below 0 they meet."""
     assembly, _ = cubes_and_outcomes([NEITHER])
     contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
 

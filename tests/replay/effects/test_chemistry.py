@@ -65,6 +65,7 @@ PINK = {
 
 @pytest.mark.parametrize(("ends", "limits"), [(True, {}), (False, {"from_ph": 2.0, "to_ph": 14.0})])
 def test_a_stop_inside_the_range_leaves_a_change_open(ends, limits):
+    """1.3 mL of lye make the flask basic: pink by phenolphthalein, unless its range reaches pH 14."""
     run = effects_of_tap_degrees(
         [0.0, 0.0, *([90.0] * 100), 0.0, 0.0], MIXING_IN_FLASK, NEUTRALISATION, ("colour", {**PINK, **limits})
     )["colour"]

@@ -201,6 +201,7 @@ def test_nothing_is_announced_where_all_stays_dissolved():
     ],
 )
 def test_initial_temperature_must_be_between_freezing_and_boiling(temperature, ambient, solutes, words):
+    """Salt of 3 mol/L freezes below -5 degC; without a temperature of its own the flask has that of the room."""
     properties = {} if temperature is None else {"temperature_c": temperature}
     heat = ("heat", {"of": "liquids", "ambient_c": ambient, "loss_w_per_k": 0.0})
     flask = glass("flask", volume_ml=50.0, properties=properties, solutes=solutes)

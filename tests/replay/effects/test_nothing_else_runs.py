@@ -112,6 +112,7 @@ drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "ru
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_touches_only_what_its_effects_require(name, tmp_path):
+    """Modules, topics, meshes, entities of the picture and columns; an audit (``asks``) needs more."""
     loaded = proofs.modules_after(SPIES.format(folder=str(tmp_path), name=name))
     report = json.loads((tmp_path / "told.json").read_text())
     kinds, others = set(report["plan"]["effects"]), set(KINDS) - set(report["plan"]["effects"])

@@ -44,7 +44,7 @@ def test_each_advised_setting_has_the_counts_of_its_audit(engine, without_engine
 
 
 def test_recorded_colliders_get_a_row_distinct_from_hulls(without_engines):
-    # A solid of half the size: contact at 0.74, none at 0.8 to 0.9, where the hull, which is the cube, has it.
+    """A collider of half the size has contact below 0.75 m: at 0.7 and not at 0.9, where hull and cube have it."""
     half = tuple(MeshData(0.5 * cube().vertices, cube().faces) for _ in "x")
     positions = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 20 + [0.7] * 10 + [3] * 30}
     session = replace(unit_cubes_on_x(positions, step_ns=11_111_111), colliders={"a": half})

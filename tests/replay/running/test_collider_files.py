@@ -159,6 +159,7 @@ def test_front_is_better_with_every_more_pieces(unity_fix):
 
 @pytest.mark.slow
 def test_every_method_has_a_card_or_its_time(session, monkeypatch, tmp_path):
+    """CoACD is said to take 15 minutes, so it is not tried; the others have cards beside the chosen one."""
     monkeypatch.setattr(piece_store, "in_memory", {})  # another test may have cut the beaker by CoACD
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     monkeypatch.setitem(METHODS, "coacd", replace(METHODS["coacd"], seconds=lambda _: 900.0))

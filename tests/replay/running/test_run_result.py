@@ -70,6 +70,7 @@ def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
 
 
 def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump, tmp_path):
+    """A run that was not written says so and has no link; a long path is cut short."""
     page = Tags(result_of_bump._repr_html_())
     assert page.open == []
     for printed in (repr(result_of_bump), " ".join(page.words)):

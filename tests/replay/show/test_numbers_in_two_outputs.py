@@ -241,7 +241,7 @@ def facts_of_tradeoff(result):
         if result.document.detectors[rank.label].name == RECORDED_DETECTOR:
             continue
         (setting,) = settings_of(f"{rank.label}={rank.setting}")
-        row = scoring.figures(result.detections[rank.label], setting, result.assembly)
+        row = scoring.figures(result.detections[rank.label], setting)
         unknown = ("label", "settings", "mean_ms", "p99_ms", "front", "passes")
         table = tradeoff_table("", [dict.fromkeys(unknown) | row])
         for column, cell in zip(table.head, table.cells()[0], strict=True):

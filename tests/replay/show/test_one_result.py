@@ -55,6 +55,10 @@ QUICK_STATES = ("several", "undecided", "false at both ends", "more than a list 
     "state", [pytest.param(state, marks=() if state in QUICK_STATES else pytest.mark.slow) for state in STATES]
 )
 def test_every_output_of_a_run_has_the_same_numbers(state, tmp_path):
+    """Counted by hand from letters a frame, of reference (``truth``) and detector (``output``), one pair a and b.
+
+    Then looked up in tables, files, terminal, page, notebook and picture.
+    """
     (truth, output, headline), result = STATES[state], run(state)
     write_run_folder(result, tmp_path / "run", picture=True)
     page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
@@ -65,6 +69,7 @@ def test_every_output_of_a_run_has_the_same_numbers(state, tmp_path):
     whole, late, open_ = (ends.count(sentence) for sentence in ({"MISSED"}, {"MISSED", "both"}, {"left out"}))
     counts = [outcome.count(word) for word in COUNTED]
 
+    # Tables and files.
     rows = {name: table.plain() for name, table in result.tables.items()}
     assert [(row["episode"], row["first"], row["frames"]) for row in rows["misses"]] == lost
     assert [(row["first"], row["frames"]) for row in rows["false"]] == wrong
@@ -77,6 +82,7 @@ def test_every_output_of_a_run_has_the_same_numbers(state, tmp_path):
     assert [audit[name] for name in names] == [contacts, whole, late, open_, len(lost), len(wrong)]
     assert list(audit["pair_frames"].values())[1:4] == counts[:3]
 
+    # The ranking: contacts missed, late, and undecided where there are any.
     ranked = [str(count) for count in (whole, late, *([open_] if open_ else []))]
     tables, screen = terminal_text(run_tables(result)), terminal_text(run_screen(result))
     for text in (tables, screen):
@@ -89,6 +95,7 @@ def test_every_output_of_a_run_has_the_same_numbers(state, tmp_path):
     for text in (screen, page, picture, run_markdown(result, ()), prompt):
         assert headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())
 
+    # The table of pairs, and the lists of faults by number.
     of_pair = [["a-b", *map(str, (contacts, whole, late, *counts[:3]))]] if contacts or any(counts[:3]) else []
     assert blocks(tables, "a-b ") == of_pair
     listed = re.findall(r"^ *(\d+) +[\d.]+ +a - b +(\d+) ", tables, re.MULTILINE)

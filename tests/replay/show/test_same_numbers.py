@@ -156,7 +156,7 @@ def test_tradeoff_and_ranking_have_the_same_counts(state):
     assert len(result.ranking) > 1  # the last is the reference
     for rank in result.ranking[:-1]:
         (setting,) = settings_of(f"{rank.label}={rank.setting}")
-        row = scoring.figures(result.detections[rank.label], setting, result.assembly)
+        row = scoring.figures(result.detections[rank.label], setting)
         assert row["loss"] == pytest.approx(rank.loss)
         assert (row["missed_smallest"], row["missed_largest"]) == rank.missed_counts
         assert (row["late_smallest"], row["late_largest"]) == rank.late_counts

@@ -92,6 +92,7 @@ def test_slerp_takes_the_shorter_arc_as_scipy_does(angle, sign):
 
 
 def test_facing_rotates_minus_z_forward_and_keeps_up_up():
+    """The axis x stays level; straight up has no such rotation."""
     q = rotations.quaternion_facing((1.0, -0.4, 0.3))
     forward = np.array([1.0, -0.4, 0.3]) / np.linalg.norm([1.0, -0.4, 0.3])
     np.testing.assert_allclose(rotations.rotated_vectors(q, (0.0, 0.0, -1.0)), forward, atol=1e-14)

@@ -246,6 +246,7 @@ def test_draft_asks_which_of_two_flags_counts(tmp_path):
 
 
 def test_matrices_written_column_by_column_are_refused(tmp_path):
+    """The translation stands where a row of zeros belongs; a mapping that names the cells reads it rightly."""
     names = [f"m{line}{column}" for line in range(4) for column in range(4)]
     matrix = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
     files = {

@@ -29,6 +29,7 @@ SAMPLES = {
 @pytest.mark.parametrize("count", MUTANTS)
 @pytest.mark.parametrize(("name", "file"), [(name, file) for name in IMPORTERS for file in SAMPLES[name]])
 def test_samples_are_recognised_and_mutants_end_in_session_or_sentence(tmp_path, name, file, count):
+    """``survive`` imports so many mutants of the sample; each must become a session or one clear error."""
     source = tmp_path / file.split("/")[1]
     sample = HERE / file.split("/")[0] / source.name
     (shutil.copytree if sample.is_dir() else shutil.copy)(sample, source)

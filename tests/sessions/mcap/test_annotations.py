@@ -18,6 +18,7 @@ def test_any_intervals_come_back_in_order(given_spans):
 
 
 def test_open_interval_is_closed_by_its_successor_only():
+    """Messages in order: pour opens, stir opens, pour closes, pour opens again; the session ends at 20 ns."""
     first = Interval(start_ns=5, end_ns=9, kind="task", name="pour")
     other = Interval(start_ns=5, end_ns=7, kind="task", name="stir")
     messages = [(first, False), (other, False), (first, True), (first, False)]

@@ -60,6 +60,7 @@ def test_attachment_name_is_reported_only_if_complete():
 
 
 def test_chunk_that_claims_its_neighbour_hides_no_messages(session_file, tmp_path):
+    """The stated length of the first chunk is written so that it ends with the second."""
     regions = read_catalogue(session_file).regions
     first, second = regions[0].span, regions[1].span
     content = bytearray(session_file.read_bytes())

@@ -93,6 +93,7 @@ def test_recorded_events_hands_gaze_and_scalars_are_read_back(tmp_path):
 
 
 def test_several_threads_lose_nothing(tmp_path):
+    """Three threads record 150 poses and hands each into one file."""
     with Recorder(tmp_path / "s.mcap") as recorder:
 
         def run(who):

@@ -129,6 +129,7 @@ def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_p
 
 
 def test_foreign_file_is_recovered_with_its_channels(tmp_path):
+    """The second half of the fourth chunk is damaged: more than 150 of 200 frames remain."""
     frames = random_frames(seed=3, count=200, bodies=2)
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames), chunk_size=4096)
     data = path.read_bytes()

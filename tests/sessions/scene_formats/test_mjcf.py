@@ -250,6 +250,7 @@ COPIES = '<replicate count="100" offset="1 0 0">' * 4
     ],
 )
 def test_hostile_mjcf_file_is_refused_with_the_reason(tmp_path, name, text, refusal):
+    """Files outside the scene's folder, endless inclusion, and sizes that would fill the memory."""
     folder = tmp_path / "scene"
     folder.mkdir()
     (tmp_path / "secret.xml").write_text("<mujoco/>")

@@ -106,6 +106,7 @@ def bench_file(tmp_path):
 
 
 def test_usd_body_poses_and_colliders_agree_with_pxr(bench_file):
+    """Poses to 1e-9 m by USD's own cache; lengths are in centimetres, and one collider is mirrored."""
     scene, stage = read_scene_source(bench_file), Usd.Stage.Open(str(bench_file))
     assert [*scene.bodies] == ["cup", "table", "rack"] and scene.format == "USD"
     assert {name: item.moves for name, item in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
@@ -199,6 +200,7 @@ def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, senten
 
 @pytest.mark.parametrize("kind", ["filtered body", "filtered collider", "group", "joint", "articulation"])
 def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
+    """Arm and hand are excluded in each way that USD has; an articulation excludes all of its bodies."""
     stage = new_stage(tmp_path / "s.usda")
     for number, name in enumerate(("arm", "hand", "cup")):
         rigid_body(stage, f"/world/{name}", translation=(number * 10, 0, 0))

@@ -10,6 +10,7 @@ REST = (np.tile([0.1, 1.2, -0.3], (len(TIMES), 1)), np.tile(IDENTITY, (len(TIMES
 
 
 def test_resting_tracker_errs_and_steps_as_real_trackers():
+    """Errors of 0.3 mm and 0.02 degrees (root mean square) of a tracker that rests."""
     position, quaternion = disturbed_poses(REST, TIMES, VIVE, np.random.default_rng(0))
     error = np.linalg.norm(position - REST[0], axis=1)
     assert np.sqrt((error**2).mean()) == pytest.approx(0.0003, rel=0.1)

@@ -75,6 +75,7 @@ def fcl_gap(mesh, turns, positions):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("rotations", [0.2, 0.002, 0.0])
 def test_close_is_the_distance_by_fcl_at_every_sample(rotations):
+    """Forty gaps of two cubes, the second turned at random by up to ``rotations`` radians."""
     rng, count = np.random.default_rng(1), 40
     assembly = assemble(unit_cubes_on_x({"a": np.zeros(count), "b": np.linspace(1.0, 1.02 + 2 * rotations, count)}))
     whole = assembly.motion

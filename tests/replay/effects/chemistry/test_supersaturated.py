@@ -36,6 +36,7 @@ def matter(ph=9.5, **mol):
     ids=["half", "a tenth", "little ammonia", "hardly any dissolved", "acid", "lye"],
 )  # fmt: skip
 def test_aluminium_that_ammonia_keeps_dissolved_is_fresh(solid, dissolved, ammonia, ph, percent):
+    """mol of hydroxide, dissolved aluminium and ammonia; ``percent``: dissolved, as the event says; none: no event."""
     amounts = {"Al(OH)3(s)": solid, "Al^3+": dissolved, "NH3": ammonia}
     texts = [event.text for event in aged_hydroxide_events(matter(ph, **amounts)) if event.name == "fresh"]
     assert len(texts) == bool(percent) and all(text.startswith(f"{percent} of the aluminium") for text in texts)

@@ -44,6 +44,7 @@ VIEW = RunView(
 
 
 def test_right_spans_are_common_to_detector_and_reference():
+    """Seconds, from the contacts that VIEW has of two pairs; without a pair all of them."""
     assert spans(VIEW, "hull", PAIR) == {
         "right": [(1, 2), (3, 4), (4.5, 4.6)], "missed": [(6, 7)], "late": [(0, 1)], "false": [],
     }  # fmt: skip
@@ -86,6 +87,7 @@ def hero_of(events=(), **detectors):
 
 
 def test_first_sentence_counts_contacts_or_names_the_weightiest_result():
+    """Without an audit: contacts of each detector; or the first of RESULT_NAMES that happened; or how many events."""
     events = [
         EventRecord(stamp_ns=k, source="effect/x", name=name, time=float(k), message=f"{name} happened")
         for k, name in enumerate(("other", RESULT_NAMES[1], RESULT_NAMES[0]))

@@ -251,6 +251,7 @@ def test_charts_are_saved_as_pictures_and_faults_as_csv(page):
 
 
 def test_hostile_names_stay_text_everywhere(pages_folder):
+    """A body is called like a script: in the tip of a fault, and in both files that the page saves."""
     session = unit_cubes_on_x({HOSTILE: [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
     file = pages_folder / "hostile.html"
     file.write_text(report_html(compute(session, detectors="slow=discrete[rate_hz=12]")), encoding="utf-8")

@@ -28,6 +28,7 @@ def drawn_recording(searching, drawn):
 
 
 def test_missed_contact_is_red_with_the_distance_of_the_search(searching, traced_run, drawn_recording):
+    """The last two dots are where the search stopped, and the place of contact that is nearest to it."""
     lost = [moment for moment in traced_run.searches if moment.kind == LOST]
     assert lost
     for moment in lost:
@@ -47,6 +48,7 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, traced
 
 
 def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, traced_run, drawn_recording):
+    """Each ball lies within the four side planes of the eye's view."""
     # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
     half = np.arctan(np.tan(0.45) * 595 / 640)
     assert traced_run.searches

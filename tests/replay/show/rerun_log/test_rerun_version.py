@@ -17,6 +17,7 @@ PROJECT = tomllib.loads((Path(__file__).resolve().parents[4] / "pyproject.toml")
 
 @pytest.mark.parametrize("present", ["0.22.1", "0.42.0", None])
 def test_other_rerun_version_is_named_first_and_only_for_pictures(present, tmp_path, monkeypatch, capsys):
+    """Nothing is computed before the command ends; without a picture Rerun is not needed."""
     real = importlib.metadata.version
 
     def version(name):

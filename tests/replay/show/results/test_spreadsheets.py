@@ -88,6 +88,7 @@ def _rounded(value):
 
 @pytest.mark.parametrize("text", HOSTILE)
 def test_no_text_becomes_a_formula(text, tmp_path):
+    """In a heading and in a cell; characters that spreadsheets ignore may stand before the sign."""
     openpyxl = pytest.importorskip("openpyxl")
     table = {"t": pa.table({text or "name": [text, "x"], "number": [-1.5, 2.0]})}
     for form in ("csv", "xlsx"):
@@ -162,6 +163,7 @@ def test_every_state_has_spreadsheets(tmp_path):
 
 @pytest.mark.parametrize("form", ["csv", pytest.param("xlsx", marks=pytest.mark.slow)])
 def test_tables_of_a_batch_hold_rows_of_all_runs(tmp_path, form):
+    """Two sessions, one with a name that is a formula, and a body with such a name; no cell is a formula."""
     for name in ("first", "=second"):
         session = unit_cubes_on_x({"=cmd|' /C calc'!A0": MEET_IN_4_AND_8_TO_10["a"], "b": MEET_IN_4_AND_8_TO_10["b"]})
         write_session(session, tmp_path / f"{name}.mcap")

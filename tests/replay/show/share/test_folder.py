@@ -118,6 +118,7 @@ def control(name):
 
 
 def test_every_moment_has_a_message_with_its_time(revealing_run_folder, shared_folder):
+    """Each fault of both detectors, and the opening moment, by nanoseconds of the session; read by Google's library."""
     read, sent = control("Request"), moment_messages(shared_folder)
     bookmarks = read_bookmarks(revealing_run_folder / "run.rrd")
     times = {name: read.FromString(item).cursor for name, item in sent.items() if name != "layout"}
@@ -201,6 +202,7 @@ def test_a_damaged_picture_is_refused_before_the_viewer_starts(revealing_run_fol
 
 
 def test_a_replaced_report_is_never_passed_on(revealing_run_folder, tmp_path, monkeypatch):
+    """The page that is sent is made from the tables, not copied; without run.rrd the folder has no picture."""
     monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
     forged = shutil.copytree(revealing_run_folder, tmp_path / "forged")
     (forged / "report.html").write_text(REPLACED.format(policy=CONTENT_POLICY))

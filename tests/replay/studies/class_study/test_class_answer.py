@@ -257,6 +257,10 @@ def test_least_correlation_is_found_in_four_of_five_samples(students, tests):
 
 
 def test_certainty_is_of_the_detector_and_of_the_associations(class_runs, class_study, tmp_path):
+    """Results differ and no conclusion; results are equal; 100 students; a conclusion changes; 19 students.
+
+    Then an association, and a class without a questionnaire.
+    """
     sure = answer_rows(class_runs, class_study, tmp_path)["Sure"]
     assert sure.text == (
         "Sure that the detector changes no conclusion here: 3 detectors lead to the same ones. "

@@ -165,6 +165,7 @@ def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_p
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("state", ["equal", "few students", "other sessions"])
 def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
+    """Contacts a minute of both detectors are equal, of four students, or of unlike sessions."""
     runs, made = tables_of(
         sessions=8, students=4 if state == "few students" else 8, detectors={"slow": 0.5}, contacts=20
     )

@@ -18,6 +18,7 @@ def scale_means(drawn, short):
 
 
 def test_made_up_students_are_numbered_and_take_turns_in_groups():
+    """The first and third of four students are in one group, the second and fourth in the other."""
     drawn = draw_class(4)
     assert [student.pseudonym for student in drawn] == ["S01", "S02", "S03", "S04"]
     assert drawn[0].group == drawn[2].group != drawn[1].group == drawn[3].group

@@ -56,6 +56,7 @@ def test_collider_contacts_in_free_poses_count_as_false():
 
 
 def test_search_seeds_each_give_a_count(near_poses_of_size):
+    """Two seeds together count what each counts alone."""
     both = count_detections(near_poses_of_size, "qaco", (3, 4), variant="corrected", warm_start=False, budget=200)
     alone = [
         count_detections(near_poses_of_size, "qaco", (seed,), variant="corrected", warm_start=False, budget=200)

@@ -143,6 +143,7 @@ def test_written_test_fails_on_its_detector_and_passes_on_another(run_folder, tm
 
 
 def test_written_numbers_read_back_bit_for_bit(run_folder, tmp_path):
+    """Numbers with 17 digits, of very different sizes, in times, positions and vertices of a written test."""
     fault = fault_of_run(read_run_folder(run_folder), miss=1, label="slow")
     odd = fault.motion.translations + np.array([1 / 3, 1e-17, -(2.0**-60)])
     motion = Motion(fault.motion.times + 1 / 7, odd, fault.motion.rotations)

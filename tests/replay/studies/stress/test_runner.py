@@ -135,6 +135,7 @@ def test_python_fcl_behind_hybrid_fails_where_products_overflow():
     ],
 )
 def test_wrong_detector_that_claims_exactness_breaks_the_gate(detector, kind, counts, broken):
+    """``exact`` claims it; a case that it refuses, or did not promise, does not break the gate."""
     reported = StressResult(
         seed=1,
         pairs=1,
