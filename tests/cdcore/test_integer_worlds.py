@@ -10,7 +10,7 @@ from oracles.integer_worlds import COMPLETE, differences, meet, meet_exactly, wo
 from oracles.separating_axes import meets_by_axes
 
 QUICK_SEEDS = range(5)
-SLOW_SEEDS = range(5, 312)
+SLOW_SEEDS = range(5, 160)
 LATTICE_PAIRS = 120
 
 

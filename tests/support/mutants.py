@@ -1,7 +1,7 @@
 """Changed records and bytes of files, changed run folders, and changed files of other programs.
 
 A good file of another program comes back from its session file; each mutant of it is read or named in a sentence. So
-many of each kind of file, where 200 are too few:
+many of each kind of file, where 120 are too few:
 ``IMPORT_MUTANTS=10000 python -m pytest -m slow tests/sessions tests/replay/cli/test_scene.py -k mutants``
 """
 
@@ -276,7 +276,7 @@ def removal(out, chance):
     return f"{file.name} gone"
 
 
-MUTANTS = [3, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "200")), marks=pytest.mark.slow)]
+MUTANTS = [3, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "120")), marks=pytest.mark.slow)]
 LONGEST_S = 10.0
 FOR_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 CHANGES = frozenset(("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.symlink"))

@@ -205,7 +205,7 @@ def visited(read, entity, over_time, ns):
     return sum(len(values) for some in rows for *_, values in some)
 
 
-@pytest.mark.sampled(7)
+@pytest.mark.sampled(13)
 @pytest.mark.parametrize("fraction", [0.0, 0.31, 1.0, None])
 @pytest.mark.parametrize("name", [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for scene in SCENES)])
 def test_no_view_is_empty_or_names_unrecorded_paths(name, fraction, taps, drawn):
