@@ -274,7 +274,7 @@ def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...], *, copy:
 def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> BoolArray:
     if mask is None:
         return np.ones(shape, dtype=np.bool_)
-    array = np.array(mask, dtype=np.bool_)
+    array = np.array(mask, dtype=np.bool_, order="C")  # in another order kernels would be compiled once more
     if array.shape != shape:
         raise InvalidPoseError(f"{what} has shape {array.shape}; give {shape}, one flag per frame and body")
     return array

@@ -37,6 +37,13 @@ def test_good_rotations_keep_every_bit():
     assert motion.worst_orthonormality <= ORTHONORMAL_KEEP
 
 
+def test_flags_of_poses_are_kept_in_c_order():
+    """Kernels are compiled once more for arrays in another order."""
+    translations, rotations = random_translations_and_rotations()
+    motion = Motion(TIMES, translations, rotations, valid=np.ones((2, 6), dtype=bool).T)
+    assert motion.valid.flags.c_contiguous
+
+
 def test_three_constructors_give_the_same_bits():
     rng = np.random.default_rng(1)
     translations, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
