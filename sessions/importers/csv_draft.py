@@ -39,6 +39,7 @@ from sessions.importers.csv_long_table import (
     order_of,
     repeats_within,
 )
+from sessions.importers.csv_missing import without_sentinels
 from sessions.importers.csv_table import CsvTable, is_yes
 from sessions.importers.ledger import is_large_loss, rows_lost
 from sessions.importers.unstated_units import time_unit_by_steps
@@ -439,7 +440,7 @@ def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
         gaps.unknown.append(f"the unit of lengths (a line above the header says {', '.join(above)})")
     else:
         gaps.unknown.append(UNIT_UNKNOWN)
-    numbers = [number for column in columns for number in head.numbers(column)]
+    numbers = [number for column in columns for number in without_sentinels(head.numbers(column))]
     limits = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
     return f'# units = "m"   # {", ".join(LENGTHS[:-1])} or {LENGTHS[-1]}? {limits}'
 

@@ -35,7 +35,7 @@ from sessions.importers.csv_columns_and_units import (
 from sessions.importers.csv_draft import draft_of
 from sessions.importers.csv_head import read_head
 from sessions.importers.csv_long_table import column_of_bodies
-from sessions.importers.csv_table import CsvTable
+from sessions.importers.csv_table import NAMED_COLUMNS, CsvTable
 from sessions.importers.importing import SourceFrame, Stream, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger, Rows, Stamps, increasing_rows, is_large_loss, rows_lost
 from sessions.importers.unstated_units import (
@@ -55,8 +55,6 @@ from sessions.quantities import number
 
 NAMED_KINDS: Final = 5
 """Unknown kinds of rows that an account names."""
-NAMED_COLUMNS: Final = 12
-"""Columns without a role that a note names."""
 MOST_BODIES: Final = 1000
 """More names than a laboratory has bodies: then the column holds something else."""
 RECORDINGS: Final = frozenset(
@@ -171,7 +169,8 @@ class _CsvLog:
             Event(stamp, name or "event", message, body)
             for stamp, name, message, body in self._cells("event", OTHER, VALUE, self._plan.name)
         )
-        session = session_of_tables(tables, frame, ledger, [*table.notes, *self._unread_columns()], self._numbers())
+        streams = list(self._numbers())
+        session = session_of_tables(tables, frame, ledger, [*table.notes, *self._unread_columns()], streams)
         return replace(session, events=events, hands=self._hands(), live_contacts=contacts)
 
     def _refuse_long_table(self) -> None:
@@ -244,7 +243,7 @@ class _CsvLog:
         columns = [(name, self._kinds["pose"], *scalar) for name, scalar in self._plan.scalars.items()]
         columns += [(name or "scalar", rows, VALUE, "") for name, rows in self._rows_by_name("scalar", OTHER)]
         for name, rows, column, unit in columns:
-            yield Stream(name, self._stamps(rows), self._table.numbers((column,), rows)[:, 0], unit)
+            yield Stream(name, self._stamps(rows), self._table.measurements((column,), rows)[:, 0], unit)
 
     def _contacts(self) -> tuple[LiveContact, ...]:
         """The engine's contacts; of those that both bodies reported the first."""
@@ -390,7 +389,7 @@ def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assu
     is_stated = _state_unit(table, columns.rotation, unit)
     origin = _origin(plan, Guessable.ANGLE_UNIT, is_stated=is_stated)
     if origin is Origin.GUESS or not (columns.is_angle_unit_stated or is_stated):
-        return angle_unit_assumption(unit, largest_angle([table.numbers(columns.rotation)]))
+        return angle_unit_assumption(unit, largest_angle([table.measurements(columns.rotation)]))
     return Assumption(Subject.ANGLE_UNIT, unit, origin)
 
 
@@ -399,7 +398,7 @@ def _doubtful_angles(table: CsvTable, plan: CsvMapping) -> Iterator[str]:
     for name, columns in {"": plan.body, **plan.bodies}.items():
         if columns is None or columns.kind not in ("euler", "rotation_vector"):
             continue
-        largest, unit = largest_angle([table.numbers(columns.rotation)]), "deg" if columns.degrees else "rad"
+        largest, unit = largest_angle([table.measurements(columns.rotation)]), "deg" if columns.degrees else "rad"
         likely = likely_angle_unit(unit, largest)
         if likely != unit:
             angles = f"angles of {name}" if name else "angles"

@@ -23,6 +23,7 @@ from sessions.importers.csv_columns_and_units import (
     unit_in_cell,
     unit_in_name,
 )
+from sessions.importers.csv_missing import EMPTY_CELLS
 from sessions.importers.csv_table import (
     NUMBER,
     ends_empty,
@@ -43,6 +44,10 @@ DELIMITERS: Final = (",", ";", "\t", "|", " ")
 SPREADSHEET_DELIMITERS: Final = (",", ";", "\t", "|")
 """Characters that spreadsheets put between columns; where the decimal comma is usual, Excel writes semicolons."""
 
+NAMES: Final = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
+"""Delimiters as a sentence names them."""
+DRAWN_LINE: Final = re.compile(r"\s*[|+]?[\s:]*-{2,}[-:\s]*([|+][-:\s]*)+")
+"""A line of dashes between bars or crosses, as below the header of a table in Markdown or of a database's shell."""
 DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
 DATE: Final = re.compile(r"[0-9]{1,4}([-/.])[0-9]{1,2}\1[0-9]{1,4}")
 UNORDERED: Final = ("q1", "q2", "q3", "q4")
@@ -114,16 +119,40 @@ def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
             return CsvHead(source, _layout(delimiter, rows, skipped), tuple(cells[0]), rows)
     for delimiter in delimiters:
         cells = split_lines(lines[skipped:], delimiter)
-        first = next((k for k, row in enumerate(cells) if len(row) > 1 and _numbers(row) * 2 >= len(row)), None)
+        first = _first_row(cells)
         if first is not None:
             return _of_rows(source, lines[skipped:], cells, first, delimiter, skipped)
     for number, line in enumerate(lines[: skipped + FIRST_ROWS], 1):
+        if DRAWN_LINE.fullmatch(line):
+            raise ImportFileError(
+                f"{source}: line {number} draws a table, as in Markdown; save the table as CSV, without drawn lines"
+            )
         if vector := VECTOR.search(line):
             raise ImportFileError(
                 f"{source}: line {number}: {vector[0][:40]!r} is several numbers in one cell; export a column for each"
             )
     columns = tuple(re.split("[,;\t]", lines[skipped])) if lines[skipped:] else ()
     return CsvHead(source, _layout(separator or ",", (), skipped), columns)
+
+
+def _first_row(cells: Sequence[Sequence[str]]) -> int | None:
+    """The first row of which half the cells are numbers, or the rows above it that lack theirs; ``None``: no row."""
+    first = next((k for k, row in enumerate(cells) if len(row) > 1 and _numbers(row) * 2 >= len(row)), None)
+    if first is None:  # all the first rows lack their numbers
+        named = (k for k in range(1, len(cells)) if all(cells[k - 1]) and not _numbers(cells[k - 1]))
+        return next((k for k in named if len(cells[k - 1]) == len(cells[k]) and _lacks_numbers(cells[k], ())), None)
+    width = len(cells[first])
+    known = {cell for row in cells[first:] for cell in row}
+    while first > 0 and len(cells[first - 1]) == width and _lacks_numbers(cells[first - 1], known):
+        first -= 1
+    return first
+
+
+def _lacks_numbers(row: Sequence[str], known: Collection[str]) -> bool:
+    """Whether a row holds nothing but numbers, dates, words for missing numbers, and cells that rows below have."""
+    return _numbers(row) > 0 and all(
+        cell in EMPTY_CELLS or cell in known or NUMBER.fullmatch(cell) or is_date_or_time(cell) for cell in row
+    )
 
 
 def _of_rows(
@@ -137,6 +166,16 @@ def _of_rows(
         units = tuple(cells[above])
         above -= 1
     columns, own = (cells[above] if first else []), tuple[str, ...]()
+    if any(map(DRAWN_LINE.fullmatch, lines[max(above - 1, 0) : first + 2])):
+        number = skipped + 1 + next(k for k, line in enumerate(lines) if DRAWN_LINE.fullmatch(line))
+        raise ImportFileError(
+            f"{source}: line {number} draws a table, as in Markdown; save the table as CSV, without drawn lines"
+        )
+    if len(columns) == 1 and (other := _header_delimiter(columns[0], width)):
+        raise ImportFileError(
+            f"{source}: line {skipped + above + 1} has {NAMES[other]} between its cells, the rows below have "
+            f"{NAMES[delimiter]}; write the same in both"
+        )
     if len(columns) != width and (not columns or _numbers(columns) or columns[0].startswith("#")):
         # No line names the columns, or a comment does.
         above = first
@@ -149,6 +188,12 @@ def _of_rows(
     rows = [tuple(row) for row in cells[first : first + FIRST_ROWS] if len(row) == len(columns)]
     layout = _layout(delimiter, rows, skipped + max(above, 0), own)
     return CsvHead(source, layout, tuple(columns), tuple(rows), units)
+
+
+def _header_delimiter(line: str, width: int) -> str:
+    """The delimiter that cuts a header into as many cells as its rows have, or ``""``."""
+    fits = (delimiter for delimiter in DELIMITERS if len(split_lines([line], delimiter)[0]) == width)
+    return next(fits, "") if not line.startswith("#") else ""
 
 
 def _numbered_columns(width: int) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ from sessions.importers.csv_columns_and_units import (
     unit_in_cell,
     unit_in_name,
 )
+from sessions.importers.csv_missing import EMPTY_CELLS, sentinel_of
 from sessions.importers.importing import PoseTable
 from sessions.importers.ledger import Ledger, Numbers, Rows, Stamps
 from sessions.importers.wall_clock import past_midnight, wall_clock_ns
@@ -41,12 +42,11 @@ TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
 BLOCK_BYTES: Final = 1 << 22  # Of text that becomes columns at once; no row is longer
 MOST_TITLES: Final = 8  # Titles of tables that an error names
+NAMED_COLUMNS: Final = 12  # Columns that a note names
 RAGGED: Final = "with too few or too many cells"
 HEADER_AGAIN: Final = "that repeat the header"
 SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
 """The line that Excel begins a CSV with to say what stands between its cells."""
-EMPTY_CELLS: Final[tuple[str, ...]] = tuple(VOCABULARY["empty_cells"])
-"""Cells that say: no number here."""
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
 GROUPS: Final = re.compile("[-+]?[0-9]{1,3}([.,'’ ][0-9]{3})+([.,][0-9]*)?")
@@ -77,6 +77,7 @@ class CsvTable:
         self._has_other_table = False
         self._times_of_day = dict[str, Stamps]()
         self._passes_midnight = False
+        self._sentinel_columns = dict[float, list[str]]()
         try:
             text = self._below_head(read_utf8_lines(source))
         except (UnicodeDecodeError, csv.Error) as error:
@@ -284,6 +285,9 @@ class CsvTable:
             notes.append('of several tables the first is read; the mapping may name one: table = "TITLE"')
         if self._passes_midnight:
             notes.append("the time of day passes midnight, and goes on in the next day")
+        for sentinel, columns in self._sentinel_columns.items():
+            more = " and others" if len(columns) > NAMED_COLUMNS else ""
+            notes.append(f"{sentinel:g} counts as a missing number in {', '.join(columns[:NAMED_COLUMNS])}{more}")
         return notes
 
     def __len__(self) -> int:
@@ -328,6 +332,17 @@ class CsvTable:
         """The cells of some columns as float64, (n, columns); an empty cell is NaN."""
         return np.column_stack([self._floats(column, rows) for column in columns])
 
+    def measurements(self, columns: Sequence[str], rows: Rows | None = None) -> Numbers:
+        """The numbers of some columns, (n, columns), in which a number that stands for missing ones is NaN."""
+        numbers = self.numbers(columns, rows)
+        for column, values in zip(columns, numbers.T, strict=True):
+            is_sentinel = values == sentinel_of(values)
+            if is_sentinel.any():
+                named = self._sentinel_columns.setdefault(float(values[is_sentinel][0]), [])
+                named += [] if column in named else [column]
+                values[is_sentinel] = np.nan
+        return numbers
+
     def holds_numbers(self, column: str) -> bool:
         """Whether every cell of a column is a number or empty, and one is a number."""
         try:
@@ -341,7 +356,7 @@ class CsvTable:
         if self._layout.decimal != ".":
             self._refuse_two_decimals(column, cells, rows)
             cells = pc.replace_substring(cells, self._layout.decimal, ".")
-        return pc.if_else(pc.is_in(cells, text_array(EMPTY_CELLS)), text_scalar(None), cells)
+        return pc.if_else(pc.is_in(cells, text_array([*EMPTY_CELLS])), text_scalar(None), cells)
 
     def _floats(self, column: str, rows: Rows | None = None) -> Numbers:
         cells = self._number_cells(column, rows)
@@ -475,7 +490,7 @@ class CsvTable:
 
     def poses(self, columns: PoseColumns, stamps: Stamps, rows: Rows | None = None) -> PoseTable:
         """The poses of some rows; the last of a file that may be cut short is flagged as lost."""
-        numbers = self.numbers(columns.numbers, rows)
+        numbers = self.measurements(columns.numbers, rows)
         valid = self.flags(columns.valid, rows) if columns.valid else np.ones(len(numbers), dtype=np.bool_)
         if self._is_cut_short and (rows is None or rows[-1:].any()):
             valid[-1:] = False

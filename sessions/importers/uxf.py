@@ -66,10 +66,10 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
         if POSITION[0] in table.columns:
             poses.setdefault(body, []).append(table.poses(form, stamps))
             if form is POSE:
-                angles.append(table.numbers(form.rotation))
+                angles.append(table.measurements(form.rotation))
         for column in table.columns:
             if column not in (TIME, *form.numbers) and table.holds_numbers(column):
-                values = table.numbers((column,))[:, 0]
+                values = table.measurements((column,))[:, 0]
                 numbers.setdefault(f"{body}/{column}", []).append((stamps, values))
         notes += [f"{path.name}: {note}" for note in table.notes]
     tables = {body: PoseTable(*map(np.concatenate, zip(*chunks, strict=True))) for body, chunks in poses.items()}

@@ -6,6 +6,7 @@ import pytest
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.importers.csv_draft import UnknownColumnsError
+from sessions.importers.csv_missing import sentinel_of
 
 MAPPING = """
 convention = "openxr"
@@ -113,3 +114,42 @@ def test_names_that_differ_in_case_are_named_as_two_bodies(tmp_path):
     (tmp_path / "m.toml").write_text(MAPPING)
     session = imported(tmp_path, ("name", "time", *POSE), rows, mapping=tmp_path / "m.toml")
     assert "'rod' and 'Rod' are two bodies" in session.facts["assumed"]
+
+
+@pytest.mark.parametrize("cell", ["None", "n/a", "--", "#NV", "", -9999, "999.0"])
+@pytest.mark.parametrize("first", [0, 20])
+def test_missing_numbers_are_lost_poses(tmp_path, cell, first):
+    """From the row ``first`` three of 60 rows hold a word or a sentinel in place of each number."""
+    rows = [[k / 60, 0.001 * k, 1, 0.5, 0, 0, 0, 1] for k in range(60)]
+    for row in rows[first : first + 3]:
+        row[1:] = 7 * [cell]
+    with pytest.raises(UnknownColumnsError) as raised:
+        imported(tmp_path, ("time", *POSE), rows)
+    (tmp_path / "m.toml").write_text(raised.value.draft_with_axes("openxr"))
+    session = imported(tmp_path, ("time", *POSE), rows, mapping=tmp_path / "m.toml")
+    assert np.flatnonzero(~session.tracks["log"].valid).tolist() == [first, first + 1, first + 2]
+    is_sentinel = "9" in str(cell)
+    assert ("counts as a missing number in x, y, z" in session.facts["conversions"]) == is_sentinel
+
+
+@pytest.mark.parametrize(
+    ("values", "sentinel"),
+    [
+        ([1, -9999, 2], -9999),
+        ([1, 999, 300], 999),
+        ([1, 999, 400], np.nan),
+        ([999, 999], np.nan),
+        ([9999, 9999], 9999),
+        ([np.nan, 1], np.nan),
+        ([], np.nan),
+    ],
+)
+def test_sentinel_is_far_off_all_other_numbers(values, sentinel):
+    assert sentinel_of(np.array(values, dtype=float)) == pytest.approx(sentinel, nan_ok=True)
+
+
+def test_rows_that_all_begin_without_numbers_are_read(tmp_path):
+    rows = [[k / 60, *(7 * ["NA"] if k < 260 else (0.001 * k, 1, 0.5, 0, 0, 0, 1))] for k in range(300)]
+    with pytest.raises(UnknownColumnsError) as raised:
+        imported(tmp_path, ("time", *POSE), rows)
+    assert raised.value.unknown[0] == "the axes (convention)" and "which columns are a pose" not in raised.value.unknown
