@@ -39,6 +39,7 @@ def as_identity(track):
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", SCENES)
 def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed, losses):
+    """Planted losses of tracking, with poses left out or of the origin; each finding lies within a loss."""
     session, truth = make_scene_session(name, seed=seed, noise="vive", faces=600)
     if losses == "identity":
         tracks = {body: as_identity(track) for body, track in session.tracks.items()}

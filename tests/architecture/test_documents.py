@@ -194,6 +194,7 @@ def used_commands():
 
 
 def test_every_written_command_has_an_existing_verb_and_options():
+    """Commands of all documents; each verb of the program is mentioned somewhere."""
     recorded = set()
     for name, (verb, *arguments) in used_commands():
         context = click.Context(cli)

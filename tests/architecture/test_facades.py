@@ -103,6 +103,7 @@ REVEALED = ("RunResult", "Session", "RunResult", "Plan", "str", "Tally", "Sessio
 
 @pytest.mark.slow
 def test_a_type_checker_sees_the_types_of_a_users_script(tmp_path):
+    """A script with one wrong assignment, which mypy must find, and ``reveal_type`` of each public name."""
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, "utf-8")
     command = [sys.executable, "-m", "mypy", "--strict", "--config-file", str(ROOT / "pyproject.toml")]

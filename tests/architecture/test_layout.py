@@ -31,6 +31,7 @@ def test_the_top_level_holds_exactly_what_the_design_says():
 
 
 def test_tests_mirror_the_module_they_are_named_after():
+    """A test file with the name of a module lies in the same folder below tests."""
     by_name = {}
     for path in modules():
         by_name.setdefault(path.stem, set()).add(Path("tests") / path.parent)

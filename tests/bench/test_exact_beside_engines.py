@@ -45,6 +45,7 @@ GROWTH = {"frames": (MINUTE, 10 * MINUTE, 100 * MINUTE), "bodies": (5, 20, 60), 
 @pytest.mark.parametrize("distant", [True, False], ids=["distant", "near"])
 @pytest.mark.parametrize("grows", GROWTH)
 def test_exact_grows_no_faster_than_its_pair_frames(grows, distant):
+    """Time a pair-frame of the largest size is below three times that of the smallest; of more faces it may be more."""
     each = []
     for size in GROWTH[grows]:
         sizes = {"faces": 500, "frames": MINUTE, "bodies": 7} | {grows: size}

@@ -161,6 +161,7 @@ def test_exact_is_as_many_times_faster_than_the_loop(faces, what):
 
 @pytest.mark.bench
 def test_live_times_repeat_within_30_percent_or_are_explained():
+    """The 99th percentile of three runs; a run on a busy machine says so."""
     session, _ = make_scene_session("bench-bumps")
     requested = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],hybrid,obb"
     runs = [compute(session, detectors=requested) for _ in range(3)]

@@ -55,6 +55,7 @@ def named(table, number):
 @pytest.mark.bench
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="peak memory is read from /proc")  # noqa: PTH110
 def test_thousands_of_sessions_are_read_in_seconds_and_little_memory(tmp_path):
+    """Copies of one run under other names; reading the data set, and the page of the class."""
     session, _ = replay.synthetic_session("bench-bumps")
     run = tmp_path / "run"
     replay.run(session, detectors=LINEUP, out=run, picture=False)

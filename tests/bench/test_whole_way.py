@@ -81,6 +81,7 @@ MOST_BYTES = 900 * 2**20
 
 @pytest.mark.parametrize(("name", "detectors"), AT_MOST)
 def test_audit_with_all_outputs_takes_a_multiple_of_the_loop(name, detectors, tmp_path):
+    """``loops``: processor time over that of python-fcl's loop over the same frames."""
     write_session(SESSIONS[name](), tmp_path / "session.mcap")
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "session.mcap"), detectors, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())

@@ -119,6 +119,7 @@ def test_mesh_prints_as_its_size():
 
 
 def test_placed_points_round_in_the_declared_order():
+    """Bit for bit ((r0 x + r1 y) + r2 z) + t, in doubles of Python."""
     rng = np.random.default_rng(0)
     rotation, translation, points = random_rotations(rng), rng.normal(size=3), rng.normal(size=(50, 3))
     placed = place_points(points, rotation, translation)

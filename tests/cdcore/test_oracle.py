@@ -89,6 +89,7 @@ def test_complete_detectors_list_exactly_the_meeting_faces(name, worlds):
 @pytest.mark.parametrize("name", ["exact", "aabb", "solid-style"])
 @pytest.mark.parametrize("far", FAR_AWAY_M)
 def test_a_corrupt_pose_changes_no_other_frame(name, far):
+    """``far``: metres from the origin; frames beside the corrupt one have the faces of an exhaustive test."""
     assert assert_answers_of_brute_force(("corrupt", far), name, frames=(0, 3, 4, 5, 7, 8, 9, 12)) > 0
 
 

@@ -77,6 +77,7 @@ def test_35_float32_quaternions_do_not_scale_the_body():
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 @pytest.mark.parametrize("row", range(ODD_MESHES))
 def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, row):
+    """Unused vertices, degenerate or repeated faces and holes, in three frames: two in contact, one 3 m away."""
     assert len(scenes("malformed meshes")) == ODD_MESHES
     odd, scene = [*scenes("malformed meshes").items()][row]
     detection = detected(name, scene, faces=True)

@@ -52,6 +52,7 @@ def test_detector_answers_equally_whether_the_motion_fits_in_memory(name, monkey
 
 @pytest.mark.slow
 def test_every_verb_reads_a_recording_of_more_than_an_hour(tmp_path):
+    """A cube swings through another once a second: 3600 contacts in the first hour."""
     file, run, runs, frames = tmp_path / "long.mcap", tmp_path / "run", tmp_path / "runs", MOST_FRAMES_IN_MEMORY + 1
     write_session(swinging_cubes(frames), file)
     requested = ["--detectors", FAST, "--oracle", "continuous", "--quiet"]

@@ -18,6 +18,7 @@ FOREIGN = 'open("ran", "w").write(__name__)\nraise SystemExit("this is not the t
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("-P",)], ids=["plain", "-P"])
 def test_the_current_folder_does_not_come_before_the_environment(tmp_path, options):
+    """Files of the folder are called like modules that the tool imports; each would leave the file ``ran``."""
     write_session(unit_cubes_on_x({"a": [0] * 12, "b": [3, 3, 0.9] * 4}), tmp_path / "s.mcap")
     for name in ("numpy.py", "mcap.py", "rich.py", "zstandard.py"):
         (tmp_path / name).write_text(FOREIGN)

@@ -89,7 +89,7 @@ def test_moments_of_two_frames_differ(frame, rate_hz):
 
 
 def test_ranges_rates_moments_and_losses():
-    """As screens print them: least and most, hertz, seconds, and a loss with two digits."""
+    """The forms of screens: least and most, hertz, seconds, and a loss with two digits."""
     assert [words.count_range(counts) for counts in ((0, 1), (3, 3), (999, 1200))] == ["0-1", "3", "999-1,200"]
     assert [words.rate(hertz) for hertz in (50.0, 22.5, 89.94, 1e6)] == ["50 Hz", "22.5 Hz", "89.9 Hz", "1,000,000 Hz"]
     assert [words.time_span(1.0, 1.0), words.time_span(1.0, 2.5), words.time_span(None, 1.0)] == [

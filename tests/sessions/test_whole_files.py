@@ -128,6 +128,7 @@ def test_no_link_is_followed(tmp_path):
 
 
 def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
+    """They write at one time: one ends, the others are refused, and both files are of the one."""
     out, ends = tmp_path / "out", []
     begin = threading.Barrier(12)
 

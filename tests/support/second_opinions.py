@@ -214,7 +214,7 @@ def predicted(truth, stamps_ns, rate_hz, offset_s=0.0):
 
 
 def fate(episode, frames, sampled):
-    """What becomes of an episode that a detector samples at some of all frames."""
+    """Whether an episode is caught, missed, unseen or undecided by a detector that samples some of all frames."""
     surely = episode.surely or (np.inf, np.inf)
     if inside(sampled, surely).any():
         return "caught"

@@ -52,6 +52,7 @@ def test_the_fifteen_axes_agree_with_a_linear_programme():
 @pytest.mark.parametrize("world", [0.0, 1.0, 1e3, 1e6])
 @pytest.mark.parametrize("kind", ["face", "edge", "vertex"])
 def test_boxes_that_touch_exactly_may_meet(kind, world):
+    """``world``: metres from the origin; boxes 1e-5 of an edge apart do not meet."""
     rng = np.random.default_rng(1)
     # Of a unit cube from another, so that they share a part of a face, of an edge, or a corner.
     offset = {"face": [1.0, 0.3, 0.2], "edge": [1.0, 1.0, 0.2], "vertex": [1.0, 1.0, 1.0]}[kind]

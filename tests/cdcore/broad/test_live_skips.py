@@ -58,6 +58,7 @@ def test_margin_is_some_steps_of_both_bodies():
 
 
 def test_reach_doubles_after_successes_and_falls_after_failures():
+    """Both bodies move by 1 m a step in all, so that a margin in metres is a reach in steps."""
     skips, reaches = skips_with_steps(0.25, 0.75), []
     for separated in (True, True, True, False, False, False):
         margin = skips.margin(0)

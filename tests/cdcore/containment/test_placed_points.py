@@ -19,6 +19,7 @@ def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
 
 
 def test_point_in_the_outer_frame_is_that_of_matrix_products():
+    """Point 3 of body 0 in the axes of body 2, in frame 1."""
     rng = np.random.default_rng(0)
     rotations, points = random_rotations(rng, 2, 3), rng.normal(size=(4, 3))
     (inner, _, outer), (inner_position, _, outer_position) = rotations[1], TRANSLATIONS[1]

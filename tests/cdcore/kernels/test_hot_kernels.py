@@ -45,6 +45,8 @@ def defined(lines, name):
 
 
 def test_inlining_marks_hold_through_nested_callers():
+    """LLVM's text calls ``shifted``, which is never inlined, and has no ``halved``, which always is."""
+
     @fresh
     def requested(x):
         return shifted(x) + halved(x)

@@ -29,6 +29,7 @@ def balls_of(triangles):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_distances_to_triangles_agree_with_a_slow_reference(seed):
+    """A random point beside each random triangle."""
     triangles = triangles_of(seed)
     points = np.random.default_rng(seed + 100).normal(size=(len(triangles), 3))
     distance, closest = distance_to_triangles(points, triangles)

@@ -30,6 +30,7 @@ def rotations_with_errors(size, seed=0):
 
 @pytest.mark.parametrize("size", [0, 1e-9, 1e-4])
 def test_matrix_error_is_that_of_its_gram_matrix(size):
+    """``size``: of the errors that are added to rotations."""
     for matrix in rotations_with_errors(size)[:40]:
         expected = orthonormality_error(matrix)
         assert checked_poses(np.zeros((1, 3)), matrix[None].copy())[2] == pytest.approx(expected, rel=1e-9, abs=2e-15)

@@ -28,6 +28,7 @@ def neighbours(mesh):
     ids=["ball", "torus", "box"],
 )
 def test_neighbours_have_a_common_edge_or_corner(mesh):
+    """Neighbours by an edge are those of trimesh; by a corner at most NEIGHBOURS of them."""
     plain = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, validate=False)
     adjacent = {face: set() for face in range(len(mesh.faces))}
     for first, second in plain.face_adjacency.tolist():

@@ -32,6 +32,7 @@ def test_hits_and_their_curves_are_in_the_exact_set(variant):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
+    """Two cubes in twelve poses; the search goes on after each hit until none is left."""
     box = box_mesh()
     rng = np.random.default_rng(2)
     search = search_of(box, box, variant=variant, budget=20_000, stop_first=False)

@@ -87,6 +87,7 @@ def test_misses_are_explained_by_sample_or_budget(name, settings, sampled, three
 
 @pytest.mark.parametrize("offset", [(1.0, 0.25, 0.125), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.3, 0.2, 0.1)])
 def test_curve_of_a_hit_is_every_pair_of_two_boxes(offset):
+    """Boxes that share a face, are equal, share a corner, or cross."""
     box, pose = box_mesh(), (I3, np.array(offset))
     search = search_of(box, box, variant="local", budget=1000)
     truth = exact_pairs(search, box, box, pose, AT_ORIGIN)

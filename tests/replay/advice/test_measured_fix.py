@@ -220,7 +220,7 @@ class Percents:
 
 
 def test_progress_of_a_fix_is_the_fraction_of_time_used():
-    """Of a million seconds a few are used: 0 %, until all is done."""
+    """A few of a million seconds are used: 0 %, until all is done."""
     progress = Percents()
     measured_fixes(compute(stirring_session(BEAKER), detectors="subject=hull50,exact"), 1e6, progress)
     assert {*progress.reported[:-1]} == {0} and progress.reported[-1] == 100

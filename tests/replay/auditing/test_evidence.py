@@ -93,6 +93,7 @@ def test_a_contained_body_has_a_point_and_no_curve():
 
 
 def test_long_misses_are_sampled_evenly_with_both_ends():
+    """All frames where they are few, the middle if one is allowed, else steps that differ by a frame at most."""
     assert spread_frames(first=3, last=9, most_frames=10).tolist() == list(range(3, 10))
     assert spread_frames(first=4, last=10, most_frames=1).tolist() == [7]
     many = spread_frames(first=0, last=10_000, most_frames=EVIDENCE_BUDGET.per_miss)

@@ -112,6 +112,7 @@ def counts_at_offsets(missed, both, false_fractions):
     ],
 )
 def test_typical_offset_displays_the_larger_fault_nearest_its_mean(missed, both, false_fractions, typical):
+    """``missed``, ``both``: frames of a contact at each offset; ``typical``: number of the offset that a run shows."""
     counts = counts_at_offsets(missed, both, false_fractions)
     assert counts.typical_offset == typical
     assert counts.proportions()["missed"].value == pytest.approx(sum(missed) / sum(missed + both))

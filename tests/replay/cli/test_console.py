@@ -63,6 +63,7 @@ def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("detectors", [None, "exact", "slow=discrete[rate_hz=20],recorded-like=sphere"])
 def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
+    """Each stage counts up to its total."""
     watched = Watched()
     run(
         unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}),

@@ -165,6 +165,7 @@ def test_minimise_keeps_roles_of_effects_and_renames_bodies(revealing_file, tmp_
 
 
 def test_minimised_device_stamps_stay_beside_their_frames(revealing_file, tmp_path):
+    """A stamp 5 ms late stays so; one 3 h off would say when it was: the stamp of its frame stands for it."""
     before = read_session(revealing_file)
     sample = before.frames.stamp_ns[:, None] - np.array([5_000_000, 3 * 3600 * 10**9, 0])
     before = replace(before, source=replace(before.frames, sample_ns=sample))

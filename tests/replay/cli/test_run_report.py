@@ -1,4 +1,4 @@
-"""What a run says when it ends: exit code 3 where poses or frames were lost, and a sentence for each repair."""
+"""The last words of a run: exit code 3 where poses or frames were lost, and a sentence for each repair."""
 
 from types import SimpleNamespace
 

@@ -66,6 +66,7 @@ def session_and_scene(tmp_path):
 
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
+    """Random changes of a scene file: it is read, or refused by faults that begin with its name."""
     path = tmp_path / "rich.toml"
     faulty = OTHER + Path(__file__).with_name("faulty.toml").read_text("utf-8")
     path.write_text(scene_to_toml(make_scene_session("titration")[0].scene) if count > 15 else faulty)

@@ -45,6 +45,7 @@ def test_study_with_names_as_ids_is_refused_by_rule(files, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, capsys):
+    """Without a questionnaire it is not known; a questionnaire without its codebook is a wrong call (2)."""
     text = [*files[:3], "--out"]
     assert main([*text, str(tmp_path / "alone")]) == 0
     printed, output = capsys.readouterr()

@@ -176,6 +176,7 @@ def test_missing_cutter_error_names_the_package_to_install(name, package, monkey
 
 @pytest.mark.usefixtures("empty_cache")
 def test_cutting_ends_when_the_waiting_caller_interrupts(monkeypatch):
+    """The cutting program sleeps; the caller interrupts at the third time that it is asked."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store, "WATCH_SECONDS", 0.01)
     calls = []

@@ -45,6 +45,7 @@ def test_detector_text_is_parsed_to_label_name_and_settings(text, label, name, s
 
 
 def test_detectors_given_as_text_list_or_mapping_are_equal():
+    """A label before =, settings in brackets; a name without a label is its own."""
     want = (DetectorSpec("slow", "discrete", {"rate_hz": 22.5}), DetectorSpec("hybrid", "hybrid"))
     slow = ("discrete", {"rate_hz": 22.5})
     assert parse_detectors("slow=discrete[rate_hz=22.5],hybrid") == want

@@ -324,7 +324,7 @@ STAGES = {
 
 
 def cause_of_frames(claim):
-    """As many frames were examined as are said, and the reason can be one of this detector."""
+    """The examined frames are as many as are said, and the reason can be one of this detector."""
     examined, of = claim.fault.agreeing
     counted = claim.fields["examined"] is None if examined == of else int(claim.fields["examined"]) == examined
     return outcome_holds(claim) and examined > 0 and counted and STAGES[claim.fields["reason"]](claim)

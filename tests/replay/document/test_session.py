@@ -1,4 +1,4 @@
-"""What a document says of its session."""
+"""The part of a document that describes its session."""
 
 from replay.document.session import DroppedFrames
 

@@ -46,7 +46,7 @@ def test_each_effect_has_its_fraction_of_the_time(five_touches):
         assert effect_summary(five_touches.effects, whole)["contact"]["fraction"] == pytest.approx(fraction)
 
 
-def test_event_lines_are_ordered_by_time_and_end_in_a_count(five_touches):
+def test_event_lines_are_in_order_and_end_in_a_count(five_touches):
     *lines, last = event_lines(five_touches.effects, 3)
     times = [float(line.split(" s: ")[0]) for line in lines]
     every = sum(len(run.events) for run in five_touches.effects.values())

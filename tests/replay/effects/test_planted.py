@@ -57,6 +57,7 @@ def test_every_planted_event_is_reported_once(name, row, seed):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", POURED)
 def test_every_planted_pour_is_reported_with_its_volume(name, seed):
+    """Pours above 0.5 mL are those planted; drops may be reported beside them, and no millilitre is lost."""
     result, truth = replayed(name, seed)
     run, facts = result.effects["pour"], planted(truth, "pour")
     reported = run.output.events_named("pour")

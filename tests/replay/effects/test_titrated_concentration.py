@@ -74,6 +74,7 @@ def test_salt_with_an_ion_of_the_equation_is_titrated():
 
 @pytest.mark.parametrize(("titrant_ml", "volume_ml"), [(0.0, 10.0), (50.0, 0.0)])
 def test_nothing_that_ran_in_gives_no_concentration(titrant_ml, volume_ml):
+    """An empty burette, and an end point at 0 mL."""
     contents = {
         "b": Contents(volume_ml=titrant_ml, amounts={"NaOH": 5e-3}, solids={}, solubility={}),
         "f": Contents(volume_ml=20.0, amounts={"HCl": 1e-3}, solids={}, solubility={}),

@@ -63,6 +63,7 @@ def run_of_finger(tmp_path_factory):
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize(("side", "finger"), [*zip(["left", "right"] * 3, FINGERS, strict=False)])
 def test_first_touch_is_of_the_planted_finger_in_its_frame(run_of_finger, side, finger):
+    """The contact is one of the hand, with the finger's tip as its member."""
     result = run_of_finger(side, finger)
     assembly, verdict = result.assembly, result.detections["exact"].verdict
     contact = counts_as_contact(verdict)

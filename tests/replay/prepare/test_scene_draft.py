@@ -77,6 +77,7 @@ def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
 
 
 def test_draft_without_meshes_or_neighbours_is_a_scene():
+    """A body with a name that TOML must escape; two bodies that never come near each other have no pairs."""
     bare = Session.from_arrays([0, STEP], {'a"b\n': (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))})
     text = draft_text(bare, draft_scene(bare), files={}, heading="A first scene.")
     assert parse_scene(text).bodies == (SceneBody('a"b\n'),) and "it has no mesh" in text

@@ -49,7 +49,7 @@ def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
 
 
 def test_contents_of_a_session_are_counted_from_its_first_frame():
-    """Of the bodies that are declared, the bench is fixed, b fixed and recorded, and ghost neither."""
+    """The declared bodies: the bench is fixed, b fixed and recorded, and ghost neither."""
     fixed = Pose((0, 0, 0), (0, 0, 0, 1))
     declared = (SceneBody("a"), SceneBody("bench", fixed=fixed), SceneBody("b", fixed=fixed), SceneBody("ghost"))
     scene = Scene(bodies=declared)

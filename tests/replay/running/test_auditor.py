@@ -48,6 +48,7 @@ def test_existing_or_shared_folder_is_refused_before_any_work(two_session_files,
 
 
 def test_limits_hold_for_all_sessions_together():
+    """Two sessions, one without a contact; a limit is a fraction, so that 50 is refused."""
     sessions = [
         unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
         unit_cubes_on_x({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]}),

@@ -72,6 +72,7 @@ def unity_fix(session, tmp_path_factory):
 
 @pytest.mark.slow
 def test_written_pieces_are_convex_and_hold_their_mesh(session, unity_fix):
+    """No vertex of a mesh is further outside of its pieces than stated; at most 255 faces a piece, as PhysX takes."""
     names = {row["body"]: row["file"] for row in unity_fix.bodies}
     assert names == {"beaker": "beaker.glb", "rod": "rod.glb", "cube*": "cube-2.glb"}
     for row in unity_fix.bodies:

@@ -83,6 +83,7 @@ def test_page_has_both_lanes_and_both_stills(page):
 
 
 def test_every_body_has_a_card_with_pictures(fix_of_stirred_cup, page):
+    """The cup is cut and has four pictures; rod and spare keep their hulls and have one; nothing touches the spare."""
     cards = re.findall(r'<article class="card"><div class="pictures">(.*?)</article>', page, re.S)
     assert [card.count("data:image/webp") for card in cards] == [4, 1, 1]
     pieces = f"{fix_of_stirred_cup.after['pieces'] - 2} pieces: sectors by height and angle"
@@ -167,7 +168,7 @@ def test_neighbouring_pieces_have_different_colours():
 
 
 def test_pieces_on_both_sides_of_the_first_avoid_its_colour():
-    """Of two colours the second, distant piece has the other; it is free again for both neighbours of the first."""
+    """The second, distant piece has the other of two colours; it is free again for both neighbours of the first."""
     pieces = [shift_mesh(box_mesh((1.0, 1.0, 1.0)), (x, 0.0, 0.0)) for x in (0.0, 5.0, 1.0, -1.0)]
     assert colour_numbers(pieces, 2) == [0, 1, 1, 1]
 

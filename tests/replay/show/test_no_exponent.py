@@ -42,6 +42,7 @@ def test_a_wide_gap_is_read_in_millimetres(distant):
 
 
 def test_a_slow_frame_is_read_in_milliseconds():
+    """A frame of 120 ms and one of 0.12 us."""
     rows = [
         price_row("exact", ms=120.0, missed=0),
         price_row("hulls", ms=12.0, missed=2, rate_hz=50),

@@ -134,6 +134,7 @@ def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
 
 
 def test_unlisted_bodies_and_foreign_frames_are_examined(tmp_path):
+    """The list of bodies in the file is replaced by other names; 50 samples of the hand are in another frame."""
     draft = clean_draft()
     unknown_frame(draft, body=1, frame=300)
     path = draft.write(tmp_path / "a.mcap")

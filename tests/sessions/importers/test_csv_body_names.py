@@ -33,6 +33,7 @@ def test_every_body_has_the_columns_of_its_name(style):
 
 @pytest.mark.parametrize("style", STYLES)
 def test_bodies_with_similar_names_keep_their_positions(tmp_path, style):
+    """Names differ in the last letter, which is also an ending of columns in some styles; bodies are 1 m apart."""
     names = ["PenA", "PenB", "PenR"]
     header = ",".join(["t", *(name + ending for name in names for ending in STYLES[style])])
     rows = [

@@ -54,6 +54,7 @@ def test_completed_draft_gives_written_poses(tmp_path, kind):
 @pytest.mark.sampled(16)
 @pytest.mark.parametrize("kind", KINDS)
 def test_convention_option_completes_a_draft_lacking_only_axes(tmp_path, kind):
+    """Logs of many kinds; the completed draft imports the written pose, another draft stays open."""
     path = copied_log(tmp_path, kind)
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)

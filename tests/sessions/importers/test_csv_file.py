@@ -240,6 +240,7 @@ def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
 
 
 def test_non_pose_rows_become_triggers_events_or_unknown_kinds(write_csv):
+    """Triggers are held to 0 to 1; an event's name is in "other", its message in "value"."""
     session = import_session(
         "csv",
         write_csv(

@@ -117,6 +117,7 @@ def test_number_of_two_readings_is_refused(tmp_path, cells, text):
 
 @pytest.mark.parametrize("in_blocks", [False, True])
 def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
+    """``in_blocks``: all rows of one body come before those of the other."""
     cells = [(step, body) for step in range(COUNT) for body in range(2)]
     if in_blocks:
         cells.sort(key=lambda cell: cell[1])

@@ -100,6 +100,7 @@ def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, ki
 
 
 def test_axes_are_given_per_body_and_unknown_names_refused(tmp_path):
+    """The vertex at x = 0.3 m of the file, as it is in the axes of the session; the later option wins."""
     path = mesh_file(tmp_path, "obj", VERTICES, FACES)
     source = csv_of_pose(tmp_path, convention="unity", orientation=Rotation.identity(), translation=np.zeros(3))
     given = {"mapping": tmp_path / "map.toml", "meshes": {"tool": path}}

@@ -118,6 +118,7 @@ def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, text):
 
 
 def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
+    """The second message holds two samples of each body in one frame."""
     frames = random_frames(seed=2)
     two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
     with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):

@@ -112,6 +112,7 @@ def damaged_file(tmp_path, data):
 
 
 def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_path):
+    """Cut at random and at ends of chunks, which hold 45 frames each after the first two."""
     data, truth = whole_file.read_bytes(), read_session(whole_file).frames
     spans, out = chunks(data), tmp_path / "out.mcap"
     for offset in [*np.random.default_rng(2).integers(0, len(data), 6).tolist(), *(end for _, end in spans[2:5])]:

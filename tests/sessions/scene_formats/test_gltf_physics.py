@@ -275,6 +275,7 @@ def test_tapered_ends_make_a_hull(tmp_path):
 
 
 def test_gltf_buffers_must_lie_in_its_own_folder(tmp_path):
+    """``uri``: by which the file names its buffer."""
     content = glass_document("KHR")
     (tmp_path / "scene").mkdir()
     data = CORNERS.tobytes() + FACES.tobytes()

@@ -283,6 +283,7 @@ def test_offsets_become_margins(tmp_path):
 
 
 def test_drawn_surface_and_hidden_colliders_are_distinguished(tmp_path):
+    """The drawn mesh has 5 vertices, the hidden cube 8; a caller may take the colliding surface."""
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
     rigid_body(stage, "/cup")
     stage_mesh(stage, "/cup/drawn")

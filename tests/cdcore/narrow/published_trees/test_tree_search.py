@@ -88,6 +88,7 @@ def faces_below(tree, node):
 @each_mesh
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
 def test_every_face_is_in_a_leaf_inside_its_boxes(kind, name, scale):
+    """Also at scales where products of coordinates overflow or underflow; boxes fit to 1e-9."""
     corners = MESHES[name] * scale
     tree, depth = tree_of(corners, kind)
     leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]

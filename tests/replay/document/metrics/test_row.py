@@ -85,6 +85,7 @@ def test_recall_is_absent_without_contact_oracle_or_detector(positions, detector
 
 
 def test_a_contact_of_metrics_is_a_contact_of_the_run():
+    """Contacts a minute times the minutes are the contacts of each detector, ten."""
     touching = [0.9 if frame % 4 else 3.0 for frame in range(40)]  # apart for a frame, ten times
     result = run(unit_cubes_on_x({"a": [0.0] * 40, "b": touching}), detectors="hybrid", oracle="exact")
     minutes = metric_rows(result)[0]["valid_minutes"]

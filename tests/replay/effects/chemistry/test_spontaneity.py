@@ -165,6 +165,7 @@ def test_aluminium_that_ammonia_dissolves_is_reported(base, is_reported):
     ],
 )
 def test_chlorine_is_reported_and_known_products_are_not_refused(equation, solutes, name):
+    """``name``: of the event that warns; none where the products are known."""
     body = glass("flask", volume_ml=50.0, solutes=solutes)
     session = session_with_effects(
         {"flask": poses_at_rest(count=2)}, (body,), MIXING_IN_FLASK, ("reaction", {"equation": equation})

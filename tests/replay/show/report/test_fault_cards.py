@@ -1,4 +1,4 @@
-"""Which faults of a page have a picture, and in which order they stand."""
+"""The order of faults on a page, and those that have a picture."""
 
 from types import SimpleNamespace
 
@@ -15,7 +15,7 @@ def fault_of(number, body, depth, kind=FaultKind.NEVER_REPORTED):
 
 
 def numbers_and_pictures(monkeypatch, faults, moment=None):
-    """Of each pair the number of every fault, in their order, and whether it has a picture."""
+    """The number of every fault of each pair, in their order, and whether it has a picture."""
     monkeypatch.setattr(fault_cards, "card", lambda view, fault, *, with_picture: (fault.number, with_picture))
     view = SimpleNamespace(answers=[SimpleNamespace(label="hull", moment=moment)], faults={"hull": faults})
     return cards(view, "hull")

@@ -284,6 +284,7 @@ def many_faults(count):
 
 
 def test_page_of_two_thousand_faults_is_small_and_quick(pages_folder):
+    """At most a megabyte, and 100 ms a key."""
     text = many_faults(count=2000)
     assert len(text.encode()) <= 1_000_000 and text.count('class="fault"') + text.count('class="card fault"') == 2000
     file = pages_folder / "many.html"

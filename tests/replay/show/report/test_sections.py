@@ -55,7 +55,7 @@ def test_repaired_poses_are_summed_by_body_and_policy():
 
 
 def test_glossary_explains_the_narrow_columns_that_name_no_row():
-    """Of the ranking ``detector`` and ``what`` name a row, and ``settings`` and the share of a frame are wide."""
+    """``detector`` and ``what`` of the ranking name a row, and ``settings`` and the share of a frame are wide."""
     narrow = {column.name for column in screen_columns("ranking") if not column.wide and not column.names_row}
     assert len(narrow) > 3 and narrow < GLOSSARY.keys()
     assert not GLOSSARY.keys() & {"detector", "what", "settings", "of a 90 Hz frame"}

@@ -209,6 +209,7 @@ def visited(read, entity, over_time, ns):
 @pytest.mark.parametrize("fraction", [0.0, 0.31, 1.0, None])
 @pytest.mark.parametrize("name", [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for scene in SCENES)])
 def test_no_view_is_empty_or_names_unrecorded_paths(name, fraction, taps, drawn):
+    """``fraction``: of the time of the last moment, where the cursor stands; None: where the picture opens."""
     read = drawn((PICTURES | SCENES)[name](taps))
     bookmarks, pieces = read_bookmarks(read.path), layout_of(read.path)
     opens = sum(bookmark.session_ns for bookmark in bookmarks if bookmark.leads)

@@ -55,6 +55,7 @@ def titles(plots):
 
 
 def test_detectors_with_equal_figures_share_a_row():
+    """Three detectors are equal, and a row says so; a fourth differs and has a row of its own."""
     rows = [
         Sensitivity(label, recall=0.9, before=finding_of_grasps(), after=finding_of_grasps())
         for label in ("hull50", "paper")

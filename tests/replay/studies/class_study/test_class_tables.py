@@ -107,6 +107,7 @@ def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
 
 
 def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
+    """A copy of one run, and one of another without its metrics: all figures stay, and notes say why."""
     made_class(tmp_path / "a", sessions=6, students=6)
     before = all_tables(ClassTables(read_class(tmp_path)))
     shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
@@ -148,6 +149,7 @@ def test_class_headline_explains_students_missing_from_n(tables_of):
 
 @pytest.mark.slow
 def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_path):
+    """The mean over students, each by the mean of their sessions."""
     runs, made = tables_of(sessions=12, students=6, contacts=20)
     by_detector = {}
     for label in ("exact", *runs.audited_detectors):

@@ -71,6 +71,7 @@ def test_error_by_hand_is_that_of_statsmodels():
 
 
 def test_interval_is_of_permuted_residual_quantiles():
+    """Residuals of both groups are permuted; the standard error is HC3, computed by hand."""
     random = np.random.default_rng(0)
     first, second = unequal_groups(random)
     residuals = np.concatenate([first - first.mean(), second - second.mean()])

@@ -47,6 +47,7 @@ def test_permuted_and_textbook_p_agree_where_errors_are_normal():
 
 @pytest.mark.slow
 def test_p_holds_its_level_where_scatter_grows_with_predictor(monkeypatch):
+    """400 samples without an association, whose scatter is proportional to the predictor."""
     monkeypatch.setattr(regression, "PERMUTATIONS", 199)
     rejected = []
     for number in range(400):

@@ -242,6 +242,7 @@ def test_misspelt_student_leaves_the_others_in_the_study():
 
 @pytest.mark.parametrize("count", [4, 5, 9])
 def test_below_ten_students_no_p_and_four_are_refused(count):
+    """From five students on there is a coefficient, without a p-value and without Bartlett's test."""
     answers, contacts = a_class(count)
     if count == 4:
         with pytest.raises(StudyRefusedError, match="small-cell"):

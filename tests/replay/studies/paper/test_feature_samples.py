@@ -79,7 +79,7 @@ def test_misses_without_a_sampled_pair_are_counted_separately():
         _family, _size, poses, misses, rate, *_interval = row
         assert (poses, misses, rate) == (5, 2, 0.4)
     for row in search.rows:
-        _family, _search, _size, covered, misses, rate, _low, _high, success, *_ = row
+        _family, _search, _size, covered, misses, rate, _lower, _upper, success, *_ = row
         assert (covered, misses, rate, success) == (3, 1, 1 / 3, 2 / 5)
 
 
