@@ -49,6 +49,13 @@ def test_body_moving_with_the_hand_under_trigger_is_grasped():
     assert grasps(assembly, replace(session, hands={})) is None, "without a trigger nobody knows"
 
 
+def test_press_until_the_end_lasts_to_the_last_frame():
+    positions, _ = session_of_carried_cube()
+    assembly, session = assembly_with_trigger(positions, (np.arange(FRAMES) >= 100).astype(float))
+    (press,) = grasps(assembly, session)
+    assert (press.start, press.end) == pytest.approx((1.0, (FRAMES - 1) * STEP / 1e9))
+
+
 def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
     positions, trigger = session_of_carried_cube()
     still = {**positions, "cube": np.zeros(FRAMES)}

@@ -47,8 +47,9 @@ MILLISECOND_NS, NO_POSITION = 1_000_000, np.nan
     ],
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):
-    """``stamps``: milliseconds; a sample of frame k lies at x = k m; ``origin``: the kind of pose of a frame."""
-    session = session_of_frames(np.round(np.array(stamps) * MILLISECOND_NS), np.array(status)[:, None])
+    """``stamps``: milliseconds after 5 s; a sample of frame k lies at x = k m; ``origin``: the kind of pose of a frame."""
+    stamps_ns = 5_000 * MILLISECOND_NS + np.round(np.array(stamps) * MILLISECOND_NS).astype(np.int64)
+    session = session_of_frames(stamps_ns, np.array(status)[:, None])
     pieces = list(fill_frames(session.blocks(100)))
     actual, position, rotation = (
         np.concatenate([getattr(piece, name)[:, 0] for piece in pieces])
@@ -68,3 +69,8 @@ def test_interpolation_is_straight_and_rotates_as_scipys_slerp(seed):
     actual = interpolate_poses(start, end, fraction)
     assert (Rotation.from_quat(actual[:, 3:]) * Slerp([0, 1], ends)(fraction).inv()).magnitude().max() < 1e-7
     assert np.allclose(actual[:, :3], np.outer(1 - fraction, [1, 0, 0]) + np.outer(fraction, [0, 1, 0]))
+
+
+def test_recording_without_frames_is_filled_with_nothing():
+    empty_block = session_of_frames([], np.zeros((0, 1))).source
+    assert list(fill_frames([])) == list(fill_frames([empty_block])) == []
