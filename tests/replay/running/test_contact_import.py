@@ -89,12 +89,19 @@ def test_reports_that_cannot_be_the_sessions_are_refused(tmp_path, rows, offset,
         import_contacts(tmp_path / "x.csv", unit_cubes_on_x(POSITIONS), offset=offset)
 
 
-def test_reports_that_end_before_the_first_frame_are_refused(tmp_path):
-    """The recording begins at 5 s: reports 3 s before it have stamps that a file can hold, and are of no frame."""
-    (tmp_path / "x.csv").write_text("100.0,a,b,begin\n100.1,a,b,end\n")
+@pytest.mark.parametrize(
+    ("rows", "offset", "message"),
+    [
+        ("100.0,a,b,begin\n100.1,a,b,end", -103.0, "2 reports, the first 3 s before the first frame"),
+        ("40,a,b,begin\n50,a,b,end\n80,a,b,begin", None, "the reports last 40 s, the session 130 ms: write seconds"),
+    ],
+)
+def test_reports_of_no_frame_of_a_recording_from_5_s_are_refused(tmp_path, rows, offset, message):
+    """The first ones end 3 s before its first frame, with stamps that a file can hold."""
+    (tmp_path / "x.csv").write_text(rows)
     session = unit_cubes_on_x(POSITIONS, first_ns=5_000_000_000)
-    with pytest.raises(AuditError, match="2 reports, the first 3 s before the first frame"):
-        import_contacts(tmp_path / "x.csv", session, offset=-103.0)
+    with pytest.raises(AuditError, match=message):
+        import_contacts(tmp_path / "x.csv", session, offset=offset)
 
 
 def test_a_file_about_other_bodies_is_refused(tmp_path):
