@@ -1,8 +1,10 @@
+from math import inf, nan
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.detection.detector_spec import DetectorSpec, parse_detector, parse_detectors
+from replay.detection.detector_spec import MOST_RELEASE_M, DetectorSpec, parse_detector, parse_detectors
 from replay.errors import DetectorSpecError
 from replay.settings import usual_detectors
 from sessions import Session, Track
@@ -93,3 +95,13 @@ def test_a_spec_written_out_reads_back(label, settings):
 def test_generated_label_is_a_valid_entity_path(settings):
     label = parse_detector(("discrete", settings)).label
     assert DetectorSpec(label, "x").label == label
+
+
+@pytest.mark.parametrize("release", [-0.001, 1.01 * MOST_RELEASE_M, inf, nan, True, "0.01", None])
+def test_release_distance_is_a_length_within_its_limit(release):
+    with pytest.raises(DetectorSpecError, match="is not allowed; give metres from 0 to"):
+        DetectorSpec("it", "hybrid", release=release)
+    assert [DetectorSpec("it", "hybrid", release=metres).release for metres in (0, MOST_RELEASE_M)] == [
+        0,
+        MOST_RELEASE_M,
+    ]

@@ -47,7 +47,7 @@ MILLISECOND_NS, NO_POSITION = 1_000_000, np.nan
     ],
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):
-    """``stamps``: milliseconds after 5 s; a sample of frame k lies at x = k m; ``origin``: the kind of pose of a frame."""
+    """``stamps``: milliseconds after 5 s; a sample of frame k is at x = k m; ``origin``: kinds of their poses."""
     stamps_ns = 5_000 * MILLISECOND_NS + np.round(np.array(stamps) * MILLISECOND_NS).astype(np.int64)
     session = session_of_frames(stamps_ns, np.array(status)[:, None])
     pieces = list(fill_frames(session.blocks(100)))
