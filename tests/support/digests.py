@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from support.optional import DATA
 from support.random_worlds import SHAPES, World, random_world
+from support.shapes import lab_bodies_and_motion
 
 from cdcore import create_detector
 from cdcore.errors import CollisionCoreError
@@ -38,6 +39,14 @@ VARIANTS = (
 """Detectors and settings."""
 SCALE_FREE = ("sphere", "aabb", "obb", "collider", "rapid-style", "solid-style", "exact", "continuous")
 """Detectors that promise an answer on faces without area and at any scale; the others round, or search by area."""
+SEARCHES = tuple(
+    ("qaco", {"budget": 100, **settings})
+    for settings in (
+        {"variant": "corrected"}, {"variant": "local"}, {"variant": "random"}, {"variant": "printed"}, {"samples": 40},
+        {"stop_first": False}, {"rest": 5.0, "budget": 300}, {"warm_start": False},
+    )
+)  # fmt: skip
+"""Other searches of ``qaco``, asked in the laboratory."""
 QUICK_SCENES = ("silver-chloride",)
 RECORDINGS = ("grabLeft", "grabRight", "tracked-recording")
 QUICK_SEEDS, ALL_SEEDS = range(1), range(40)
@@ -58,6 +67,12 @@ def of_scene(name, frames, **settings):
 def of_small_scene(name):
     """Yields 30 frames of a made-up scene, whose bodies have 500 faces."""
     yield from of_scene(name, 30, faces=500)
+
+
+def of_laboratory():
+    """Two dozen frames of five bodies, of which three move through the others and then rest."""
+    bodies, motion = lab_bodies_and_motion(frames=80)
+    yield World(bodies, motion.frames(30, 54))
 
 
 def of_recording(name, frames):
@@ -81,6 +96,7 @@ def of_random(shape, seeds):
 
 QUICK = {f"small scene {name}": (of_small_scene, name) for name in QUICK_SCENES}
 QUICK |= {f"random {shape}, {len(QUICK_SEEDS)}": (of_random, shape, QUICK_SEEDS) for shape in SHAPES}
+QUICK["laboratory"] = (of_laboratory,)
 CHEMISTRY = ("carbonate-titration", "marble", "ammonia-calorimetry")
 """Scenes that came after the digests and are about what is in the glasses."""
 SLOW = {f"scene {name}": (of_scene, name, 300) for name in SCENES if name not in CHEMISTRY}
@@ -103,7 +119,12 @@ def worlds(group):
 
 
 def asked_in(group):
-    """The detectors that a group is shown to: of random worlds only those that promise an answer in them."""
+    """The detectors that a group is shown to: of random worlds only those that promise an answer in them.
+
+    The laboratory is shown to the others.
+    """
+    if group == "laboratory":
+        return [(name, settings) for name, settings in VARIANTS if name not in SCALE_FREE] + list(SEARCHES)
     kept = SCALE_FREE if group.startswith("random") else [name for name, _ in VARIANTS]
     return [(name, settings) for name, settings in VARIANTS if name in kept]
 
