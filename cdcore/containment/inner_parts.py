@@ -149,8 +149,7 @@ def clearance_of_components(
                         gap = gap_to_hole
                 if not gap > kept:
                     return 0.0
-            if gap - kept < clearance:
-                clearance = gap - kept
+            clearance = min(clearance, gap - kept)
     return clearance
 
 

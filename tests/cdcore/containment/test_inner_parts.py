@@ -8,7 +8,15 @@ from support.shapes import ball_mesh, box_mesh, merge_meshes, random_rotations, 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.containment import containment_stage
 from cdcore.containment.containment_stage import clearances_over, farthest_corner, inner_components_of
-from cdcore.containment.inner_parts import BESIDE, OuterBoxes, pose_of_inner, reach_of_component
+from cdcore.containment.inner_parts import (
+    AT_HOLE,
+    BESIDE,
+    WITHIN,
+    OuterBoxes,
+    clearance_of_components,
+    pose_of_inner,
+    reach_of_component,
+)
 from cdcore.containment.winding_surface import winding_surface
 from cdcore.kernels.box_against_box import gap_on_face_axes
 from cdcore.protocol import detect_live
@@ -46,6 +54,29 @@ def strolling_motion(rng, count, step=0.004):
     rotations = Rotation.from_rotvec(np.cumsum(rng.normal(scale=0.03, size=(count, 3)), axis=0)).as_matrix()
     both = np.stack([np.tile(np.eye(3), (count, 1, 1)), rotations], axis=1)
     return Motion(np.arange(count) / 90, np.stack([0 * positions, positions], axis=1), both)
+
+
+@pytest.mark.parametrize("middle", [0.0, 0.3])
+def test_ball_reaches_the_hole_of_each_box(middle):
+    """Two boxes of edges of 10 cm about (0, 0, 0) and (0.3, 0, 0) m, of which each lacks a face towards +X."""
+    box = box_mesh([0.1] * 3)
+    towards_x = np.flatnonzero((box.triangles[:, :, 0] == 0.05).all(axis=1))
+    holed = TriangleMesh(box.vertices, np.delete(box.faces, towards_x[0], axis=0))
+    boxes = outer_boxes_of(merge_meshes(holed, shift_mesh(holed, [0.3, 0, 0])))
+    ball = inner_components_of(INNER["ball"])  # of 2 cm
+    places = {-0.1: BESIDE, -0.05: BESIDE, 0.0: WITHIN, 0.05: AT_HOLE, 0.1: BESIDE}
+    for x, reach in places.items():
+        assert reach_in_python(ball, 0, boxes, np.eye(3), np.array([middle + x, 0, 0]), MARGIN) == reach, x
+
+
+def test_clearance_is_the_gap_less_some_margins():
+    """A box of edges of 20 cm whose centre is 0.6 m from the side of one of 1 m, as it is and turned by 45 degrees."""
+    components = inner_components_of(box_mesh([0.2] * 3))
+    boxes = outer_boxes_of(box_mesh([1.0] * 3))
+    for degrees, gap in ((0, 0.5), (45, 0.6 - 0.1 * np.sqrt(2))):
+        rotation = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+        clearance = clearance_of_components.__wrapped__(components, boxes, rotation, np.array([1.1, 0, 0]), 1e-6)
+        assert gap - 2e-5 < clearance < gap
 
 
 @pytest.mark.sampled(3)

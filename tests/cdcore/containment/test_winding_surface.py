@@ -5,6 +5,7 @@ import pytest
 from support.shapes import ball_mesh, box_mesh, icosphere_mesh, merge_meshes, shift_mesh
 
 from cdcore import TriangleMesh
+from cdcore.containment import winding_surface as module
 from cdcore.containment.winding_surface import ComponentKind, winding_surface
 
 
@@ -66,6 +67,36 @@ def test_up_to_three_flat_sheets_cannot_enclose_a_volume():
     sheets = [shift_mesh(side, [0, 0, 3 * k]) for k in range(4)]
     assert winding_surface(side).kinds.tolist() == winding_surface(merge_meshes(*sheets[:3])).kinds.tolist() == []
     assert winding_surface(merge_meshes(*sheets)).kinds.tolist() == [ComponentKind.OPEN]
+
+
+def test_large_flat_sheet_off_the_origin_has_no_winding_surface():
+    """More than 10,000 corners, whose extents are taken from the eigenvalues of a 3 x 3 matrix."""
+    x, y = np.meshgrid(np.arange(42.0), np.arange(42.0))
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 1000.0)])
+    corner = np.arange(42 * 41)[np.arange(42 * 41) % 42 != 41]
+    faces = np.concatenate([[corner, corner + 1, corner + 43], [corner, corner + 43, corner + 42]], axis=1).T
+    assert 3 * len(faces) > 10_000
+    assert winding_surface(TriangleMesh(points, faces)).kinds.tolist() == []
+
+
+def test_open_components_share_the_sign_they_agree_on():
+    """1 where all are wound outwards, -1 inwards, 0 where they differ."""
+    bowl = cut_sphere(height=0.7)
+    inwards = TriangleMesh(bowl.vertices, bowl.faces[:, ::-1])
+    signs = [
+        winding_surface(merge_meshes(first, shift_mesh(second, [5, 0, 0]))).signs.tolist()
+        for first, second in ((bowl, bowl), (inwards, inwards), (bowl, inwards))
+    ]
+    assert signs == [[1], [-1], [0]]
+
+
+def test_rims_too_many_to_follow_belong_to_their_components(monkeypatch):
+    """Two boxes that lack a face each, as a mesh of which no rims are followed: each keeps its own hole."""
+    monkeypatch.setattr(module, "MOST_TRACED", 0)
+    box = without_faces(box_mesh(), 4)
+    surface = winding_surface(merge_meshes(box, shift_mesh(box, [3, 0, 0])))
+    assert surface.kinds.tolist() == [ComponentKind.HOLED] * 2
+    assert surface.first_hole.tolist() == [0, 1, 2]
 
 
 @pytest.mark.sampled(3)

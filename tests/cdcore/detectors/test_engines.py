@@ -146,6 +146,7 @@ def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
     )
     answer = create_detector(name, bodies, shape="mesh").detect(motion)
     assert answer.verdict[:, 0].tolist() == [Verdict.INVALID, Verdict.NO_POSE]
+    assert set(answer.reasons) == {(0, 0)}
     assert "not supported" in answer.reasons[0, 0] and "not supported" in answer.containment[0]
     assert (answer.verdict[:, 1] == Verdict.CLEAR).all()
     explained = create_detector(name, bodies, shape="mesh").explain(motion, 0, 0, np.zeros((0, 2)))

@@ -47,6 +47,22 @@ def test_compiled_greatest_minimum_equals_its_interpreted_reference(seed, limits
         assert (values + slopes @ quick).min() == pytest.approx((values + slopes @ slow).min(), rel=1e-12)
 
 
+def test_few_exchanges_reach_the_greatest_minimum(monkeypatch):
+    """Rows are taken in one by one, and those that are loose leave: of 60 rows at most 14 are worked with at a time."""
+    sizes, highest_corner = [], module.highest_corner
+
+    def noted_corner(rows, bounds, slack):
+        sizes[-1].append(len(rows))
+        return highest_corner(rows, bounds, slack)
+
+    monkeypatch.setattr(module, "highest_corner", noted_corner)
+    for seed in range(10):
+        sizes.append([])
+        greatest_minimum(*functions_of(seed, count=60, dimensions=3), AROUND, np.full(6, 0.3))
+    assert max(len(steps) for steps in sizes) <= 7
+    assert max(size for steps in sizes for size in steps) <= 14
+
+
 def test_rows_that_meet_in_no_corner_have_no_answer():
     """A strip: nothing bounds the second variable."""
     assert greatest_minimum(np.zeros((1, 2)), np.ones(1), np.array([[1.0, 0.0], [-1.0, 0.0]]), np.ones(2)) is None
