@@ -33,3 +33,23 @@ def test_elements_are_nested_up_to_their_limit(tmp_path, monkeypatch):
     monkeypatch.setattr(safe_files, "MOST_DEPTH", 2)
     with pytest.raises(SceneSourceError, match="more than 2 elements within each other"):
         SceneFiles(tmp_path).xml(path)
+
+
+def test_paths_lie_within_the_folder_and_exist(tmp_path):
+    """Each place of a path: whether it lies in the scene's folder, and whether something stands there."""
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    (folder / "cup.obj").touch()
+    (tmp_path / "secret.obj").touch()
+    (folder / "loop").symlink_to(folder / "loop")
+    (folder / "link.obj").symlink_to(tmp_path / "secret.obj")
+    files = SceneFiles(folder)
+    places = {
+        "cup.obj": (True, True),
+        "none.obj": (True, False),
+        "../secret.obj": (False, True),
+        "../none.obj": (False, False),
+        "link.obj": (False, True),
+        "loop": (False, False),
+    }
+    assert {name: (files.is_within(folder / name), files.exists(folder / name)) for name in places} == places

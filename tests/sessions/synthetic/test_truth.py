@@ -97,3 +97,12 @@ def test_noise_leaves_both_ends_of_a_contact_open(name):
     for episode in whole:
         assert episode.possibly[0] < episode.nominal[0] < episode.surely[0]
         assert episode.surely[1] < episode.nominal[1] < episode.possibly[1]
+
+
+def test_each_contact_has_its_own_sure_interval():
+    """Two contacts and, from the start of the session, a third, which late poses do not shorten."""
+    contacts = [(0.0, 1.0), (2.0, 4.0), (6.0, 7.0)]
+    shifted = lambda height: [(max(start - height, 0.0), end + height) for start, end in contacts]  # noqa: E731
+    episodes = levelled_episodes(("a", "b"), "contact", shifted, noise=0.25, tessellation=0.0, clock=(0.5, 9.0))
+    assert [episode.nominal for episode in episodes] == [(0.0, 1.5), (2.5, 4.5), (6.5, 7.5)]
+    assert [episode.surely for episode in episodes] == [(0.75, 1.25), (2.75, 4.25), (6.75, 7.25)]
