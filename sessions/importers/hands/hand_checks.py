@@ -144,7 +144,7 @@ def side_by_bend(joints: Joints) -> str:
     for finger in fingers:
         along = joints[f"{finger} tip"] - joints[f"{finger} proximal"]
         bends.append((along * normal).sum(axis=1) / np.maximum(length * np.linalg.norm(along, axis=1), 1e-30))
-    bend = float(np.mean(bends)) if bends and len(length) else 0.0
+    bend = float(np.mean(bends)) if len(length) else 0.0
     if abs(bend) < LEAST_BEND:
         return ""
     return "left" if bend > 0.0 else "right"

@@ -49,6 +49,8 @@ def test_repeated_reports_are_merged_and_booked(tmp_path):
         ("0.5,cup,cup,begin\n", "line 1: the bodies are 'cup' and 'cup'; name two bodies"),
         ("0.5,,rod,begin\n", "line 1: the bodies are '' and 'rod'; name two bodies"),
         ("0.5,cup,,begin\n", "line 1: the bodies are 'cup' and ''; name two bodies"),
+        ("0.5,a,rod,touch\n", "line 1: 'touch' is neither begin nor end"),
+        ("noon,a,rod,begin\n", "line 1: 'noon' is no time in seconds"),
         ("0.5,cup,rod\n", "line 1: 3 columns; write four: time, a, b, begin or end"),
     ],
 )

@@ -58,7 +58,8 @@ def test_unit_that_a_mesh_file_states_wins_over_size(tmp_path, name, head, scale
 def test_folder_is_matched_by_name_and_reported(tmp_path):
     """Balls by diameter: one of 8 units must be in centimetres; a forced unit overrides the guess."""
     write_balls(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
-    (tmp_path / "notes.txt").write_text("no mesh")
+    (tmp_path / "camera.txt").write_text("no mesh")
+    (tmp_path / "camera.obj").mkdir()
     result, note = match_meshes(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
     assert {name: item.file.name for name, item in result.items()} == {
         "beaker": "Beaker_250.obj",

@@ -72,6 +72,7 @@ def test_mjcf_poses_and_surfaces_agree_with_mujoco(arm_model):
         own = data.body(name)
         assert np.abs(body.pose[:3, 3] - own.xpos).max() <= 1e-9
         assert np.abs(body.pose[:3, :3] - own.xmat.reshape(3, 3)).max() <= 1e-9
+        assert body.mass == model.body(name).mass[0]
     # The corners of a mesh stand in the world where the library has them.
     geom = model.body("cup").geomadr[0]
     corners = model.mesh_vert @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
@@ -283,6 +284,16 @@ def test_files_above_the_model_are_read_below_the_named_root(tmp_path):
     assert [*read_scene_source(path, root=tmp_path).bodies] == ["cup"]
 
 
+def test_folders_of_assets_are_stripped_where_the_model_says(tmp_path):
+    (tmp_path / "cup.obj").write_text(CUP)
+    path = tmp_path / "scene.xml"
+    path.write_text(
+        '<mujoco><compiler strippath="true"/><asset><mesh name="cup" file="/lab/cup.obj"/></asset><worldbody>'
+        '<body name="cup"><joint/><geom type="mesh" mesh="cup"/></body></worldbody></mujoco>'
+    )
+    assert [*read_scene_source(path).bodies] == ["cup"]
+
+
 def test_nested_includes_are_limited_in_number(tmp_path):
     """Twenty files that each include the next one twice would be a million readings."""
     for number in range(20):
@@ -340,6 +351,7 @@ def test_pairs_that_collide_agree_with_mujoco(tmp_path, filter_parents):
         f'<pair geom1="ball" geom2="cup"/></contact><worldbody>{arm}{body("ball", "")}'
         + body("cup", 'conaffinity="3"')
         + body("ghost", never)
+        + body("glove", 'conaffinity="0"')
         + body("wall", "", joint="")
         + WORLD_END
     )

@@ -22,7 +22,7 @@ from sessions.importers import import_session
 from sessions.importers.csv_columns_and_units import CsvLayout
 from sessions.importers.csv_draft import UnknownColumnsError
 from sessions.importers.csv_head import CsvHead
-from sessions.importers.hands.hand_checks import exchanged_joints
+from sessions.importers.hands.hand_checks import exchanged_joints, hand_size, side_by_bend, stuck_joint
 from sessions.importers.hands.hand_columns import MOST_LISTED, hand_layout, unknown_joints
 from sessions.importers.hands.joint_names import JOINTS, RADII_M, UNITY_JOINTS
 from sessions.importers.ledger import ledger_of
@@ -280,6 +280,29 @@ def test_short_finger_that_folds_back_names_its_joints():
     assert exchanged_joints(joints | {"little tip": near_tip}) is None
     folded = joints | {"little distal": near_tip, "little tip": distal}
     assert exchanged_joints(folded) == ("little distal", "little tip")
+
+
+def without_joints(hand, *words):
+    """The joints of a hand whose names hold none of these words."""
+    return {joint: positions for joint, positions in hand.items() if not any(word in joint for word in words)}
+
+
+def test_joint_is_stuck_only_beside_a_moving_wrist():
+    hand = moving_hand() | {"index tip": np.zeros((len(TIMES), 3))}
+    assert stuck_joint(hand) == "index tip"
+    assert stuck_joint(without_joints(hand, "wrist")) == stuck_joint(still_hand(curl=0.6)) == ""
+
+
+def test_side_and_size_need_two_fingers_and_a_root():
+    hand = still_hand(curl=0.6)
+    for place in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]):
+        assert side_by_bend({joint: positions + place for joint, positions in hand.items()}) == "left"
+    for joints in (hand, without_joints(hand, "ring tip"), without_joints(hand, "wrist")):
+        assert side_by_bend(joints) == "left"
+    in_no_row = {joint: positions[:0] for joint, positions in hand.items()}
+    for joints in (without_joints(hand, "tip"), without_joints(hand, "wrist", "metacarpal"), in_no_row):
+        assert side_by_bend(joints) == ""
+    assert np.isnan(hand_size({"index tip": hand["index tip"]})) and np.isnan(hand_size(in_no_row))
 
 
 def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
