@@ -179,3 +179,85 @@ def test_ticks_and_titles_stand_beside_the_field():
 def test_ticks_are_round_and_enclose_the_values(largest, most, smallest, ticks):
     """``most``: number of steps; a tick stands at 1, 2, 2.5 or 5 times a power of ten."""
     assert ticks_of(largest, most, smallest) == pytest.approx(ticks)
+
+
+def test_value_of_a_logarithmic_axis_stands_at_its_power_of_ten():
+    """Five decades from 0.01 to 1000: 1 is two of them from the begin."""
+    axis = Axis.of("ms", [0.01, 1000.0], 5)
+    assert [axis.fraction(value) for value in (0.01, 1.0, 1000.0)] == pytest.approx([0.0, 0.4, 1.0])
+
+
+def test_equal_values_have_an_axis_of_their_own():
+    level = curve([(0.0, 20.0), (1.0, 20.0)], (), "", "s", "degC", lowest=20.0)
+    heights = {height for _, height in dict(level.lines)["curve"]}
+    assert heights == {FIELD["bottom"]}
+    row = IntervalRow("a", value=1.0, lower=1.0, upper=1.0, label="1")
+    assert interval_plot([row], "", "ms").dots[0].at[0] == pytest.approx(8.0)
+
+
+def test_wide_letters_and_those_beyond_ascii_are_taken_as_widest():
+    assert text_width("M\u00e4a.A") == pytest.approx(15.8 + 15.8 + 8.9 + 5.7 + 10.9)
+
+
+def label_among(*offsets, centre=(224.0, 82.0)):
+    """Where the name ``abc`` stands from its dot, in units right and down, with nameless dots at these places."""
+    corners = [(FIELD["right"], FIELD["bottom"])] * 6  # more than five names are placed in their order
+    points = [centre, *(np.add(centre, offset) for offset in offsets), *corners]
+    dots = [
+        Dot("" if number else "abc", 10.0 * (x - FIELD["left"]) / 380.0, 10.0 * (FIELD["bottom"] - y) / 120.0)
+        for number, (x, y) in enumerate(points)
+    ]
+    plot = scatter(dots, "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+    (label,) = [label for label in plot.labels if label.text == "abc"]
+    left = label.at[0] - {"start": 0.0, "end": text_width("abc")}[label.side]
+    return pytest.approx((left - centre[0], label.at[1] - 12.0 - centre[1]), abs=1e-6)
+
+
+BESIDE, OTHER_SIDE = (10.0, -8.0), (-10.0 - 26.7, -8.0)
+"""Upper left corner of the name, 26.7 wide and 15 high, right and left of its dot."""
+
+
+@pytest.mark.parametrize(
+    ("offset", "place"),
+    [
+        ((10.0 + 26.7 + 5.5, 0.0), OTHER_SIDE),
+        ((10.0 + 26.7 + 6.5, 0.0), BESIDE),
+        ((10.0 - 5.5, 0.0), OTHER_SIDE),
+        ((10.0 - 6.5, 0.0), BESIDE),
+        ((20.0, -8.0 - 5.5), OTHER_SIDE),
+        ((20.0, -8.0 - 6.5), BESIDE),
+        ((20.0, 7.0 + 5.5), OTHER_SIDE),
+        ((20.0, 7.0 + 6.5), BESIDE),
+    ],
+)
+def test_name_keeps_6_units_from_the_middle_of_other_dots(offset, place):
+    assert label_among(offset) == place
+
+
+BELOW_BOTH_SIDES = ((20.0, 10.0), (-20.0, 10.0))
+"""Dots that reach into the places beside the dot, but not into higher ones."""
+
+
+@pytest.mark.parametrize(
+    ("offsets", "place"),
+    [
+        (BELOW_BOTH_SIDES, (-26.7 / 2, -24.0)),
+        ((*BELOW_BOTH_SIDES, (-2.5, -20.0)), (6.0, -22.0)),
+        ((*BELOW_BOTH_SIDES, (2.5, -20.0)), (-4.0 - 26.7, -22.0)),
+        ((*BELOW_BOTH_SIDES, (2.5, -20.0), (-2.5, -20.0)), (10.0, -13.0)),
+        ((*BELOW_BOTH_SIDES, (2.5, -20.0), (-2.5, -20.0), (20.0, 0.0)), (-10.0 - 26.7, -13.0)),
+    ],
+    ids=["above", "above right", "above left", "a little higher", "a little higher, on the left"],
+)
+def test_name_moves_up_where_dots_stand_beside(offsets, place):
+    assert label_among(*offsets) == place
+
+
+@pytest.mark.parametrize(
+    ("x", "height", "place"),
+    [(178.0, 0.0, OTHER_SIDE), (147.3, 0.0, (-26.7 / 2, -24.0)), (178.0, 2.5, BESIDE)],
+    ids=["right part of a tick", "left part of a tick, another tick on its left", "a little above the ticks"],
+)
+def test_name_of_a_dot_on_the_floor_avoids_ticks(x, height, place):
+    """Tick 4 stands at 186 and tick 2 at 110, each 8.9 wide; their top is 5 below the floor."""
+    assert label_among(centre=(x, FIELD["bottom"] - height)) == place
