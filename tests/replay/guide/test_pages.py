@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from replay.guide.pages import INDEX_PAGE, PAGES_FOLDER, for_terminal, page, topics
+from replay.errors import OutputError
+from replay.guide.pages import INDEX_PAGE, PAGES_FOLDER, for_terminal, page, topics, write_scripts
 
 
 def test_guide_index_links_every_page_exactly_once():
@@ -24,3 +25,15 @@ def test_a_link_becomes_the_command_that_prints_its_page():
         "![picture](a.png)\n\n<!-- mark -->\n[audit](audit.md), [all](README.md), [file](../a.md), [web](https://a.b)"
     )
     assert for_terminal(text) == ("audit (`replay guide audit`), all (`replay guide`), file, [web](https://a.b)")
+
+
+def test_scripts_of_a_page_replace_no_other_file(tmp_path):
+    written = write_scripts("your-recording", tmp_path)
+    assert [path.read_bytes() for path in written] == [(PAGES_FOLDER / path.name).read_bytes() for path in written]
+    assert write_scripts("your-recording", tmp_path) == written, "the same files may be there already"
+    written[-1].write_text("my own")
+    with pytest.raises(OutputError, match="is there already and differs"):
+        write_scripts("your-recording", tmp_path)
+    assert written[-1].read_text() == "my own"
+    with pytest.raises(OutputError, match="has no scripts"):
+        write_scripts("glossary", tmp_path)
