@@ -119,12 +119,9 @@ def worlds(group):
 
 
 def asked_in(group):
-    """The detectors that a group is shown to: of random worlds only those that promise an answer in them.
-
-    The laboratory is shown to the others.
-    """
+    """The detectors that a group is shown to: of random worlds only those that promise an answer in them."""
     if group == "laboratory":
-        return [(name, settings) for name, settings in VARIANTS if name not in SCALE_FREE] + list(SEARCHES)
+        return [*VARIANTS, *SEARCHES]
     kept = SCALE_FREE if group.startswith("random") else [name for name, _ in VARIANTS]
     return [(name, settings) for name, settings in VARIANTS if name in kept]
 
