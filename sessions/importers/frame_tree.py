@@ -89,6 +89,8 @@ class FrameTree:
         self._links: dict[str, _Link] = {}
         self._tables: dict[str, tuple[Stamps, Numbers]] = {}
         self._interpolated = False
+        self.roots = tuple[str, ...]()
+        """The frames that the poses are in, once there are tables."""
 
     def add(
         self,
@@ -111,7 +113,8 @@ class FrameTree:
         base = topic.removesuffix(STATIC)
         link = self._links.setdefault(child, _Link(parent, base, static))
         if link.parent != parent:
-            raise self._error(f"frame {child!r} hangs from {link.parent!r} and from {parent!r}; choose by --topic")
+            cure = "record its poses in one of them" if link.topic == base else "choose by --topic"
+            raise self._error(f"frame {child!r} hangs from {link.parent!r} and from {parent!r}; {cure}")
         if link.topic != base:
             raise self._error(f"frame {child!r} comes on the topics {link.topic!r} and {base!r}; choose one by --topic")
         link.static &= static
@@ -143,6 +146,7 @@ class FrameTree:
                 f"frames hang from {len(roots)} roots ({_named(roots[:MOST_NAMED])}) and no transform joins them; "
                 "choose one by --topic; several --topic are taken to share one world"
             )
+        self.roots = tuple(roots)
         assumed = [f"frames {_named(roots)} taken for one world"] if len(roots) > 1 else []
         if roots and (unframed := [name for name, root in root_of.items() if not root]):
             assumed.append(
@@ -176,7 +180,9 @@ class FrameTree:
         chain = [name]
         while (parent := self._links[chain[-1]].parent) in self._links:
             if parent in chain:
-                raise self._error(f"frame {name!r} hangs from itself by {parent!r}; choose by --topic")
+                is_one_topic = len({self._links[frame].topic for frame in chain}) == 1
+                cure = "correct the names of its frames" if is_one_topic else "choose by --topic"
+                raise self._error(f"frame {name!r} hangs from itself by {parent!r}; {cure}")
             chain.append(parent)
         return chain
 

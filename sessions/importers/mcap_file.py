@@ -26,6 +26,9 @@ from sessions.model.session import Session
 
 ASSUMED: Final = "ros"
 """Axes where none are named: REP 103 defines those of ROS; programs that write Foxglove's messages may have others."""
+OPTICAL: Final = re.compile("_optical(_frame)?$")
+"""The end of the name of a camera's frame, whose axes are others by REP 103."""
+OPTICAL_AXES: Final = "x right, y down, z forward"
 FOXGLOVE: Final = "foxglove."
 DIGITS: Final = re.compile("-?[0-9]{1,20}")
 NAMED_TOPICS: Final = 8  # Topics that an error names
@@ -63,7 +66,10 @@ def read_mcap(
     if arrays:
         joined = [*joined, f"a pose of {', '.join(arrays)} taken to be of the body of its index in the array"]
     confidence = Confidence.SURE if messages.are_of_ros else Confidence.OPEN
-    frame = SourceFrame.in_axes(convention, ASSUMED, "", "stamps of the messages, ns", joined, confidence)
+    usual = ASSUMED
+    if tree.roots and all(map(OPTICAL.search, tree.roots)):
+        usual, confidence = OPTICAL_AXES, Confidence.OPEN
+    frame = SourceFrame.in_axes(convention, usual, "", "stamps of the messages, ns", joined, confidence)
     return session_of_tables(tables, frame, ledger, notes)
 
 

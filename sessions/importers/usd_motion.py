@@ -28,9 +28,10 @@ def read_usd(source: Path, root: str | Path = "", surface: str = Surface.AUTO) -
     scene, motions = read_usd_motion(source, files, Surface(surface))
     motions = {name: motion for name, motion in motions.items() if name in scene.bodies}
     if not motions:
+        left_out = "".join(f"; not taken: {sentence}" for sentence in scene.left_out)
         raise ImportFileError(
-            f"{source} has no body that collides and whose transforms have time samples; take the scene for a "
-            f'recording of poses instead: [scene] from = "{source.name}"'
+            f"{source} has no body that collides and whose transforms have time samples{left_out}; take the scene for "
+            f'a recording of poses instead: [scene] from = "{source.name}"'
         )
     ledger, tracks = Ledger(source), {}
     start = min(float(motion.seconds[0]) for motion in motions.values())

@@ -28,6 +28,7 @@ from sessions.importers import import_session
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.ledger import Ledger, ledger_of
 from sessions.mcap.salvage import recover
+from sessions.model.assumption import Confidence, Subject, assumptions_of
 
 COMPOSED = Path(__file__).with_name("composed")
 COUNT, STEP_NS = 25, 11_111_111
@@ -396,10 +397,13 @@ UNREAD = "/tf: a tf2_msgs/msg/TFMessage cannot be read"
 TWICE = [("map", "a"), ("odom", "b"), ("map", "a", 2), ("odom", "b", 2)]
 BROKEN = {
     "a session": (file_of_transforms(profile="vrlab/1"), "is a session already; run `replay run"),
-    "two parents": (file_of_transforms(("world", "a"), ("room", "a")), "frame 'a' hangs from 'world' and from 'room'"),
+    "two parents": (
+        file_of_transforms(("world", "a"), ("room", "a")),
+        "frame 'a' hangs from 'world' and from 'room'; record its poses in one of them",
+    ),
     "two roots": (file_of_transforms(("world", "a"), ("room", "b")), r"2 roots .'room', 'world'.*--topic"),
     "two that move": (file_of_transforms(*TWICE), "frames hang from 2 roots"),
-    "a loop": (file_of_transforms(("b", "a"), ("a", "b")), "hangs from itself"),
+    "a loop": (file_of_transforms(("b", "a"), ("a", "b")), "hangs from itself by 'a'; correct the names"),
     "no name": (file_of_transforms(("world", "")), "a transform has no child frame"),
     "no poses": (file_of_transforms({}, schema=FRAMES), "a transform has no child frame"),
     "none of several": (file_of_transforms({"transforms": []}, schema=FRAMES), "there is no pose in it"),
@@ -450,6 +454,18 @@ def test_topics_that_are_not_read_are_named(tmp_path):
     assert unread in session.facts["conversions"]
     chosen = import_session("mcap", tmp_path / "m.mcap", topics=["/tf"])
     assert "not read" not in chosen.facts["conversions"]
+
+
+def test_poses_in_an_optical_frame_have_y_down(tmp_path):
+    """REP 103: x right, y down, z forward; a point at (1, 2, 3) is 2 m below and 3 m in front of the camera."""
+    moved = transform("depth_optical_frame", "cup", stamp=1)
+    moved["translation"] = {"x": 1.0, "y": 2.0, "z": 3.0}
+    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [("/tf", FRAME, 1, moved)]))
+    assert session.tracks["cup"].positions[0] == pytest.approx([1.0, -2.0, -3.0])
+    axes = next(row for row in assumptions_of(session.facts) if row.subject is Subject.POSE_AXES)
+    assert axes.confidence is Confidence.OPEN
+    named = import_session("mcap", tmp_path / "m.mcap", convention="ros")
+    assert named.tracks["cup"].positions[0] == pytest.approx([-2.0, 3.0, -1.0])
 
 
 def test_odometry_is_a_pose_of_its_topic(tmp_path):

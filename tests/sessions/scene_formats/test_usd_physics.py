@@ -433,6 +433,17 @@ def test_usd_without_time_samples_is_refused_as_a_recording(bench_file):
         import_session("usd", bench_file)
 
 
+def test_moving_usd_body_without_a_readable_mesh_names_the_cause(tmp_path):
+    stage = new_stage(tmp_path / "s.usda")
+    cup = rigid_body(stage, "/cup")
+    for code in (1, 2):
+        cup.GetOrderedXformOps()[0].Set((code, 0, 0), code)
+    collider(stage_mesh(stage, "/cup/m")).GetFaceVertexIndicesAttr().Set([0, 1, 99])
+    stage.Save()
+    with pytest.raises(SessionError, match=r"not taken: the collider '/cup/m': .*; take the scene"):
+        import_session("usd", tmp_path / "s.usda")
+
+
 def test_unsupported_usd_physics_is_listed_prim_by_prim(tmp_path):
     """Values at times 1 and 2 are motions; PhysX's schemas make a soft body and a trigger."""
     stage = new_stage(tmp_path / "s.usda")
