@@ -158,8 +158,11 @@ def _joined_meshes(meshes: Iterable[MeshData]) -> MeshData | None:
 
 
 def rigid_of(pose: Array) -> Array:
-    """The pose without its scale: what a tracker reports of the node."""
-    columns = pose[:3, :3] / np.linalg.norm(pose[:3, :3], axis=0)
+    """The pose without its scale: what a tracker reports of the node; `MeshFileError`: the scale is 0."""
+    lengths = np.linalg.norm(pose[:3, :3], axis=0)
+    if not lengths.all():
+        raise MeshFileError("a node has a scale of 0; export it again")
+    columns = pose[:3, :3] / lengths
     columns[:, 0] *= np.sign(np.linalg.det(columns))
     u, _, v = np.linalg.svd(columns)
     rigid = np.eye(4)

@@ -307,6 +307,12 @@ def test_node_rotation_must_be_a_unit_quaternion(length):
         mesh_from_bytes(glb_file(tree_of_a_mesh(node, primitive_at()), TRIANGLE), "glb")
 
 
+def test_named_node_of_scale_zero_is_refused():
+    tree = tree_of_a_mesh({"name": "cup", "scale": [0.0, 1.0, 1.0]}, primitive_at())
+    with pytest.raises(MeshFileError, match="a node has a scale of 0"):
+        mesh_from_bytes(glb_file(tree, TRIANGLE), "glb", node="cup")
+
+
 def two_nodes(first, second, **more):
     """A file with a triangle on each of two nodes."""
     nodes = [{"mesh": 0, **first}, {"mesh": 0, **second}]
