@@ -79,6 +79,7 @@ def unknown_names(text, known):
 
 
 def test_names_in_docstrings_exist(sources, names_of_code):
+    """A name between backquotes must be one of the code; a planted name that is not is noticed."""
     known = names_of_code | FOREIGN | EXAMPLES | COMPOSED
     planted = 'def gone():\n    """See `gone` and ``gone.never_written``."""  # never_written\n'
     assert unknown_names(planted, known | {"gone"}) == ["gone.never_written"]

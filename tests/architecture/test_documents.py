@@ -130,6 +130,7 @@ def pages():
 
 @pytest.mark.parametrize("name", [*pages()])
 def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch, capsys, sessions_made):
+    """Commands and Python blocks of a page share a folder and a namespace."""
     monkeypatch.chdir(tmp_path)
     lay_out(name, tmp_path)
     files, names = displayed_files(DOCUMENTS[name]).values(), {"__name__": "guide"}
@@ -150,6 +151,7 @@ def settings_of(path):
 
 
 def test_every_toml_and_yaml_block_is_readable(tmp_path):
+    """Each is read by the product, a workflow is compared with the action's inputs."""
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
     from sessions.importers.csv_columns_and_units import read_mapping
@@ -261,6 +263,7 @@ def prose(text):
 
 
 def test_readme_and_guide_keep_to_their_length():
+    """In words; a page's limit is without its blocks and tables."""
     pages = {topic: page(topic) for topic in topics()}
     assert words(README) <= 700
     assert sum(map(words, [page(INDEX_PAGE), *pages.values()])) <= 11_000

@@ -87,6 +87,7 @@ def test_shapes_are_the_types_with_a_field_of_a_fault():
 
 @pytest.mark.slow
 def test_a_miss_passes_through_few_functions_files_and_types(tmp_path):
+    """Functions that receive a miss on its way from the audit to the output."""
     session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
     write_session(session, tmp_path / "s.mcap")
     replay.run(session, detectors=DETECTOR)

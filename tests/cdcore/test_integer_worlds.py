@@ -23,6 +23,7 @@ def lattice_pairs(seed, size):
 @pytest.mark.parametrize("size", [2, 3, 6])
 @pytest.mark.parametrize("scale", [1.0, 1 / 3, 2.0**-400])
 def test_reference_agrees_with_scalar_separating_axes(size, scale):
+    """Triangles have corners at whole numbers up to the size, so that many touch exactly."""
     pairs = lattice_pairs(seed=size, size=size) * scale
     expected = [bool(meets_by_axes(pair)) for pair in pairs]
     assert 8 < sum(expected) < LATTICE_PAIRS - 2

@@ -135,6 +135,7 @@ coordinates = st.floats(-1e6, 1e6, allow_nan=False)
 
 @given(st.lists(coordinates, min_size=3, max_size=3), st.lists(coordinates, min_size=3, max_size=3), st.integers(0, 99))
 def test_placing_errs_by_less_than_the_sphere_pad(point, translation, seed):
+    """The exact place is computed in fractions; spheres are padded by four times the error allowed here."""
     rotation = random_rotations(np.random.default_rng(seed))
     placed = place_points(np.array([point]), rotation, np.array(translation))[0]
     size = math.hypot(*point) + np.abs(translation).max() + UNDERFLOW_PAD

@@ -81,6 +81,7 @@ def assert_answers_of_brute_force(key, name, frames=(0, 12)):
 @quick_and_slow(QUICK_WORLDS, SLOW_WORLDS)
 @pytest.mark.parametrize("name", COMPLETE_DETECTORS)
 def test_complete_detectors_list_exactly_the_meeting_faces(name, worlds):
+    """Brute force tests every pair of faces; more than 50 meet in all worlds together."""
     frames = (0, 12) if name == "exact" else (12,)
     assert sum(assert_answers_of_brute_force(world, name, frames) for world in worlds) > 50
 
@@ -96,6 +97,7 @@ def test_a_corrupt_pose_changes_no_other_frame(name, far):
 @quick_and_slow(FEW_WORLDS, [*QUICK_WORLDS, *SLOW_WORLDS, *(("corrupt", far) for far in FAR_AWAY_M)])
 @pytest.mark.parametrize("name", COMPLETE_DETECTORS)
 def test_detection_is_independent_of_blocks_and_pair_order(name, worlds):
+    """Frame by frame, in blocks of 5 frames, and with pairs in another order and bodies exchanged."""
     for key in worlds:
         world = world_of(key)
         detector, motion = create_detector(name, world.bodies, **WITHOUT_CONTAINMENT), world.motion

@@ -36,6 +36,7 @@ SLOW = [
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", [*QUICK, *SLOW])
 def test_detector_answers_equally_whether_the_motion_fits_in_memory(name, monkeypatch):
+    """With a limit of one frame less than the recording has, it is read in blocks of a third."""
     frames = 100 if name == "image-space" else FRAMES  # it draws every frame
     requested = {"oracle": "continuous"} if name.startswith("continuous") else {"detectors": name, "oracle": "exact"}
     requested.setdefault("detectors", "hybrid,slow=discrete[rate_hz=7.5]")

@@ -99,6 +99,7 @@ def requested(good, at, numbers, capsys):
 # 992: the column of detectors has another name, which the page of a class once added to a word.
 @pytest.mark.slow
 def test_changed_run_folder_ends_in_answer_or_sentence(good_run_folder, no_window, tmp_path, capsys):
+    """Each number is a seed of changes to the folder; none may run its code or take much memory."""
     faults, growth = requested(good_run_folder, tmp_path / "at", [0, 1, 992, 1004, 1005], capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH
 
@@ -106,5 +107,6 @@ def test_changed_run_folder_ends_in_answer_or_sentence(good_run_folder, no_windo
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(4, 2004, 250))
 def test_changed_run_folders_of_all_kinds_end_in_an_answer(good_run_folder, no_window, tmp_path, capsys, first):
+    """Each number is a seed of changes to the folder; none may run its code or take much memory."""
     faults, growth = requested(good_run_folder, tmp_path / "at", range(first, first + FOLDERS), capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH

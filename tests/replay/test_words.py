@@ -84,6 +84,7 @@ def test_number_above_a_limit_is_printed_above_the_limit(value, limit, text):
 
 @given(st.integers(0, 10**7), st.floats(1.0, 1000.0))
 def test_moments_of_two_frames_differ(frame, rate_hz):
+    """Two frames one period of the rate after another; a moment is a timestamp in seconds."""
     assert words.moment(frame / rate_hz) != words.moment((frame + 1.001) / rate_hz)
     assert words.moment(frame / rate_hz) == f"{words.timestamp(frame / rate_hz)} s"
 

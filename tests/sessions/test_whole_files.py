@@ -165,6 +165,7 @@ def test_replacing_a_folder_removes_only_files_it_lists(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there")
 @pytest.mark.parametrize("moment", ["before the first rename", "between two renames"])
 def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
+    """A writer is killed while it renames; of two that live, neither removes the other's folder."""
     out = tmp_path / "out"
     with whole_folder(out, RefusalError, listed_files) as folder:
         write(folder, "first")

@@ -47,6 +47,7 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @example(shift_mesh(box_mesh(), [1e6, -1e6, 1e6]))
 @example(beaker_mesh())
 def test_every_ball_holds_all_used_vertices_and_best_is_smallest(mesh):
+    """A vertex that no face uses may lie outside."""
     balls = [build(mesh) for build in BUILDERS]
     assert all(holds(ball, mesh.referenced_vertices) for ball in balls)
     assert sphere_best(mesh).radius == min(ball.radius for ball in balls)

@@ -30,6 +30,7 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @example(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
 @example(shift_mesh(rod_mesh(), [1e3, 0, 0]))
 def test_box_is_orthonormal_and_holds_all_used_vertices(mesh):
+    """Slack: how far the outermost used vertex lies within the box."""
     for build in BUILDERS:
         box = build(mesh)
         assert slack(box, mesh) >= 0

@@ -141,6 +141,7 @@ def test_every_detector_that_claims_containment_agrees(detector, live):
 @pytest.mark.slow
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
+    """A body enters by the missing side, less than 1 mm a frame, and must agree with exact in every frame."""
     mesh, steps = without_a_side(), np.linspace(-0.13, 0.0, 150)
     positions = steps[:, None] * [1.0, 0.0, 0.0]
     expected = verdicts_of("exact", mesh, positions)

@@ -183,6 +183,7 @@ def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
 
 @pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_meshes_far_from_their_origin_keep_precision(name):
+    """Vertices are shifted by 300 m and poses shifted back, so that the bodies meet as before."""
     far = np.array([300.0, -200.0, 100.0])
     bodies, motion = cube_above_plate(GAPS)
     moved = [Body(body.name, TriangleMesh(body.mesh.vertices + far, body.mesh.faces)) for body in bodies]

@@ -104,6 +104,7 @@ def test_search_hits_need_no_mesh_query_without_faces():
 
 
 def test_hybrid_takes_faces_of_the_search_where_meshes_have_none(monkeypatch):
+    """The mesh stage is made blind to some pairs: there the faces must be those of the search."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     by_search, by_meshes = detection_of_lab("hybrid-qaco"), detection_of_lab("hybrid")

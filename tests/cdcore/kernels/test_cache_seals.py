@@ -63,6 +63,7 @@ def test_sealed_files_are_kept(sealed_folder):
 
 @given(data=st.data())
 def test_a_file_with_changed_bytes_is_removed(sealed_folder, tmp_path_factory, data):
+    """Up to 64 bytes of a sealed file are flipped from a random one on; an unchanged file must stay."""
     folder = shutil.copytree(sealed_folder, tmp_path_factory.mktemp("copy") / sealed_folder.name)
     file = data.draw(st.sampled_from(sorted(folder.iterdir())))
     content = bytearray(file.read_bytes())

@@ -58,6 +58,8 @@ def test_inlining_marks_hold_through_nested_callers():
 
 
 def test_shared_callee_is_compiled_once_for_two_callers():
+    """Complex arguments have not been compiled for by another test: (5j)^2 is -25."""
+
     @fresh
     def first(x):
         return shifted(x)
@@ -96,6 +98,8 @@ def test_function_is_compiled_once_for_all_literal_numbers():
 
 
 def test_function_called_from_python_computes_the_same():
+    """`shifted` squares and adds OFFSET, `halved` halves."""
+
     @fresh
     def compiled(x):
         return shifted(x) + halved(x)

@@ -32,6 +32,7 @@ def corner_at_height(height):
 
 @pytest.mark.parametrize("height", [1e-15, 2.0**-53, 1e-9, 2e-6, 0.125])
 def test_margin_of_a_corner_is_its_height_over_the_face(height):
+    """Above the face it does not meet, below it does; the smallest heights are at the limit of rounding."""
     assert meets_and_margin(FLOOR, corner_at_height(height)) == (False, height)
     assert meets_and_margin(FLOOR, corner_at_height(-height)) == (True, height)
     assert meets_and_margin(corner_at_height(height), FLOOR) == (False, height)

@@ -193,6 +193,7 @@ def test_every_face_set_is_returned_for_its_frame_and_pair(table):
 
 @given(entries, st.integers(0, 8))
 def test_joined_face_sets_equal_sets_made_at_once(table, cut):
+    """Sets of 8 frames and 4 pairs are cut before a random frame and joined again."""
     before = {key: value for key, value in table.items() if key[0] < cut}
     after = {(frame - cut, pair): value for (frame, pair), value in table.items() if frame >= cut}
     joined = FaceSets.join([(0, face_sets_of(before)), (cut, face_sets_of(after))])
@@ -203,6 +204,7 @@ def test_joined_face_sets_equal_sets_made_at_once(table, cut):
 
 @given(entries, st.sets(st.integers(0, 7)))
 def test_face_sets_of_selected_frames_equal_the_whole(table, chosen):
+    """Sets of 8 frames and 4 pairs; a selected frame gets its number in the selection."""
     whole, frames = face_sets_of(table), np.array(sorted(chosen), dtype=np.int64)
     taken = whole.take(frames)
     for number, frame in enumerate(frames):

@@ -107,6 +107,7 @@ def test_invalid_pose_is_refused_with_frame_and_body(spoil, message):
 
 
 def test_pose_flagged_invalid_is_not_read():
+    """The pose of body 1 in frame 3 is not a number; it is replaced by that of a body at rest in the origin."""
     translations, rotations = random_translations_and_rotations()
     translations[3, 1], rotations[3, 1] = np.nan, np.inf
     valid = np.ones((6, 2), dtype=bool)

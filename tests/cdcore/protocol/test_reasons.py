@@ -49,6 +49,7 @@ def test_decided_or_absent_pairs_have_no_reason(position):
 
 
 def test_reasons_stay_with_their_frames_in_blocks_and_selections():
+    """The second block begins at frame 1; (frame, pair) are the keys."""
     first, second = (
         detection([[UNRESOLVED, CLEAR, CLEAR]], {(0, 0): "noted"}),
         detection([[UNRESOLVED, CLEAR, CLEAR], [CLEAR, INVALID, CLEAR]], start=1),

@@ -29,6 +29,7 @@ def components(search, pose, pairs):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
+    """A curve: meeting pairs of faces that are neighbours; two bodies may cut in several."""
     torus, ball = torus_mesh(), ball_of(faces=1500, radius=0.5)
     search = search_of(torus, ball, variant="random")
     for pose in colliding_poses(torus, ball, count=4, seed=seed):

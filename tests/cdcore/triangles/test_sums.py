@@ -100,6 +100,7 @@ def nearly_flat(rng, step):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
 def test_sign_of_four_nearly_coplanar_points_is_exact(step):
+    """Rounded to doubles a volume may have the wrong sign; the filter may answer 2, undecided."""
     rng, w = np.random.default_rng(3), new_digits()
     for _ in range(200):
         p = nearly_flat(rng, step)

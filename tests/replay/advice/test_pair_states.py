@@ -188,6 +188,7 @@ MESHES_WITH_HOLES = {
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
 def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
+    """A state may be unknown; one that is known must be right."""
     holed, ball = MESHES_WITH_HOLES[shape](), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
     rotations, positions = winding_path(seed, reach=0.3)
     states = PairStates(mesh_data(holed), mesh_data(ball)).states(rotations, positions, QueryBudget())

@@ -114,6 +114,7 @@ def test_repeated_setting_ties_by_widening_intervals():
 
 
 def test_pass_that_compiled_a_kernel_is_repeated():
+    """The second pass compiles for 5 s: it is made again, and its seconds are not counted as work."""
     compiled = SimpleNamespace(seconds=0.0)
 
     def compiles(number):

@@ -141,6 +141,7 @@ REPORTS = [
 @pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
 @pytest.mark.parametrize("steps", [50.0, None])
 def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes, steps):
+    """Frames: both touch (B), a false contact (F) or none (.); only a known step rate can explain one of its steps."""
     outcomes = [{".": NEITHER, "B": BOTH, "F": FALSE}[item] for item in frames]
     assembly, _ = cubes_and_outcomes(outcomes)
     stamps = zip(("enter", "exit"), report, strict=True)

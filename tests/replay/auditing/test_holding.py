@@ -57,6 +57,7 @@ def test_press_until_the_end_lasts_to_the_last_frame():
 
 
 def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
+    """Nothing is in reach, or the trigger is held too briefly to carry; both name no body."""
     positions, trigger = session_of_carried_cube()
     still = {**positions, "cube": np.zeros(FRAMES)}
     shorter_than_a_grasp = np.isin(np.arange(FRAMES), range(110, 138)).astype(float)  # 0.28 s

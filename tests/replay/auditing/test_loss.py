@@ -66,6 +66,7 @@ def closed_form(lengths, period):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("lengths", [(1,), (12,), (60,), (2, 9, 47)])
 def test_planted_contacts_give_the_closed_form_of_the_loss(lengths):
+    """Contacts of the given frames begin at every phase of the sampling; a lower rate loses more."""
     measured = losses_at_rates(at_every_phase(lengths))
     assert measured == pytest.approx([closed_form(lengths, FRAME_RATE_HZ // rate) for rate in RATES])
     assert all(slow >= quick for slow, quick in pairwise(measured)) and measured[-1] == 0.0

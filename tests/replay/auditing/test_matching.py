@@ -47,6 +47,7 @@ codes = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
 
 @given(codes, codes)
 def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
+    """A report is matched to at most one contact, and each of either is counted once."""
     size = min(len(left), len(right))
     subject, oracle = verdict_column(left[:size]), verdict_column(right[:size])
     truth, result = episodes(oracle), episodes(subject)

@@ -85,6 +85,7 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
 
 @pytest.mark.slow
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
+    """Neither size of blocks nor number of threads nor names of bodies do."""
     session = cubes_at_gaps_mm(WAVERING)
     whole = noisy_run(session, noise_copies=16).noise
     monkeypatch.setattr(module, "BLOCK_FRAMES", 7)

@@ -81,6 +81,7 @@ def distinct_tokens(lines):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_word_and_number_is_whole_at_every_width(screens, verb):
+    """No line is longer than the terminal, and none of its words is cut."""
     wide = at_width(screens[verb], width=1000)
     assert wide
     for width in WIDTHS:

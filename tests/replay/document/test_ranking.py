@@ -121,6 +121,7 @@ def table_of_ranking(document):
 
 
 def test_ranking_prints_zeros_and_dashes_for_the_reference():
+    """Compared with itself the reference is never late: dashes; a detector that missed nothing: 0."""
     table = table_of_ranking(document_of_audits(**AUDITS_OF_BENCH))
     cells = table.cells()
     assert [row[0] for row in cells] == ["hull50", "mesh50", "paper", "exact"]
@@ -174,6 +175,7 @@ def test_times_measured_offline_are_marked_among_live_times(at_once, noted):
 
 @pytest.mark.parametrize(("mean", "noted"), [(0.9, False), (1.1, True)])
 def test_a_mean_above_p99_is_explained(mean, noted):
+    """99 % of the samples take at most 1 ms, so that a mean of 1.1 ms comes from a few."""
     document = document_of_audits(**AUDITS_OF_BENCH)
     exact = document.detectors["exact"]
     samples = SampleTimes(median=0.9, p95=0.9, p99=1.0, max=200.0, samples=100, over_budget=1.0, stages={})

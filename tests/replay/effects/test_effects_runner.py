@@ -124,6 +124,7 @@ WHOLE = EffectOutput(
     ],
 )
 def test_any_visible_difference_changes_the_digest(changed):
+    """Even the last digit of a value; `data`, which no output shows, does not."""
     assert replace(WHOLE, **changed).digest != WHOLE.digest == replace(WHOLE, data=object()).digest
 
 

@@ -86,4 +86,5 @@ SPECIES = {
 
 
 def test_a_salt_has_the_colour_of_its_ion():
+    """A formula is displayed by the coloured ion in it, or by itself."""
     assert {formula: coloured_species(formula) for formula in SPECIES} == SPECIES

@@ -67,6 +67,7 @@ def test_a_full_glass_pours_from_its_first_tilt():
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.floats(0.0, 180.0), min_size=2, max_size=30), st.floats(0.0, 75.0), st.floats(0.0, 75.0))
 def test_pouring_conserves_volume_for_any_sequence_of_tilts(degrees, first, second):
+    """Glass a is tilted and only loses; both glasses and the table hold the sum (mL)."""
     run = effects_of_tilt_degrees(degrees, (glass("a", first), glass("b", second)))["pour"]
     assert all_of(run) == pytest.approx(first + second, rel=1e-9, abs=1e-9)
     assert all((series.values >= 0.0).all() for series in run.series.values())

@@ -119,6 +119,7 @@ def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):
 
 
 def test_reaction_lacking_its_acid_is_reported_as_not_proceeding():
+    """Water is poured to thiosulfate, which gives sulphur only in acid."""
     bodies = (glass("a", volume_ml=60.0), glass("b", volume_ml=10.0, solute="Na2S2O3", molar=0.1))
     effects = effects_of_tilt_degrees(
         TILTS, bodies, MIXING_IN_B, reaction("S2O3^2- + 2 H+ -> SO2 + S + H2O"), precipitates("S")
@@ -270,6 +271,7 @@ SLAKING = "CaO + H2O -> Ca(OH)2(s)"
 
 
 def test_lime_in_water_reacts_before_the_first_frame():
+    """1 g of CaO lies in 50 mL of water when the recording begins."""
     effects = standing(LIME, NO_HEAT_LOSS, reaction(SLAKING), precipitates("Ca(OH)2"))
     assert not effects["reaction"].output.events_named("no-reaction")
     (before,) = effects["heat"].output.events_named("dissolved-before")
@@ -277,6 +279,7 @@ def test_lime_in_water_reacts_before_the_first_frame():
 
 
 def test_slaking_lime_warms_water_by_its_heat_of_reaction():
+    """1 g of CaO (56.08 g/mol) in 50 mL of water, without loss of heat."""
     effects = standing(LIME, NO_HEAT_LOSS, reaction(SLAKING, rate_per_s=2.0), precipitates("Ca(OH)2"), count=60)
     (warmest,) = effects["heat"].output.events_named("warmest")
     slaking_j_per_mol = 65.2e3  # NBS tables, without the little that dissolves

@@ -209,6 +209,7 @@ def messy_session(seed, frames=60, bodies=3):
 @given(st.integers(0, 10_000), st.integers(1, 13))
 @settings(max_examples=6, deadline=None)
 def test_the_size_of_blocks_changes_no_bit(seed, size):
+    """A session with lost poses and gaps is read whole and in blocks of 1 to 13 frames."""
     session = messy_session(seed)
     whole, blocks = assemble(session), dataclasses.replace(session, source=Blocks(session.frames, size))
     cut = assemble(blocks)

@@ -62,6 +62,7 @@ def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, sta
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50, deadline=None)
 def test_interpolation_is_straight_and_rotates_as_scipys_slerp(seed):
+    """From (1, 0, 0) to (0, 1, 0) between two random rotations."""
     rng = np.random.default_rng(seed)
     ends, fraction = Rotation.random(2, rng=rng), rng.uniform(size=5)
     start, end = (np.tile([*position, *q], (5, 1)) for position, q in zip(np.eye(3)[:2], ends.as_quat(), strict=True))

@@ -68,6 +68,7 @@ def test_changed_session_reruns_after_a_killed_batch(three_session_files, tmp_pa
 
 
 def test_session_with_a_lost_reply_is_accepted(three_session_files, tmp_path):
+    """A second run with the same request keeps the result; another request computes it anew."""
     result = []
     for after in ("", "kept"):
         assert run_session(three_session_files[0], tmp_path / "s0", SETTINGS, "asked") == after

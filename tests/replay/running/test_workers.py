@@ -170,6 +170,7 @@ do_all(exec, {"a": ("import time; time.sleep(300)",), "b": ("import time; time.s
 @needs_sigkill
 @pytest.mark.parametrize("delay", [0.0, 1.0, 4.0])
 def test_interrupted_work_ends_within_five_seconds_with_its_workers(delay):
+    """SIGINT comes 0, 1 or 4 s after the workers were started."""
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", INTERRUPTED],
         stdout=subprocess.PIPE,

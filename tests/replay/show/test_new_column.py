@@ -127,6 +127,7 @@ def faulty():
 
 
 def test_new_column_of_any_table_reaches_five_outputs(faulty, monkeypatch):
+    """A column with a marker in its cells is added to each table in turn."""
     for table in TABLES:
         marker = replace(MARKER, of=lambda row, table=table: f"marker-cell-of-{table}")
         monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], marker))

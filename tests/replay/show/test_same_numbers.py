@@ -86,6 +86,7 @@ def rows_of(text, label):
 
 
 def test_a_ranking_has_the_same_cells_on_every_screen(screens):
+    """Expected cells are made from summary.json."""
     result, summary, texts, _ = screens
     pages = texts | {"picture": documents.answer_text(result)}
     printed = set()

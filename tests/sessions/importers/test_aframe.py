@@ -93,6 +93,8 @@ def test_duplicate_key_in_an_aframe_recording_is_refused(tmp_path, text, name):
 
 
 def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
+    """Two devices are of the left side; that of the right has no list "poses" (misspelt)."""
+
     def wand(*presses):
         return {
             "poses": [pose_row(stamp=1)],

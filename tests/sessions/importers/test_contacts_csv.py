@@ -22,7 +22,7 @@ def contacts_of(tmp_path, text):
     [
         "\n".join(ROWS),
         "\ufeffTIMESTAMP,BodyA,BodyB,Event\r\n" + "\r\n".join(reversed(ROWS)),
-        "# of the engine\nsep=;\n".replace("# of the engine\n", "") + "\n".join(ROWS).replace(",", ";"),
+        "sep=;\n" + "\n".join(ROWS).replace(",", ";"),
         "time;a;b;what\n0,5;cup;rod;begin\n1,25;cup;rod;end\n",
         "# of the engine\n\nwhat\tb\ta\tt [ms]\nenter\trod\tcup\t500\nexit\trod\tcup\t1250\n",
         "time_us,a,b,what\n500000,cup,rod,OnCollisionEnter\n1250000,cup,rod,OnTriggerExit2D\n",

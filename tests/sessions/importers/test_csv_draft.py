@@ -28,6 +28,7 @@ def copied_log(folder, kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_completed_draft_gives_written_poses(tmp_path, kind):
+    """A log with unknown columns is refused with a draft, in which a person answers the open questions."""
     case, path, mapping = KINDS[kind], copied_log(tmp_path, kind), tmp_path / "log.columns.toml"
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)

@@ -162,6 +162,7 @@ def test_a_column_of_numbers_taken_for_names_is_refused(write_csv):
 
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
 def test_unity_script_output_is_read_in_any_locale(write_csv, delimiter, decimal):
+    """The same rows with other delimiters and decimal commas."""
     rows = [HEADER, *(pose_line(0.011 * k, numbers=(0.25 * k, 1.5, 0, 0, 0, 0, 1)) for k in range(5))]
     expected = import_session("csv", write_csv(*rows)).tracks["cup"]
     other = [row.replace(",", delimiter).replace(".", decimal) for row in rows]

@@ -83,6 +83,7 @@ def test_rows_in_no_order_of_time_are_refused(tmp_path):
 
 
 def test_points_of_thousands_beside_decimal_commas_are_refused(tmp_path):
+    """5.000 may be five thousand ms or five; 0.010 cannot be thousands."""
     rows = [("cup", f"{5 + k // 1000}.{k % 1000:03d}", "0,1", 1, 0, 0, 0, 0, 1) for k in range(0, 600, 10)]
     mapping = MAPPING.replace('units = "m"', 'units = "m"\ndelimiter = ";"\ndecimal = ","').replace('"s"', '"ms"')
     (tmp_path / "m.toml").write_text(mapping)

@@ -210,6 +210,7 @@ LONG = {
 
 @pytest.mark.parametrize("kind", LONG)
 def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
+    """A row holds one body, named by a column of three values; without that column times repeat."""
     head, rows = LONG[kind]
     error = draft_of(tmp_path / "log.csv", csv_text(head=head, rows=rows))
     (tmp_path / "map.toml").write_text(error.draft.replace("# convention", "convention"))

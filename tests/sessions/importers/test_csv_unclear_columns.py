@@ -60,6 +60,7 @@ def check_clock(track):
 
 @pytest.mark.parametrize("form", ["%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y"])
 def test_date_column_beside_times_is_not_read_as_bodies(tmp_path, form):
+    """Date and time of day are together the clock of a single body."""
     rows = [csv_row(date_text(step, form), time_of_day(step), pose(step)) for step in range(COUNT)]
     session = import_csv(tmp_path, f"Date,Time,{POSE}", *rows)
     assert session.names == ("log",)
@@ -79,6 +80,7 @@ def test_day_and_month_are_read_as_rows_follow_each_other(tmp_path, form):
 
 @pytest.mark.parametrize("change", ["pipes", "ends", "empty lines"])
 def test_table_of_loggers_is_drafted_and_read(tmp_path, change):
+    """Cells end with "|", rows end with a delimiter, or an empty line follows the header."""
     rows = [csv_row(f"{SECONDS[step]:.6f}", pose(step)) for step in range(COUNT)]
     lines = {
         "pipes": [line.replace(",", "|") for line in (f"time,{POSE}", *rows)],
@@ -151,6 +153,7 @@ def test_flags_of_other_spellings_mark_lost_poses(tmp_path, yes, no):
 
 @pytest.mark.parametrize("cell", ["2", "0.95", "limited", "-1"])
 def test_validity_flag_other_than_yes_or_no_is_refused(tmp_path, capsys, cell):
+    """Row 7 (from 0) is line 9, after the header."""
     rows = [csv_row(SECONDS[step], pose(step), cell if step == 7 else 1) for step in range(COUNT)]
     (tmp_path / "log.csv").write_text("\n".join([f"time,{POSE},valid", *rows, ""]))
     out = str(tmp_path / "s.mcap")
@@ -241,6 +244,7 @@ def test_flag_without_a_name_is_that_of_every_body(tmp_path):
 
 
 def test_draft_asks_which_of_two_flags_counts(tmp_path):
+    """A flag for the position says 1, that for the rotation 0."""
     rows = [csv_row(SECONDS[k], pose(k), 1, 0) for k in range(COUNT)]
     refusal = refused_draft(tmp_path, f"time,{POSE},pos_valid,rot_valid", *rows)
     assert "which of the columns 'pos_valid' and 'rot_valid' says whether a pose is valid" in refusal.unknown

@@ -139,6 +139,7 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
     ],
 )
 def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
+    """A frame (parent, child, stamp) never has a stamp of its parent, or has another root and stands still."""
     rows = [("/tf", FRAME, stamp, transform(parent, child, stamp=stamp)) for parent, child, stamp in moves]
     session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows))
     assert [*session.names] == names and text in ledger_text(session)
@@ -217,6 +218,7 @@ def pose_array(rows):
 
 
 def test_arrays_that_get_shorter_name_no_body(tmp_path):
+    """A pose of an array is a body by its index; an array that loses one no longer says whose."""
     schema = "foxglove.PosesInFrame"
     lengths = [2, 2, 1, 2]
     rows = [
@@ -232,6 +234,7 @@ def test_arrays_that_get_shorter_name_no_body(tmp_path):
 
 
 def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
+    """They are taken to be in the root of /tf, which is named."""
     schema = "foxglove.PoseInFrame"
     rows = [("/tf", FRAME, k, transform("map", "cup", stamp=k, row=k)) for k in (1, 2)]
     for frame, text in (("", "poses of 'pen', which name no frame, taken to be in 'map'"), ("map", "")):

@@ -57,6 +57,7 @@ def mocap_chunks(*, unit="meters", scale=1.0, pairs=(), head=None):
 
 @pytest.mark.parametrize(("unit", "scale"), [("meters", 1.0), ("mm", 1000.0), ("centimeters", 100.0), ("", 1.0)])
 def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
+    """A stream that names no unit is taken to be in metres, and the session says so."""
     session = import_session("xdf", xdf_file(tmp_path, *mocap_chunks(unit=unit, scale=scale)))
     assert set(session.names) == {"Rod", "Cup"}
     for name in POSITIONS:
@@ -83,6 +84,7 @@ CHANNELS_WITHOUT_NAMES = [
     ],
 )
 def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kind, described, axes):
+    """LSL4Unity writes a rotation before positions or after them; a stream of scalars is no body."""
     position, rotation = POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()
     rows = [rotation, 0 * position, position] if described is TRANSFORM_OUTLET else [position, rotation]
     pieces = (
@@ -122,6 +124,7 @@ valid = "l_seen"
     ],
 )
 def test_mistakes_in_a_stream_mapping_are_named(tmp_path, old, new, text):
+    """A text of the mapping is replaced by another; without a replacement it is read."""
     labels = [{"label": f"l_{item}"} for item in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
     angles = ROTATIONS["Cup"].as_euler("zxy", degrees=True)
     rows = np.column_stack([1000 * POSITIONS["Cup"], angles, np.arange(COUNT) != 7])
@@ -229,6 +232,7 @@ PARTS_OF_A_STREAM = {
 @pytest.mark.parametrize("kind", PARTS_OF_A_STREAM)
 @pytest.mark.parametrize("mapped", [False, True])
 def test_segments_of_an_interrupted_stream_are_a_single_body(tmp_path, kind, mapped):
+    """A stream that was interrupted goes on under the same name, with or without a mapping."""
     pieces = [piece for part in PARTS_OF_A_STREAM[kind] for piece in chunks_of_cup(*part)]
     path, options = xdf_file(tmp_path, *pieces), {}
     if mapped:

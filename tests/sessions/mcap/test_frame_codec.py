@@ -54,6 +54,7 @@ def decoded_frames(tables, names=None):
 
 @given(any_frames(), st.integers(1, 4))
 def test_frames_survive_any_chunk_boundary(frames, every):
+    """A chunk holds 1 to 4 messages."""
     records = encoded_records(frames)
     tables = [frame_messages(*records[start : start + every]) for start in range(0, len(records), every)]
     assert_same_frames(decoded_frames(tables, frames.names), frames)

@@ -43,6 +43,7 @@ def with_corners_on_edges(random, outline):
 
 @given(st.integers(4, 40), st.booleans(), st.booleans(), st.integers(0, 2**32))
 def test_clipped_ears_cover_exactly_the_polygon_without_overlap(count, mirrored, on_edges, seed):
+    """Each of 100 random points lies in one triangle if it lies in the polygon, else in none."""
     random = np.random.default_rng(seed)
     outline = random_star(random, count)
     if on_edges:

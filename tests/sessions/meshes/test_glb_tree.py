@@ -142,6 +142,7 @@ def test_normalised_16_bit_positions_are_scaled_to_unit_range():
 
 
 def test_cyclic_nodes_outside_the_scene_are_ignored():
+    """Nodes 1 and 2 are each other's children, and the scene shows only 0 and 3."""
     nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
     data = glb_file({**tree_of_a_mesh({}, primitive_at()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
     assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
@@ -302,6 +303,7 @@ def test_unreadable_files_are_refused_in_a_sentence(more, message):
 
 @pytest.mark.parametrize("length", [2.0, 1.01, 0.9])
 def test_node_rotation_must_be_a_unit_quaternion(length):
+    """(0, 0, 0.6, 0.8) has length 1."""
     node = {"rotation": [0.0, 0.0, 0.6 * length, 0.8 * length]}
     with pytest.raises(MeshFileError, match="a rotation of length"):
         mesh_from_bytes(glb_file(tree_of_a_mesh(node, primitive_at()), TRIANGLE), "glb")

@@ -20,6 +20,7 @@ stamps = st.sets(st.integers(-50, 50), max_size=12).map(sorted)
 
 @given(stamps, stamps, st.integers(0, 9))
 def test_tracks_survive_the_frames_they_are_laid_into(first, second, seed):
+    """Two tracks have stamps of their own; frames are at the stamps of either."""
     valid = np.random.default_rng(seed).random(len(first)) < 0.5
     tracks = {"a": track_of(first, seed=1, valid=valid), "b": track_of(second, seed=2)}
     session = Session.from_tracks(tracks)

@@ -130,6 +130,7 @@ def collider_of_mesh(geometry, **more):
 
 @pytest.mark.parametrize("kind", ["KHR mesh", "KHR node", "OMI"])
 def test_gltf_collider_may_use_a_mesh_outside_the_scene(tmp_path, kind):
+    """It names the mesh or a node of its own, by either of two extensions."""
     if kind == "OMI":
         nodes, shapes = collider_of_mesh({"shape": 0}, nodes=[]), [{"type": "trimesh", "trimesh": {"mesh": 0}}]
     elif kind == "KHR mesh":

@@ -298,6 +298,7 @@ def test_drawn_surface_and_hidden_colliders_are_distinguished(tmp_path):
 
 
 def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
+    """Two cups refer to one layer and are instances, 1 and 2 m along x."""
     inner_stage = new_stage(tmp_path / "part.usdc", unit=1.0)
     rigid_body(inner_stage, "/part", scale=1.0)
     collider(stage_mesh(inner_stage, "/part/wall"))

@@ -25,6 +25,7 @@ each_mesh = pytest.mark.parametrize("name", MESHES)
 
 @each_kind
 def test_published_trees_built_together_equal_trees_built_singly(kind):
+    """The last two meshes are 20 faces in a point and a single huge face."""
     row, meshes = TREE_KINDS[kind], [*MESHES.values(), np.zeros((20, 3, 3)), grid_plate(size=1)[:1] * 1e70]
     for corners, (tree, depth) in zip(meshes, build_trees(meshes, row.rule, row.leaf_faces), strict=True):
         alone, its_depth = tree_of(corners, kind)
@@ -58,6 +59,7 @@ def trees_and_search(kind, scene, *, every=True, budget=UNLIMITED):
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])
 def test_tree_search_counts_and_faces_equal_a_recursive_search(kind, scene, every, budget):
+    """Every: all pairs of faces or the first; budget: at most so many tests of nodes and leaves."""
     trees, poses, (result, counts, ended) = trees_and_search(kind, scene, every=every, budget=budget or UNLIMITED)
     hits = 0
     for row, (rotations, moves) in enumerate(poses):

@@ -92,6 +92,7 @@ def test_close_is_the_distance_by_fcl_at_every_sample(rotations):
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_a_lost_pose_is_not_close_to_anything(lost):
+    """The second body comes within 4 mm of the first, in frames in which its tracking may be lost."""
     positions, status = np.zeros((FRAMES, 2, 3)), np.ones((FRAMES, 2))
     positions[:, 1, 0] = np.append(9.0, approach(least=0.004)[1:])
     status[150:250, 1] = not lost

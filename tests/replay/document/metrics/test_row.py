@@ -44,6 +44,7 @@ def facts_of_kind(truth, kind):
 
 
 def test_metrics_of_a_made_up_session_equal_planted_counts(silver_chloride_run, rows_by_detector):
+    """The session's generator wrote down each grasp, near miss and contact that it planted."""
     (_, truth), row = silver_chloride_run, rows_by_detector["exact"]
     assert row["grasps"] == row["grasp_attempts"] == len(facts_of_kind(truth, "grasp")) > 0
     assert row["near_misses"] == len(facts_of_kind(truth, "near_miss")) == 1

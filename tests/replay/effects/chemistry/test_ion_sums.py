@@ -14,6 +14,7 @@ ATOMS = st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(0, 2))
 
 @given(ions=st.lists(ATOMS.filter(any), min_size=1, max_size=6, unique=True), wanted=ATOMS.filter(any))
 def test_ion_sums_of_a_formula_equal_an_exhaustive_search(ions, wanted):
+    """Ions and the wanted sum are counts of atoms of three elements."""
     most = [min(total // atoms for total, atoms in zip(wanted, ion, strict=True) if atoms) for ion in ions]
     exhaustive = set()
     for counts in itertools.product(*(range(limit + 1) for limit in most)):

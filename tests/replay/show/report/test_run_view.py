@@ -53,6 +53,7 @@ def test_right_spans_are_common_to_detector_and_reference():
 
 
 def test_reference_and_unaudited_detector_have_spans_of_contact():
+    """In frames, the last not included; without a reference nothing is wrong or right."""
     assert spans(VIEW, "exact", PAIR) == {"reference": [(0, 2), (3, 5), (6, 7)]}
     unaudited = RunView(SimpleNamespace(oracle="", contacts={"hull": [contact(1, 4)]}, faults={}), "s")
     assert spans(unaudited, "hull") == {"contact": [(1, 4)]}

@@ -118,6 +118,7 @@ def test_lanes_zoom_and_pan_together_and_ruler_follows(page):
 
 
 def test_pointer_reads_fault_detector_cause_and_size(page):
+    """The pointer rests on the lane of a detector at a fault, then on that of the reference."""
     detector = worst_detector(page)
     fault = faults_on(page, detector)[0]
     point_at(page, *second_on_lane(page, detector, fault))
@@ -131,6 +132,7 @@ def test_pointer_reads_fault_detector_cause_and_size(page):
 
 
 def test_click_on_lane_opens_card_and_moves_cursor(page):
+    """The address names the fault, its card is visible, and every chart draws a cursor."""
     detector = worst_detector(page)
     fault = faults_on(page, detector)[-1]
     point_at(page, *second_on_lane(page, detector, fault), click=True)
@@ -142,6 +144,7 @@ def test_click_on_lane_opens_card_and_moves_cursor(page):
 
 
 def test_click_on_dot_opens_first_fault_of_its_detector(page):
+    """The dot is that of another detector than the one displayed first."""
     label = next(name for name in ("slow", "late") if name != worst_detector(page))
     x, y = page.ask(f"""(() => {{
       const box = document.querySelector('circle[data-detector={label}]').getBoundingClientRect();
@@ -163,6 +166,7 @@ CHOOSE = """((name, value) => {
 
 
 def test_choices_of_pair_detector_and_text_filter_others(page):
+    """Each choice hides the faults of all others, and a line says how many are left."""
     every = page.ask("document.querySelectorAll('.fault').length")
     visible = page.ask(f"{CHOOSE}('pair', 'a and b03')")
     pairs = page.ask("""[...document.querySelectorAll('.fault')].filter((node) => node.checkVisibility())
@@ -184,6 +188,7 @@ def test_choices_of_pair_detector_and_text_filter_others(page):
 
 
 def test_keys_lead_through_faults_in_time_and_open_help(page):
+    """j: next, k: previous, /: search (which then takes letters as text), ?: help."""
     detector = worst_detector(page)
     spans = page.ask(f"""[...document.querySelectorAll('[data-detector="{detector}"] .fault')]
       .map((node) => [parseFloat(node.dataset.span), node.id]).sort((a, b) => a[0] - b[0]).map(([, id]) => id)""")

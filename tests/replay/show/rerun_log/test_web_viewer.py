@@ -73,6 +73,7 @@ def send_no_http(connection):
 
 @pytest.mark.parametrize("answer", [stay_silent, send_byte_by_byte, send_a_piece, send_no_http])
 def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
+    """The deadline is 0.3 s; the rest of the 2 s is for a busy machine."""
     with server(answer) as url:
         began = time.monotonic()
         with pytest.raises(viewer.ViewerError, match=r"did not hand out its viewer in \d+ s; try again"):

@@ -87,6 +87,7 @@ SCENES = {
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
+    """Its layout, bookmarks and the times and values of every component equal a stored text."""
     read = drawn(with_steady_times(PICTURES[name](taps)))
     pieces = layout_of(read.path)
     (first,) = pieces["/viewport"].pop("ViewportBlueprint:root_container")

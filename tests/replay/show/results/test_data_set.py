@@ -136,6 +136,7 @@ RECOUNTS = {0: pairs_missed, 1: more_contacts}
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(len(QUESTIONS)))
 def test_sql_questions_of_the_guide_agree_with_a_recount(number, result_by_name, tables):
+    """The recount reads the results in Python, without tables."""
     db = duckdb.connect()
     for name, table in tables.items():
         db.register(name, table)
@@ -173,6 +174,7 @@ def test_note_joins_its_contact_across_detectors(tmp_path):
 
 
 def test_rows_of_the_data_set_name_run_student_and_task(tables, result_by_name):
+    """A row of metrics is of a whole run and so of both tasks; the run "four" has none."""
     digests = {}
     for kind, table in tables.items():
         assert table.num_rows and "student=S1" not in table.column_names, kind

@@ -156,6 +156,7 @@ def test_replacing_a_run_takes_its_spreadsheets_away(tmp_path, form):
 
 
 def test_every_state_has_spreadsheets(tmp_path):
+    """No table is left out, which is what the function returns."""
     for state in ("no contact", "no reference", "effects"):
         result = replay.RunResult.of(RUN_OF_STATE[state]()).write(tmp_path / state.replace(" ", "-"), picture=False)
         assert write_run_tables(result.out, "csv") == []

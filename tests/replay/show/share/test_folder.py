@@ -262,6 +262,7 @@ def cursor_at(page, address):
 
 @pytest.mark.slow
 def test_shared_folder_opens_alone_and_every_link_moves_the_picture(revealing_run_folder, shared_folder, tmp_path):
+    """From a file, without a server: a link sets the viewer's time, and nothing is requested from elsewhere."""
     url = (shared_folder / "index.html").as_uri()
     with opened(url, tmp_path) as page:
         in_time(page)

@@ -58,6 +58,7 @@ def test_class_page_has_its_seven_headings_in_order(class_runs, class_study, tmp
 
 
 def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, class_study, tmp_path):
+    """Causes are counted again from the files of the runs."""
     counted, students = Counter(), defaultdict(set)
     for file in class_runs.top.glob("*/misses.parquet"):  # a run is of one student
         for row in pq.read_table(file).to_pylist():
@@ -133,6 +134,7 @@ def with_association(finding):
 
 @pytest.mark.slow
 def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, class_study, tmp_path):
+    """Mistakes are counted again from the files of the runs."""
     why = answer_rows(class_runs, class_study, tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")
@@ -154,6 +156,7 @@ def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, cla
 
 
 def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_study, tmp_path):
+    """85 students find a correlation of 0.3, so that with 85 only the questions are to blame."""
     assert class_study.unreliable_scales == []
     weak = replace(class_study.reliabilities["motivation"], alpha=0.5712)
     unreliable = replace(class_study, reliabilities=class_study.reliabilities | {"motivation": weak})
@@ -190,6 +193,7 @@ def test_class_answer_advises_more_students_only_without_an_association(class_ru
 
 
 def test_more_students_are_needed_where_more_tests_are_made(class_runs, class_study, tmp_path):
+    """A single test of a correlation of 0.3 needs 85 students."""
     six = replace(class_study, coefficients=class_study.coefficients * 6)
     rows = answer_rows(class_runs, six, tmp_path)
     needed = students_needed(correlation=0.3, tests=6)
@@ -202,6 +206,7 @@ def test_more_students_are_needed_where_more_tests_are_made(class_runs, class_st
 
 
 def test_class_answer_explains_why_no_test_was_possible(class_runs, class_study, tmp_path):
+    """The codebook asks for none, or fewer than 10 students took part."""
     untested = replace(
         class_study, coefficients=tuple(replace(row, p=None, p_holm=None) for row in class_study.coefficients)
     )

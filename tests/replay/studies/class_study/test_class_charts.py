@@ -75,6 +75,7 @@ def test_detectors_with_equal_figures_share_a_row():
 
 
 def test_charts_by_detector_come_first_if_a_conclusion_changes():
+    """The conclusion changes with the detector mesh50."""
     rows = [Sensitivity("mesh50", recall=0.9, before=finding_of_grasps(), after=finding_of_grasps(beta=0.7, p=0.01))]
     unchanged = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows)))
     changed = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows, changing=["mesh50"])))
@@ -91,6 +92,7 @@ def test_result_not_significant_after_holm_is_labelled_undecided():
 
 
 def test_coefficients_and_group_differences_are_separate_charts():
+    """A difference between groups has another unit than a coefficient."""
     kinds = [finding_of_grasps(beta=0.2, kind="simple"), finding_of_grasps(beta=9.0, kind="groups")]
     plots = class_charts(
         class_of(LEAST_IN_CELL), study_of(*(Sensitivity("paper", recall=0.9, before=own, after=own) for own in kinds))

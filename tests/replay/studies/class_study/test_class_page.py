@@ -116,6 +116,7 @@ QUESTIONS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_filter_clicks_answer_a_question_as_a_recount_does(question, page, db):
+    """The recount is a query of the runs' tables; rows of fewer than 5 students show no figure."""
     (piece, by, choose), columns, recount = QUESTIONS[question]
     printed = [row for row in rows(page, piece, by, **choose) if "fewer than 5" not in row]
     # Less all others, a total would tell what a row of few students may not: one more row shows no figure.
