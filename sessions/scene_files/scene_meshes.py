@@ -247,17 +247,18 @@ def checked_scene(
         return Scene(), {}, [*error.faults]
     meshes: dict[str, MeshData] = {}
     faulty = tuple(f"({body.id!r})" for body in scene.bodies if any(f"({body.id!r})" in fault for fault in faults))
-    for body in () if folder is None else scene.bodies:
-        try:
-            meshes |= scene_meshes(replace(scene, name=file, bodies=(body,)), folder or ".")
-        except SceneError as error:
-            # A shape that cannot be made of wrong numbers is no second fault; a file that is not there is one.
-            faults += error.faults if body.mesh or f"({body.id!r})" not in faulty else ()
-    if scene.colliders and folder is not None:
-        try:
-            read_colliders(folder / scene.colliders, None)
-        except MeshFileError as error:
-            faults.append(f"{file}: [scene]: {error}")
+    if folder is not None:
+        for body in scene.bodies:
+            try:
+                meshes |= scene_meshes(replace(scene, name=file, bodies=(body,)), folder)
+            except SceneError as error:
+                # A shape that cannot be made of wrong numbers is no second fault; a file that is not there is one.
+                faults += error.faults if body.mesh or f"({body.id!r})" not in faulty else ()
+        if scene.colliders:
+            try:
+                read_colliders(folder / scene.colliders, None)
+            except MeshFileError as error:
+                faults.append(f"{file}: [scene]: {error}")
     # What an effect names is looked up twice, in other words, and so is an instrument that is also a vessel.
     refused = tuple(f"{file}: body {body} has a cavity that cannot be made" for body in (name[1:-1] for name in faulty))
     faults += [

@@ -27,6 +27,7 @@ from sessions.errors import SessionFileError
 from sessions.importers import import_session
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.ledger import Ledger, ledger_of
+from sessions.importers.mcap_file import NAMED_TOPICS
 from sessions.mcap.salvage import recover
 from sessions.model.assumption import Confidence, Subject, assumptions_of
 
@@ -454,7 +455,11 @@ def test_topics_that_are_not_read_are_named(tmp_path):
     others = [("/scene", "foxglove.SceneUpdate", 1, {"entities": []}), ("/imu", "sensor_msgs/msg/Imu", 2, {})]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *others]))
     unread = "topics that are not read: /scene (foxglove.SceneUpdate), /imu (sensor_msgs/msg/Imu)"
-    assert unread in session.facts["conversions"]
+    assert unread in session.facts["conversions"].split("; ")
+    many = [(f"/camera_{number}", "Image", number, {}) for number in range(NAMED_TOPICS + 2)]
+    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *many]))
+    last_named = f"/camera_{NAMED_TOPICS - 1} (Image)"
+    assert f"{last_named} and 2 more" in session.facts["conversions"]
     chosen = import_session("mcap", tmp_path / "m.mcap", topics=["/tf"])
     assert "not read" not in chosen.facts["conversions"]
 

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect, SceneGroup
 from sessions.model.session import Session
-from sessions.scene_files.scene_meshes import scene_meshes, with_meshes, with_scene
+from sessions.scene_files.scene_meshes import checked_scene, scene_meshes, with_meshes, with_scene
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml, with_recorded_groups
 
 BENCH_TOML = """
@@ -155,6 +156,35 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
     assert np.array_equal(meshes["file"].vertices, TRIANGLE.vertices * 0.5)
     assert 300 < len(meshes["shape"].faces) < 700
     assert 400 < len(meshes["glass"].faces) < 900
+
+
+@pytest.mark.parametrize(("name", "start"), [("lab", "lab: body 'cup': "), ("", "scene: body 'cup': ")])
+def test_faulty_mesh_is_named_by_scene_and_body(tmp_path, name, start):
+    with pytest.raises(SceneError) as caught:
+        scene_meshes(Scene(name, bodies=(SceneBody("cup", mesh="none.obj"),)), tmp_path)
+    (fault,) = caught.value.faults
+    assert fault.startswith(start)
+
+
+def test_check_lists_each_fault_of_a_body_once(tmp_path):
+    """The cup's scale and file are wrong, the rod is shorter than its round ends, a side of the lid is below 0."""
+    text = """
+        body = [
+            {id = "cup", mesh = "none.obj", scale = -1.0},
+            {id = "rod", shape = "capsule", radius = 1.0, length = 0.5},
+            {id = "lid", shape = "box", size = [1.0, -1.0, 1.0]},
+        ]"""
+    _, _, faults = checked_scene(text, "lab.toml", lambda scene: [], tmp_path)
+    wrong = ["cup.*scale is -1.0", "lid.*a box needs size", "cup.*none.obj does not exist", "rod.*shorter than its two"]
+    assert len(faults) == len(wrong)
+    assert all(re.search(pattern, fault) for pattern, fault in zip(wrong, faults, strict=True))
+    # Effects that repeat a fault, or cannot use a faulty body as a vessel, add none.
+    of_effects = [
+        faults[0],
+        "lab.toml: body 'cup' has a cavity that cannot be made: it has no mesh",
+        "an effect is wrong",
+    ]
+    assert checked_scene(text, "lab.toml", lambda scene: of_effects, tmp_path)[2] == [*faults, "an effect is wrong"]
 
 
 def test_scene_text_omits_meshes_that_bodies_already_have():
