@@ -92,14 +92,3 @@ def pytest_collection():
         gc.freeze()
         gc.set_threshold(20_000, 20, 20)
         gc.enable()
-
-
-@pytest.fixture(autouse=True)
-def effects_in_table_order():
-    """Rows that a test takes out come back at the end; other tests read the order of the table."""
-    effects = sys.modules.get("replay.effects")
-    before = dict(effects.EFFECTS) if effects else {}
-    yield
-    if before and list(effects.EFFECTS) != list(before):
-        effects.EFFECTS.clear()
-        effects.EFFECTS.update(before)

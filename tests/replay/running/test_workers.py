@@ -19,10 +19,15 @@ from replay.running.workers import Workers, do_all
 needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 
 
-def test_missing_dask_or_scheduler_is_one_clear_error(monkeypatch):
+@pytest.mark.slow
+def test_scheduler_that_does_not_answer_is_named():
+    """Marked slow because the import of Dask takes a second."""
     pytest.importorskip("distributed")
     with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --jobs"):
         Workers(1, "nonsense://a")
+
+
+def test_missing_dask_is_one_clear_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(WorkerError, match=r"--jobs and --scheduler need distributed, .*cluster"):
         do_all(str, {"a": ()}, 2)

@@ -28,7 +28,7 @@ SOLIDS = [
 RATES = [{}, {}, {"rate_per_s": 1e3}, *[{}] * 7, {"rate_per_s": 1e3}]
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(("row", "rate"), list(zip(SOLIDS, RATES, strict=True)), ids=[row[1] for row in SOLIDS])
 def test_a_solid_dissolves_with_its_declared_heat(row, rate):
     """0.01 mol dissolves in 100 mL: 10 J are freed for each kJ/mol that the scene declares, with the sign turned."""
