@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from cdcore import TriangleMesh
-from cdcore.containment.ray_parity import INSIDE, build_inside_grid, point_state
+from cdcore.containment.ray_parity import INSIDE, build_inside_grid, states_of_points
 from cdcore.numerics import FloatArray, IntArray
 from replay.cutting.surface_distance import SampledSurface, refined_triangles
 from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals
@@ -83,8 +83,7 @@ def beyond_mesh(points: FloatArray, mesh: TriangleMesh) -> FloatArray:
     grid = build_inside_grid(mesh.triangles)
     containment_margin = 1e-12 * grid.size
     # A ray that meets an edge leaves it open whether a point is inside: it is drawn by its distance.
-    is_inside = np.array([point_state(grid, point, containment_margin) == INSIDE for point in points], dtype=np.bool_)
-    return np.where(is_inside, 0.0, distances)
+    return np.where(states_of_points(grid, points, containment_margin) == INSIDE, 0.0, distances)
 
 
 def scale_colour(fraction: float) -> Colour:

@@ -14,7 +14,7 @@ from cdcore.containment.ray_parity import (
     edge_side,
     plane_side,
     point_inside,
-    point_state,
+    states_of_points,
     triangle_crossed,
 )
 from cdcore.poses import place_points
@@ -63,18 +63,20 @@ def test_certain_inside_answers_agree_with_exact_ray_parity(shape):
     lower, upper = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     anywhere = np.random.default_rng(0).uniform(lower, upper, (300, 3))
     points = np.concatenate([anywhere, mesh.vertices[:20] * 0.999, np.zeros((1, 3))])
-    answers = np.array([point_state(inside_grid, point, 1e-14) for point in points])
+    answers = states_of_points(inside_grid, points, 1e-14)
     for point, answer in zip(points, answers.tolist(), strict=True):
         if answer != UNCERTAIN:
             assert (answer == INSIDE) == point_inside(point, mesh.triangles)
     assert (answers[:300] == UNCERTAIN).sum() <= 2
-    assert point_state(inside_grid, np.zeros(3), 1.0) == UNCERTAIN, "a margin larger than the cells' overlap"
+    assert states_of_points(inside_grid, np.zeros((1, 3)), 1.0) == [UNCERTAIN], (
+        "a margin larger than the cells' overlap"
+    )
 
 
 def test_a_ray_through_an_edge_is_uncertain():
     """From the middle of a box the ray along +x meets the diagonal that two triangles of its face share."""
     middle, margin = np.zeros(3), 1e-14
-    assert point_state(build_inside_grid(box_mesh().triangles), middle, margin) == UNCERTAIN
+    assert states_of_points(build_inside_grid(box_mesh().triangles), middle[None], margin) == [UNCERTAIN]
 
 
 @pytest.mark.slow
