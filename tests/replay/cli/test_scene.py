@@ -11,6 +11,7 @@ from support.small_worlds import cube, unit_cubes_on_x
 
 import replay
 from replay.cli.main import main
+from replay.cli.scene import ALL_PAIRS, plan_lines
 from replay.effects.effect_plan import plan_faults
 from sessions import import_session, read_session, write_session
 from sessions.errors import SceneError
@@ -211,3 +212,27 @@ def test_drafted_scene_of_every_recording_runs_unchanged(name, tmp_path):
     touched = {frozenset(own.assembly.pairs[item.pair].tolist()) for item in own.episodes["exact"]}
     listed = {frozenset(pair) for pair in with_it.assembly.pairs.tolist()}
     assert own.assembly.names == with_it.assembly.names and touched <= listed and listed
+
+
+def test_plan_gives_a_reason_for_each_item_or_says_that_none_is_needed():
+    """A reason of one word is an effect; a sentence stands as it is."""
+    fields = {
+        "effects": {"pour": ["the scene declares it"]},
+        "pairs": None,
+        "detectors": {"exact": ["contact", "grasp"]},
+        "bodies": {"cup": ["pour", "it has no mesh"]},
+        "topics": {},
+        "not_run": ["heat"],
+    }
+    assert [*plan_lines("", fields)] == [
+        "scene",
+        "  effects, in running order (1)",
+        "    pour: because the scene declares it",
+        f"  pairs: {ALL_PAIRS}",
+        "  detectors (1)",
+        "    exact: because contact and grasp need it",
+        "  bodies (1)",
+        "    cup: because it has no mesh, pour needs it",
+        "  topics read: none for effects",
+        "  not run: heat",
+    ]

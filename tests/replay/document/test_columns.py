@@ -92,3 +92,24 @@ def test_stored_row_is_read_as_nested_fields():
     """Null is left out, and so is what a function made of the row."""
     columns = [Column("k", of="a"), Column("x", of="point.0"), Column("y", of="point.1"), Column("n", of=len)]
     assert field_values(columns, {"k": 1, "x": 2.0, "y": None, "n": 4}) == {"a": 1, "point": {"0": 2.0}}
+
+
+@pytest.mark.parametrize(
+    ("trigger", "frames_run", "runs_in", "skipped"),
+    [("grasp", 3, "grasp", 0.75), ("", 12, "always", 0.0), ("grasp", 0, "grasp", 1.0)],
+)
+def test_effect_runs_always_or_where_its_trigger_lets_it(trigger, frames_run, runs_in, skipped):
+    """Of twelve frames."""
+    row = {"effect": SimpleNamespace(trigger=trigger, frames=12, frames_run=frames_run)}
+    assert column_called("effects", "runs only in").of(row) == runs_in
+    assert column_called("effects", "% skipped").of(row) == skipped
+
+
+@pytest.mark.parametrize(("lengths", "cut"), [(SimpleNamespace(cut=2), 2), (None, None)])
+def test_cut_contacts_are_unknown_where_lengths_are(lengths, cut):
+    assert column_called("cut", "cut by lost poses").of({"lengths": lengths}) == cut
+
+
+def test_missing_text_is_a_dash_in_a_table():
+    show = column_called("tradeoff", "settings").show
+    assert show("exact") == "exact" and show("") == "-"
