@@ -8,6 +8,7 @@ from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import pose_findings
+from sessions.doctor.rotation_evidence import rotation_findings
 from sessions.doctor.scale import pivot_findings, scale_findings
 from sessions.doctor.timing import time_findings
 from sessions.importers.ledger import FACT, ledger_of
@@ -30,6 +31,7 @@ def examine_session(
     yield from pose_findings(pose_pass)
     yield from import_findings(session.facts)
     yield from scale_findings(pose_pass, scene, session.facts)
+    yield from rotation_findings(pose_pass, scene)
     names = [name for name in meshes if needed is None or name in needed]
     yield from all_mesh_findings(meshes, names)
     children = {body.id for body in scene.bodies if body.parent}
