@@ -182,3 +182,9 @@ def test_a_column_that_increases_is_offered_as_the_clock(tmp_path):
     draft = draft_of_log(tmp_path, "Spalte1", [0.011 * k for k in range(20)])
     assert '# column = "Spalte1"   # in place of rate_hz, if it is the time: it increases' in draft
     assert "it increases" not in draft_of_log(tmp_path, "Spalte1", [1.0] * 20)
+
+
+def test_error_lists_at_most_24_columns():
+    for count, listed in ((24, "c22, c23;"), (25, "c22, c23, ...;")):
+        columns = [f"c{number}" for number in range(count)]
+        assert f"{listed} describe them" in str(UnknownColumnsError(Path("log.csv"), columns, draft="", unknown=[]))
