@@ -156,5 +156,5 @@ def _own_gaps(stamps: NDArray[np.int64], present: NDArray[np.bool_], name: str) 
     ordered = np.sort(stamps)
     for finding in _gaps(stamps[present], int(stamps[0]), name):
         after = np.searchsorted(ordered, finding.start_ns or 0, side="right")
-        if after < len(ordered) and ordered[after] < (finding.end_ns or 0):
+        if ordered[after] < (finding.end_ns or 0):  # the frame at its end comes after its start
             yield finding

@@ -33,6 +33,15 @@ def test_body_absent_for_100_frames_is_reported_as_gap():
     assert (item.code, item.body, item.start_ns, item.end_ns) == ("gap", "hand-left", stamps[299], stamps[400])
 
 
+def test_pause_of_the_recording_is_no_gap_of_a_body():
+    """Nothing is recorded for ten steps before frame 400; elsewhere a body is absent in a single frame."""
+    draft = clean_draft()
+    draft.arrays["status"][10, 1] = Status.ABSENT
+    draft.shift(slice(400, None), 10 * STEP_NS)
+    (item,) = time_findings_of(draft)
+    assert (item.code, item.body) == ("gap", "")
+
+
 def test_body_at_a_third_of_rate_has_no_gap():
     draft = clean_draft()
     draft.arrays["status"][np.arange(FRAMES) % 3 > 0, 1] = Status.ABSENT
