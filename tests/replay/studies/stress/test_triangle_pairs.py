@@ -54,3 +54,11 @@ def test_the_cheaper_settings_change_no_verdict(detector, monkeypatch):
     cheap = verdicts_of(detector, pairs)
     monkeypatch.setattr(triangle_pairs, "CHEAPER_SETTINGS", {})
     assert np.array_equal(verdicts_of(detector, pairs), cheap)
+
+
+def test_sphere_answers_by_its_own_smallest_sphere():
+    """Two needles of 1 m lie 0.1 m apart on a line; a sphere about the mean of the corners would reach 2/3 m."""
+    needle = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.01, 0.0]])
+    pairs = np.array([[needle, needle + np.array([1.1, 0.0, 0.0])]])
+    assert verdicts_of("sphere", pairs).tolist() == [Verdict.CLEAR]
+    assert verdicts_of("sphere[sphere=paper]", pairs).tolist() == [Verdict.CANDIDATE]
