@@ -73,6 +73,7 @@ def test_repeated_queries_give_the_same_answer(name, scene):
 
 @pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
 def test_detector_in_blocks_of_frames_equals_the_whole_motion(name, block, scene):
+    """Blocks of 1, 7 and 64 frames."""
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
     assert joined.digest == detection_of_whole_motion(name).digest

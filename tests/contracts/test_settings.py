@@ -59,6 +59,7 @@ def assert_item_sentence(sentence, setting):
 
 
 def test_invalid_setting_is_refused_in_a_sentence(name):
+    """Values that no setting may have must be refused; others may be, in a sentence that names the setting."""
     for setting in settings_of(name):
         default = getattr(load_detector(name).Settings(), setting)
         for value in (value for value in NEVER if value != default):

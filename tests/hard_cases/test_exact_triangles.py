@@ -73,6 +73,7 @@ def shifted(pairs, rng):
 @pytest.mark.parametrize("relation", [swapped, reordered, rotated, scaled, shifted])
 @by_name
 def test_no_exact_relation_flips_an_answer(family, relation):
+    """Each relation changes numbers without rounding, so that whether triangles meet stays."""
     rng = np.random.default_rng(family.number)
     pairs = family.pairs(400, seed=FRESH_SEEDS[1])
     assert np.array_equal(triangles_intersect(relation(pairs, rng)), triangles_intersect(pairs))
@@ -113,6 +114,7 @@ def meets_by_cgal(cgal, pair):
 
 @by_name
 def test_on_proper_triangles_cgal_gives_the_same_answer(family):
+    """A proper triangle has an area; CGAL is an independent exact library."""
     cgal = pytest.importorskip("igl.copyleft.cgal", reason="libigl with CGAL is not installed (extra 'test')")
     pairs = family.pairs(COUNT, seed=31)
     pairs = pairs[proper(pairs)]

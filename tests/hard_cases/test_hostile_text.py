@@ -249,6 +249,7 @@ def test_text_is_displayed_without_its_control_commands():
 
 @pytest.mark.slow
 def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
+    """The recording's texts hold control sequences for a terminal, such as a colour, 38;5;201m."""
     position, files = places
     monkeypatch.chdir(position)
     monkeypatch.setenv("TERM", "xterm-256color")

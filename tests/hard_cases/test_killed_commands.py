@@ -70,6 +70,7 @@ def assert_called_again(verb, work):
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("earlier", [False, True])
 def test_killed_command_leaves_earlier_output_and_the_next_call_works(work_folder, verb, earlier):
+    """It is killed up to 30 ms after it began to write beside its output."""
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     if earlier:
         assert_called_again(verb, work_folder)

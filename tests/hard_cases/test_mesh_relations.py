@@ -52,6 +52,7 @@ by_kind = pytest.mark.parametrize("kind", [*KINDS, "lab"])
 @by_kind
 @pytest.mark.parametrize("corners", [[1, 2, 0], [2, 1, 0]], ids=["turned round", "reversed"])
 def test_renumbering_vertices_or_reversing_faces_changes_nothing(kind, corners):
+    """Corners: the order in which a face lists its three vertices afterwards."""
     bodies, motion = scene(kind)
     rng = np.random.default_rng(0)
 
@@ -67,6 +68,7 @@ def test_renumbering_vertices_or_reversing_faces_changes_nothing(kind, corners):
 
 @by_kind
 def test_permuting_faces_permutes_the_face_pairs(kind):
+    """Faces are numbered anew, and those that meet get their new numbers."""
     bodies, motion = scene(kind)
     orders = [np.random.default_rng(k).permutation(len(item.mesh.faces)) for k, item in enumerate(bodies)]
     changed = [
@@ -99,6 +101,7 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
 
 @by_kind
 def test_pairs_queried_together_equal_pairs_queried_alone(kind):
+    """Verdicts and numbers of meeting faces of two pairs of three bodies."""
     bodies, motion = scene(kind)
     both = exact_detection(bodies, motion, [(0, 1), (1, 2)])
     pieces = [exact_detection(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
@@ -110,6 +113,7 @@ def test_pairs_queried_together_equal_pairs_queried_alone(kind):
 @pytest.mark.parametrize("relation", ["axes", "shift"])
 @pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
 def test_signed_axis_rotations_and_shifts_keep_every_face_pair(kind, relation):
+    """Coordinates are only exchanged, negated or moved by multiples of 8, so that nothing is rounded."""
     bodies, motion = scene(kind)
     rotation, move = np.tile(np.eye(3), (FRAMES, 3, 1, 1)), motion.translations
     before = exact_detection(bodies, Motion(motion.times, move, rotation))

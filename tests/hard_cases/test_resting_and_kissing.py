@@ -54,6 +54,7 @@ def test_inner_body_is_contained_unlike_a_body_in_a_cavity(name, case):
 
 @pytest.mark.parametrize("name", ON_MESHES)
 def test_ball_through_the_wall_is_clear_then_contact_then_contained(name):
+    """The ball moves from 1.0125 m by 25 mm a frame to the middle of a box of 1 m."""
     positions = np.zeros((41, 2, 3))
     positions[:, 0, 0] = 1.0125 - 0.025 * np.arange(41)
     motion = unrotated_motion(positions)
@@ -105,6 +106,7 @@ def test_38_far_from_the_origin_no_contact_is_lost(name):
 @pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
 @pytest.mark.parametrize("world", [0.0, 1.0, 1e3, 1e6])
 def test_tangent_spheres_of_touching_bodies_overlap(local, world):
+    """Local: how far meshes lie from their origin; world: how far bodies lie from that of the world, in metres."""
     # Two octahedra share one vertex, at which their bounding spheres are exactly tangent.
     rng, count = np.random.default_rng(7), 1000
     shift = rng.normal(size=3) * local

@@ -72,6 +72,7 @@ def data_of(case):
 
 @pytest.mark.parametrize("case", [*TABLE["case"], *ENDLESS], ids=lambda case: f"{case['reader']}: {case['words'][:40]}")
 def test_bad_file_is_refused_in_a_sentence_with_its_cure(tmp_path, case):
+    """Cases: reader, content, and words that the refusal must hold."""
     name, read = READERS[case["reader"]]
     path = tmp_path / name
     path.write_bytes(data_of(case))

@@ -133,6 +133,7 @@ def test_frames_that_a_clearance_leaves_out_are_beside(name):
 @pytest.mark.parametrize("name", INNER)
 @pytest.mark.parametrize("asker", ["exact", "obb"])
 def test_live_containment_in_open_meshes_equals_offline(asker, name):
+    """A part wanders in and out of a bowl and an open box; all three answers must occur."""
     detector = create_detector(asker, [Body("cup", bowl_and_open_box()), Body("inner", INNER[name])])
     rng, codes = np.random.default_rng(9), set()
     for _ in range(25):

@@ -237,6 +237,7 @@ def test_inside_of_a_single_walled_cup_is_undecided(rotation):
 
 
 def test_a_body_may_be_open_where_the_other_is_closed():
+    """A cup without a lid lies in a closed block, which alone decides whether it is inside."""
     cup = single_walled_cup(open_at_top=True)
     inner = TriangleMesh(cup.vertices * 0.1, cup.faces)  # 1 cm: it fits into the block of 0.5 m
     assert verdicts_of("exact", box_mesh([0.5] * 3), np.zeros((1, 3))) == [Verdict.CONTAINED]

@@ -80,6 +80,7 @@ def test_a_file_with_changed_bytes_is_removed(sealed_folder, tmp_path_factory, d
 @pytest.mark.parametrize("length", [0, 1, 31, 100])
 @pytest.mark.parametrize("suffix", [".nbi", ".nbc", ".seal"])
 def test_files_cut_short_are_removed(sealed_folder, tmp_path, suffix, length):
+    """Index, machine code and seal of a cache; with any of them damaged nothing may be loaded."""
     folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     for file in folder.glob(f"*{suffix}"):
         file.write_bytes(file.read_bytes()[:length])

@@ -46,6 +46,7 @@ def all_compiled(operands):
 
 
 def test_lane_operations_give_bits_of_their_python_bodies():
+    """The doubles include zeros of both signs, infinities and numbers near the limits."""
     rng = np.random.default_rng(1)
     operands = np.stack([ordinary_and_extreme_doubles(rng, ROWS) for _ in range(max(LANE_OPERATIONS.values()))])
     with np.errstate(all="ignore"):

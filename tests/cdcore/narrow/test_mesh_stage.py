@@ -62,6 +62,7 @@ def test_faces_of_several_pairs_stay_with_their_pair():
 
 
 def test_reversed_pairs_have_reversed_faces():
+    """Faces of the box are below 12; the ball has more."""
     motion = ball_at_x([0.9])
     forward = answer_for_all_frames(MeshStage(BODIES, np.array([[0, 1]])), motion, faces=True).sets[0]
     backward = answer_for_all_frames(MeshStage(BODIES, np.array([[1, 0]])), motion, faces=True).sets[0]

@@ -45,6 +45,7 @@ def test_flags_of_poses_are_kept_in_c_order():
 
 
 def test_three_constructors_give_the_same_bits():
+    """From rotations, quaternions and 4x4 matrices."""
     rng = np.random.default_rng(1)
     translations, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
     quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)
@@ -163,6 +164,7 @@ def test_a_motion_is_frozen_and_does_not_follow_its_source():
 
 
 def test_frames_link_only_between_valid_neighbours():
+    """A frame links to the one before it; body 0 is invalid in frame 2, and body 1 was cut before frame 4."""
     valid = np.ones((6, 2), dtype=bool)
     valid[2, 0] = False
     linked = np.ones((6, 2), dtype=bool)

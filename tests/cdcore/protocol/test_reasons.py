@@ -35,6 +35,7 @@ def test_undecided_verdicts_get_the_reason_of_their_pair():
 
 
 def test_a_noted_reason_comes_before_that_of_the_pair():
+    """Unnoted, they would be those for a mesh with holes and for a missing pose."""
     answer = detection([[UNRESOLVED, NO_POSE, CLEAR]], {(0, 0): "half a turn", (0, 1): "lost"})
     assert answer.reasons == {(0, 0): "half a turn", (0, 1): "lost"}
 

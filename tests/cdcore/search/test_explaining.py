@@ -26,6 +26,7 @@ def misses_explained(name, **settings):
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_hits_repeat_with_more_budget(name):
+    """Explained are frame and pair with the faces that really meet; without faces nothing can be said of samples."""
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     positions = np.zeros((3, 2, 3))
     positions[:, 1, 0] = [0.9, 1.2, 9.0]  # cubes of 1 m: they overlap; only their spheres do; far apart

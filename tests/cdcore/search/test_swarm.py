@@ -129,6 +129,7 @@ AT_ORIGIN = (I3, np.zeros(3))
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
 @pytest.mark.parametrize("budget", [1, 7, 40, 1000])
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
+    """The balls are far apart, so that no hit ends the search early."""
     ball = ball_of(faces=600)
     query = search_of(ball, ball, variant=variant, budget=budget).search(FAR, AT_ORIGIN, stamp=0.0)
     assert query.evaluations == budget or (query.reason == "broken" and query.evaluations < budget)

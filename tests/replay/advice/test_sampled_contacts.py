@@ -153,6 +153,7 @@ def test_fixed_bodies_are_decided_where_they_stand():
 
 
 def test_bodies_without_a_common_frame_are_decided_at_filled_frames():
+    """Stamps of b lie 4 ns after those of a; a replay of the whole recording agrees."""
     session, row = bodies_at_rest([[0, 0, 0], [0, 0.25, 0]], ROD_ALONG_Y)
     early, late = session.tracks.values()
     later = Track(late.times_ns + 4, late.positions, late.quaternions_xyzw)

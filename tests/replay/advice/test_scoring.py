@@ -52,6 +52,7 @@ def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
 
 
 def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
+    """There are two true contacts; a fraction is of frames."""
     exact, balls = figures(assembly, "exact"), figures(assembly, "sphere")
     assert (exact["contacts"], exact["loss"], exact["false"], exact["offsets"]) == (2, 0, 0, 1)
     # Balls overlap at 1.3 too, three times: in frames 1 and 2, in frames 6 and 7, and in frame 10.

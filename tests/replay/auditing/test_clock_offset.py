@@ -73,6 +73,7 @@ def test_offset_of_begins_is_not_guessed_from_ends():
 
 @pytest.mark.parametrize("reported", [{BEGINS_OF_AB: [1.0]}, {BEGINS_OF_AB: [1.0], ENDS_OF_AB: [9.0]}])
 def test_single_report_fits_no_clock(reported):
+    """Two reports of different phases of one contact are too few as well; a known offset needs none."""
     with pytest.raises(AuditError, match=r"fewer than two reports fit true contacts.*--offset"):
         estimate_offset(reported, {BEGINS_OF_AB: [0.0, 3.0], ENDS_OF_AB: [4.0]})
     assert estimate_offset(reported, {BEGINS_OF_AB: [0.99]}, known_offset=0.0).matched == 1

@@ -74,6 +74,7 @@ def test_interval_is_displayed_at_its_largest_gap():
 
 
 def test_false_contacts_are_numbered_by_time_and_not_while_grasped():
+    """Pairs are (number, first frame)."""
     assert [(item.number, item.first) for item in false_of([FALSE, NEITHER, FALSE, FALSE])] == [(1, 0), (2, 2)]
     assert false_of([GRASPED, GRASPED]) == ()
 

@@ -50,6 +50,7 @@ def test_body_moving_with_the_hand_under_trigger_is_grasped():
 
 
 def test_press_until_the_end_lasts_to_the_last_frame():
+    """The trigger is pressed from frame 100, at 1 s, and never let go."""
     positions, _ = session_of_carried_cube()
     assembly, session = assembly_with_trigger(positions, (np.arange(FRAMES) >= 100).astype(float))
     (press,) = grasps(assembly, session)

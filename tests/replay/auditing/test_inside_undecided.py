@@ -72,6 +72,7 @@ SLOW_BLOCKS = {f"lacks face {k}" for k in range(12) if k % 5}
     "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW_BLOCKS else []) for name in BLOCKS]
 )
 def test_no_detector_is_blamed_inside_a_damaged_block(name):
+    """A box moves into a block with missing or reversed faces; it is outside in the first two frames."""
     run = audited(BLOCKS[name])
     truth = run.detections[run.oracle].verdict[:, 0]
     assert truth[:2].tolist() == [Verdict.CLEAR] * 2

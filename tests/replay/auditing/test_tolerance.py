@@ -113,6 +113,7 @@ def test_frames_within_tolerance_count_in_no_false_contact():
 
 
 def test_overlap_below_tau_counts_as_within_tolerance():
+    """The detector reports nothing; counts are (missed, within tolerance), tau is in metres."""
     # unit cubes: overlapping by half, by a micrometre, touching, apart
     session = unit_cubes_on_x({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
     for more, tau, counts in (({}, 2e-6, (1, 2)), ({"tau": 0.0}, 0.0, (3, 0))):

@@ -7,6 +7,7 @@ from replay.auditing.wilson import Proportion, pooled_proportion, proportion, pr
 
 @pytest.mark.parametrize(("count", "of"), [(0, 5), (5, 5), (1, 7), (865, 1000), (3, 100_000)])
 def test_interval_equals_scipys(count, of):
+    """The interval is that of 95 %."""
     expected = binomtest(count, of).proportion_ci(0.95, method="wilson")
     assert wilson_interval(count, of) == pytest.approx((expected.low, expected.high), abs=1e-12)
 

@@ -254,6 +254,7 @@ MASKED = {
 
 @pytest.mark.parametrize("arguments", VERBS, ids=str)
 def test_output_of_a_verb_is_unchanged(arguments, folder, monkeypatch, capsys, snapshot):
+    """Exit code, both streams and names of new files equal a stored text, times masked."""
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")
     monkeypatch.setattr(runner, "compute", lambda *asked, **how: with_steady_times(compute(*asked, **how)))

@@ -48,6 +48,7 @@ def test_body_of_boxes_is_cut_into_its_boxes(most):
 @pytest.mark.parametrize("most", [1, 2, 8, 24, MOST_REGIONS])
 @pytest.mark.parametrize("mesh", [U_SHAPE, CUP], ids=["u", "cup"])
 def test_pieces_are_convex_and_cover_the_body(mesh, most):
+    """Most: the number of pieces allowed."""
     pieces = hulls_of_pieces(mesh, most)
     assert len(pieces) <= most and outside_by(mesh, pieces) < 1e-9
     assert all(Trimesh(piece.vertices, piece.faces, process=False).is_convex for piece in pieces)

@@ -46,6 +46,7 @@ def test_headings_keep_their_order_and_end_as_sentences(state):
 
 @pytest.mark.parametrize("others", [0.0, 0.6])
 def test_answer_of_every_state_fits_a_terminal_of_24_lines(others):
+    """Others: the share of the machine that other programs take, which adds a line."""
     for state in AUDITED:
         stream = io.StringIO()
         Console(file=stream, width=80).print(
@@ -267,6 +268,7 @@ def test_untimed_reference_is_not_said_to_fit_a_frame():
 
 
 def test_undecided_detector_is_never_shipped_with_its_fix():
+    """The fix would make it the better choice, but two of its contacts are undecided."""
     ranks = [rank_of("a", false=0.86, undecided=2), rank_of("exact")]
     answers = (Answer("a", "", fix=fix_of(false=0.1, missed=0)),)
     made = shipping_decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)

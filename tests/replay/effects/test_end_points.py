@@ -66,6 +66,7 @@ def glass_arguments(row, name):
     ids=lambda row: row["name"],
 )
 def test_nothing_is_equivalent_where_nothing_is_titrated(row):
+    """Mixtures of families without titration: their equation alone must not give an end point."""
     assert end_point_texts(glass_arguments(row, "a"), glass_arguments(row, "b"), row["equations"][0]) == []
 
 

@@ -28,6 +28,7 @@ MOVING = {
     ],
 )
 def test_pairs_come_from_request_scene_or_relative_motion(scene, moves, requested, expected):
+    """Moves: bodies that move beside hand and glass; a request comes before the scene."""
     actual = chosen_pairs(scene, NAMES, MOVES | moves, requested).tolist()
     assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in actual} == expected and actual == sorted(actual)
 

@@ -144,6 +144,7 @@ def test_new_columns_of_a_fix_reach_terminal_and_page(fix_of_stirred_cup, monkey
 
 
 def test_page_compares_every_column_of_the_table_in_the_terminal(fix_of_stirred_cup, page):
+    """The page has a line a column, with cells before and after the fix."""
     table = before_after_table(fix_of_stirred_cup.before, fix_of_stirred_cup.after, contacts=4, step_hz=50.0)
     compared = re.search(r'<section class="compared">.*?</table>', page, re.S)[0]
     assert re.findall(r'<th scope="row">(.*?)</th>', compared) == table.values().head

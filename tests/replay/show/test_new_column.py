@@ -208,6 +208,7 @@ def test_parquet_columns_use_the_unit_in_their_name(faulty):
 
 
 def test_every_output_renders_answer_and_ranking_of_the_list(faulty, monkeypatch):
+    """Each section gets a sentence with a marker, which every output must hold."""
     sections = {name: SECTIONS[name] for name in (SectionName.ANSWER, SectionName.RANKING)}
     for name, section_of_run in sections.items():
 

@@ -26,6 +26,7 @@ def determinant(a, b, c):
 
 @given(POINT, POINT, POINT)
 def test_the_side_of_any_points_is_that_of_rational_arithmetic(a, b, c):
+    """Points may be so nearly on a line that doubles would give the wrong sign."""
     assert orientation(a, b, c) == sign(determinant(a, b, c))
 
 

@@ -59,6 +59,7 @@ def random_scipy_rotations(seed, count=20):
 
 @given(seeds)
 def test_products_rotations_and_inverses_agree_with_scipy(seed):
+    """Random rotations as quaternions (x, y, z, w)."""
     a, b = random_scipy_rotations(seed), random_scipy_rotations(seed + 1)
     product = Rotation.from_quat(rotations.quaternion_product(a.as_quat(), b.as_quat()))
     np.testing.assert_allclose(product.as_matrix(), (a * b).as_matrix(), atol=1e-14)

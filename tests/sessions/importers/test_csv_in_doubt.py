@@ -150,6 +150,7 @@ def test_sentinel_is_far_off_all_other_numbers(values, sentinel):
 
 
 def test_rows_that_all_begin_without_numbers_are_read(tmp_path):
+    """260 of 300 rows say NA; the rest shows that the columns are a pose, so that only the axes are asked for."""
     rows = [[k / 60, *(7 * ["NA"] if k < 260 else (0.001 * k, 1, 0.5, 0, 0, 0, 1))] for k in range(300)]
     with pytest.raises(UnknownColumnsError) as raised:
         imported(tmp_path, ("time", *POSE), rows)

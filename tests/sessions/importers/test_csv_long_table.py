@@ -88,6 +88,7 @@ def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, more, cure):
 
 @pytest.mark.parametrize(("column", "names"), [("gadget", ("rod", "cup")), ("dev", ("1", "2"))])
 def test_bodies_whose_stamps_all_differ_are_separated(tmp_path, column, names):
+    """A column names the body of a row; neither the time nor another column of two values may be taken for it."""
     path = tmp_path / "log.csv"
     lines = [
         f"{step / 90 + body / 500:.6f},{names[body]},{step % 2},{body},{step / 900},0,0,0,0,1" for step, body in PAIRS

@@ -93,6 +93,7 @@ def import_csv(tmp_path):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_every_table_form_gives_written_poses(import_csv, form):
+    """A form: the content, keys of its mapping, and the sentence on what was lost."""
     content, keys, lost = FORMS[form]
     session = import_csv(content, MAPPING % keys)
     track = session.tracks["cup"]
@@ -117,6 +118,7 @@ RESTS = [[str(11 * k), "0", "1", "0", "0", "0", "0", "1"] for k in range(COUNT)]
 )
 @pytest.mark.parametrize("keys", ["", "skip_lines = 2"])
 def test_single_row_with_decimal_commas_refuses_the_file(import_csv, row, line, keys):
+    """A comma in a number makes two cells of it; line counts the lines that are skipped, too."""
     above = ["a", "b"] if keys else []
     content = csv_text(rows=[*RESTS, row], above=above)
     with pytest.raises(

@@ -175,6 +175,7 @@ def test_columns_that_are_all_read_are_not_named(tmp_path):
 
 
 def test_draft_asks_which_of_two_poses_is_meant(tmp_path):
+    """A rotation is there once, positions are there twice."""
     names = [f"{frame}{kind}" for frame in ("local", "world") for kind in ("Pos.x", "Pos.y", "Pos.z")]
     names += [f"localRot.{axis}" for axis in "xyzw"]
     rows = [csv_row(SECONDS[step], 0, 0, 0, pose(step)) for step in range(COUNT)]
@@ -189,6 +190,7 @@ def test_draft_asks_which_of_two_poses_is_meant(tmp_path):
     [("x{},y{},z{},qx{},qy{},qz{},qw{}", ("1", "2")), ("x.{},y.{},z.{},qx.{},qy.{},qz.{},qw.{}", ("1", "2"))],
 )
 def test_numbers_behind_axes_are_bodies(tmp_path, second, bodies):
+    """Columns x1, y1 ... are of body 1, x2, y2 ... of body 2."""
     head = csv_row("time", *(second.replace("{}", body) for body in bodies))
     session = import_csv(tmp_path, head, *(csv_row(SECONDS[k], pose(k), pose(k, body=1)) for k in range(COUNT)))
     assert session.names == bodies
@@ -321,6 +323,7 @@ def test_draft_asks_about_columns_whose_meaning_varies_by_row(tmp_path, column, 
     ],
 )
 def test_draft_asks_for_the_unit_of_a_line_above(tmp_path, line, unit):
+    """ "min" and "m." in the last line are no units of length."""
     rows = [csv_row(SECONDS[step], pose(step)) for step in range(COUNT)]
     asked = "the unit of lengths (a line above the header says "
     unknown = refused_draft(tmp_path, line, f"time,{POSE}", *rows).unknown

@@ -183,6 +183,7 @@ STAMPED = {
 
 @pytest.mark.parametrize("kind", STAMPED)
 def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
+    """Expected are stamps in ns or the message of a refusal."""
     stamp, expected = STAMPED[kind]
     rows = [("/t", FRAME, 100 + k, {**transform("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
     path = write_json_mcap(tmp_path / "a.mcap", rows)

@@ -340,6 +340,7 @@ quaternion_wxyz = ["Cup_OrientationA", "Cup_OrientationB", "Cup_OrientationC", "
 
 @pytest.mark.parametrize(("unit", "scale"), [("mm", 1000.0), ("centimeters", 100.0), ("inches", 1 / 0.0254)])
 def test_lengths_use_the_unit_stated_by_xdf_channels(tmp_path, unit, scale):
+    """Scale: as many of the unit make a metre."""
     (tmp_path / "map.toml").write_text(CUP_MAP)
     path = xdf_file(tmp_path, *mocap_chunks(unit=unit, scale=scale))
     session = import_session("xdf", path, mapping=tmp_path / "map.toml", convention="openxr")

@@ -224,6 +224,7 @@ def test_morph_targets_use_weights_of_node_before_mesh(of_mesh, of_node, expecte
 
 
 def test_the_buffer_that_a_view_names_is_read():
+    """The view names the second buffer, of a data URI; the file's own holds another triangle."""
     uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE.tobytes()).decode()
     views = [{"buffer": 1, "byteLength": 36}]
     buffers = [{"byteLength": 36}, {"byteLength": 36, "uri": uri}]

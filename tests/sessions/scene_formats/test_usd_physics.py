@@ -270,6 +270,7 @@ def test_usd_filter_of_single_colliders_is_listed_as_unsupported(tmp_path):
 
 
 def test_offsets_become_margins(tmp_path):
+    """A contact offset of 2 cm is a margin of 0.02 m, an infinite one is none; a rest offset is listed."""
     stage = new_stage(tmp_path / "s.usda")
     for name, contact, rest in (("cup", 2.0, 0.0), ("tray", float("-inf"), 1.0)):
         rigid_body(stage, f"/{name}")
@@ -435,6 +436,7 @@ def test_usd_without_time_samples_is_refused_as_a_recording(bench_file):
 
 
 def test_moving_usd_body_without_a_readable_mesh_names_the_cause(tmp_path):
+    """A face of the mesh names vertex 99, which does not exist."""
     stage = new_stage(tmp_path / "s.usda")
     cup = rigid_body(stage, "/cup")
     for code in (1, 2):

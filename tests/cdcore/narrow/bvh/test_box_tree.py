@@ -97,6 +97,7 @@ def test_rotated_slab_is_fitted_along_its_own_axes(seed):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_box_is_never_larger_than_the_axis_aligned_box(seed):
+    """The surface is compared, of boxes about five random triangles."""
     triangles = np.random.default_rng(seed).normal(size=(5, 3, 3))
     lower, upper = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     assert surface_of(fitted_box_of(triangles)[1]) <= surface_of(np.stack([lower, upper], axis=1)) * (1 + 1e-14)

@@ -122,6 +122,7 @@ def leg_of(start, end, rate):
 
 @pytest.mark.parametrize("case", MOTION_BOUNDS)
 def test_motion_bounds_exceed_simple_motions_by_rounding_only(case):
+    """Body a has radius 2 m; speed and acceleration of each motion are known in closed form."""
     motion, speed, acceleration = MOTION_BOUNDS[case]
     leg_a, leg_b = (
         leg_of(motion.get(f"start_{k}", (0, 0, 0)), motion.get(f"end_{k}", (0, 0, 0)), motion.get(f"rate_{k}", 0.0))

@@ -33,6 +33,7 @@ def reaction(burette, flask, equation):
     ],
 )
 def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
+    """A reaction forms potassium bitartrate or Prussian blue, whose solubility no table gives."""
     (event,) = reaction(burette, flask, equation).events_named("assumed")
     assert event.text.startswith(f"no data know how much {solid} dissolves") and event.time > 0.0
 

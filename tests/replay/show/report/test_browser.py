@@ -54,6 +54,7 @@ def test_phone_has_the_picture_below_the_headline(report_file, tmp_path):
 
 @WIDTHS
 def test_nothing_is_clipped_or_fails_accessibility_checks(report_file, tmp_path, width, scheme):
+    """Every fold of the report is open."""
     with opened(report_file.as_uri(), tmp_path, (width, 800), scheme) as page:
         page.ask("for (const one of document.querySelectorAll('details')) one.open = true")
         assert page.ask("document.documentElement.scrollWidth <= innerWidth")

@@ -314,6 +314,7 @@ def test_page_of_two_thousand_faults_is_small_and_quick(pages_folder):
 
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1280, "dark"), (400, "light"), (400, "dark")])
 def test_tools_pass_accessibility_checks_and_fit(page, pages_folder, width, scheme):
+    """Every fold is open and a fault is chosen, on a screen and on a phone of 400 pixels."""
     with opened(
         (pages_folder / "report.html").as_uri(), pages_folder / f"{width}{scheme}", (width, 800), scheme
     ) as other:

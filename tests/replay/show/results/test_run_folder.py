@@ -33,6 +33,7 @@ def drawing(monkeypatch):
 
 
 def test_a_run_folder_holds_tables_summary_and_picture(result_of_two_contacts, tmp_path, drawing):
+    """The picture is drawn by a stand-in; the summary lists all files and the picture's hash."""
     drawing(lambda actual, path: path.write_text("p"))
     session = tmp_path / "s.mcap"
     session.write_bytes(b"poses")

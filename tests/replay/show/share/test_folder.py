@@ -161,6 +161,7 @@ def texts_of(folder):
 
 @pytest.mark.slow
 def test_run_and_shared_folder_hold_no_serial_path_or_name(revealing_run_folder, shared_folder):
+    """The recording holds a serial number, paths and names of people; the pseudonym S07 stays."""
     recorded = {file.name for file in shared_folder.iterdir()}
     assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= recorded
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
