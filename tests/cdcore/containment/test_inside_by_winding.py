@@ -266,6 +266,20 @@ def test_inside_unconnected_triangles_is_never_clear_and_outside_is():
         assert np.array_equal(verdicts_of("exact", mesh, positions, live=True), verdict)
 
 
+def test_sheet_in_the_plane_of_a_diagonal_is_inside():
+    """A box of 1 m about (2, 2, 2) without a face below, and a sheet there, then above.
+
+    Rays along X from the sheet, which is in the plane y = z, meet the diagonal of a side: whole numbers must decide.
+    """
+    box = shift_mesh(box_mesh([1.0] * 3), [2.0, 2.0, 2.0])
+    below = np.flatnonzero((box.triangles[:, :, 2] == 1.5).all(axis=1))
+    corners = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, 1], [-1, 1, 1]]) / 8
+    bodies = [Body("box", without_faces(box, below[0])), Body("sheet", TriangleMesh(corners, [[0, 1, 2], [0, 2, 3]]))]
+    motion = unrotated_motion(np.array([[[0.0, 0, 0], [2.0, 2, 2]], [[0.0, 0, 0], [2.0, 2, 4]]]))
+    verdicts = create_detector("exact", bodies).detect(motion).verdict[:, 0]
+    assert verdicts.tolist() == [Verdict.CONTAINED, Verdict.CLEAR]
+
+
 def test_a_flat_sheet_contains_nothing():
     """A sheet of two triangles, and probes below it that do not touch."""
     sheet = TriangleMesh([[-1, -1, 0], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
