@@ -50,7 +50,7 @@ def test_axes_stand_at_the_grid_corner_in_that_direction(direction, corner):
 
 @pytest.mark.parametrize(("lengths", "spacing"), [(MOST_LINES - 2, GRID_M), (MOST_LINES - 1, 10 * GRID_M)])
 def test_grid_of_too_many_lines_is_coarser(lengths, spacing):
-    points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.999 * lengths * GRID_M]])
+    points = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0 + 0.999 * lengths * GRID_M]])
     assert guides_of(points, np.ones(3)).spacing == pytest.approx(spacing)
 
 

@@ -70,14 +70,14 @@ def test_gap_is_measured_by_a_line_with_a_bar_across_at_both_ends():
         static=lambda *_: None,
         steps=lambda path, steps, marks, columns: drawn.update({path: marks}),
     )
-    false = fault_of(FaultKind.NO_CONTACT, nearest=((0.0, 0.0, 0.0), (0.02, 0.0, 0.0)))
+    false = fault_of(FaultKind.NO_CONTACT, nearest=((0.1, 0.05, 0.0), (0.12, 0.05, 0.0)))
     log_close_ups(writer, run_of_cup_and_rod(), {TIME: false}, {TIME: EYE}, balls=[])
     lines = [mark.places for mark in drawn["world/focus/lines"][TIME] if mark.colour == GAP_COLOUR][-3:]
     gap, first_bar, last_bar = (EYE.position + (line - EYE.position) / TEXT_DISTANCE_FRACTION for line in lines)
-    assert gap == pytest.approx(np.array([[0.0, 0.0, 0.0], [0.02, 0.0, 0.0]]))
-    for bar, x in ((first_bar, 0.0), (last_bar, 0.02)):
+    assert gap == pytest.approx(np.array([[0.1, 0.05, 0.0], [0.12, 0.05, 0.0]]))
+    for bar, x in ((first_bar, 0.1), (last_bar, 0.12)):
         upright = bar[np.argsort(bar[:, 1])]
-        assert upright == pytest.approx(np.array([[x, -HALF_BAR_M, 0.0], [x, HALF_BAR_M, 0.0]]))
+        assert upright == pytest.approx(np.array([[x, 0.05 - HALF_BAR_M, 0.0], [x, 0.05 + HALF_BAR_M, 0.0]]))
     assert [mark.text for mark in drawn["world/focus/words"][TIME]] == ["cup and rod: 20 mm apart"]
 
 
