@@ -15,7 +15,7 @@ from support.small_worlds import unit_cubes_on_x
 
 from replay.cli import console as console_module
 from replay.cli.main import main
-from replay.cli.many_sessions import session_table
+from replay.cli.many_sessions import Count, session_table
 from replay.cli.terminal import Command, Paragraph, line, stacked
 from replay.document.tables import markdown, table
 from replay.running import advisor
@@ -185,3 +185,10 @@ def test_long_paths_are_printed_whole_on_narrow_terminals(capsys, monkeypatch):
     console_module.show(Paragraph("Read it  ", path))
     console_module.show(Command(f"replay view {path} --false 3"))
     assert capsys.readouterr().out.count(path) == 2
+
+
+def test_counts_of_sessions_are_added_with_their_ranges():
+    """A count that depends on where sampling starts is written from its smallest to its largest."""
+    total = Count(0, 2, 0.5) + Count.without_offsets(3)
+    assert total == Count(3, 5, 3.5)
+    assert (total.cell, Count.without_offsets(3).cell) == ("3-5", 3)
