@@ -182,7 +182,7 @@ def face_sets_of(table):
 
 @given(entries)
 def test_every_face_set_is_returned_for_its_frame_and_pair(table):
-    """Of 8 frames and 4 pairs; where nothing was set the faces are empty."""
+    """There are 8 frames and 4 pairs; where nothing was set the faces are empty."""
     sets = face_sets_of(table)
     counts = sets.counts(8, 4)
     for frame in range(8):

@@ -99,7 +99,7 @@ def test_stored_row_is_read_as_nested_fields():
     [("grasp", 3, "grasp", 0.75), ("", 12, "always", 0.0), ("grasp", 0, "grasp", 1.0)],
 )
 def test_effect_runs_always_or_where_its_trigger_lets_it(trigger, frames_run, runs_in, skipped):
-    """Of twelve frames."""
+    """The recording has twelve frames."""
     row = {"effect": SimpleNamespace(trigger=trigger, frames=12, frames_run=frames_run)}
     assert column_called("effects", "runs only in").of(row) == runs_in
     assert column_called("effects", "% skipped").of(row) == skipped

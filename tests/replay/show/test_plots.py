@@ -200,7 +200,7 @@ def test_wide_letters_and_those_beyond_ascii_are_taken_as_widest():
 
 
 def label_among(*offsets, centre=(224.0, 82.0)):
-    """Where the name ``abc`` stands from its dot, in units right and down, with nameless dots at these places."""
+    """Position of the name ``abc`` from its dot, in units right and down, with nameless dots at these places."""
     corners = [(FIELD["right"], FIELD["bottom"])] * 6  # more than five names are placed in their order
     points = [centre, *(np.add(centre, offset) for offset in offsets), *corners]
     dots = [
