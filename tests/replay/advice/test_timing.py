@@ -3,6 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import t
 from support.shapes import unrotated_motion
 
 from replay.advice.timing import BATCH_FRAMES, LEAD_FRAMES, MEAN_LEVEL, Clock, LiveFrames, Timed, known
@@ -70,6 +71,14 @@ def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
     assert known(timed_detector([[2.0]], [[1.0]]).ratio(MEAN_LEVEL)) == [pytest.approx(2.0), None, None]
 
 
+def test_interval_of_a_ratio_is_students_over_logarithms_of_passes():
+    """Ratios of 1, 1.5 and 2.25 in three passes: mean and deviation of their logarithms are that of 1.5."""
+    detector, step = timed_detector([[1.0], [1.5], [2.25]], [[1.0]] * 3), np.log(1.5)
+    lower, upper = np.exp(t.interval(0.95, df=2, loc=step, scale=step / np.sqrt(3)))
+    assert detector.ratio(MEAN_LEVEL) == pytest.approx([1.5, lower, upper])
+    assert detector.ratio(MEAN_LEVEL, widened=3.0) == pytest.approx([1.5, lower / 3.0, 3.0 * upper])
+
+
 @pytest.mark.parametrize(("level", "value"), [(MEAN_LEVEL, 1.5), (P99, 1.99)])
 def test_interruption_in_a_single_pass_changes_no_price(level, value):
     """Seven passes of 400 frames that take 1 to 2 s; 3 % of the samples are 50 s longer."""
@@ -124,7 +133,7 @@ def test_pass_that_compiled_a_kernel_is_repeated():
     frames = Frames([1.0, 1.0, 1.0], compiles)
     clock, item = clock_after_passes(frames, compiled)
     assert frames.asked == 4 and item.passes == 3
-    assert 0.0 <= clock.at_work < 1.0
+    assert 0.0 <= clock.at_work < 1.0 and 0.0 < clock.seconds < 60.0
 
 
 @pytest.mark.parametrize(("rate_hz", "sampled"), [(None, 60), (90.0, 60), (30.0, 20), (6.0, 4), (0.5, 1)])
