@@ -16,6 +16,7 @@ from support.shapes import box_mesh
 from support.small_worlds import unit_cubes_on_x
 
 from cdcore import Body, Motion, TriangleMesh
+from cdcore.bounding.hull import hull_of
 from cdcore.poses import rotation_from_quaternion
 from replay import run
 from replay.cli.main import main
@@ -113,6 +114,16 @@ def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
     run(tmp_path / "s.mcap", detectors=name, out=tmp_path / "run", picture=False)
     fault = fault_of_run(read_run_folder(tmp_path / "run"), miss=1, label=name)
     assert fault.pairs.tolist() == [[0, 1], [0, 2], [1, 2]]
+
+
+def test_closed_body_becomes_the_hull_of_fewest_corners():
+    """A tetrahedron with a fifth corner holds a small box; no face may go, but the fifth corner may."""
+    corners = np.array([[4, 4, 4], [-4, -4, 4], [-4, 4, -4], [4, -4, -4], [3, 3, -3]], dtype=float)
+    bodies = (Body("out", hull_of(corners)), Body("in", box_mesh([0.1] * 3)))
+    motion = Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1)))
+    fault = WrongAnswer("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), contact=True)
+    assert Size.of(fault).faces == (6, 12)
+    assert Size.of(shrunk_fault(fault)).faces == (4, 1)
 
 
 @pytest.mark.slow
