@@ -62,6 +62,10 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     hands = read_joints(table, layout, ledger)
     _check_hands(source, hands)
     frame = _source_frame(table, layout, hands, given, convention)
+    tables = {
+        name: table.poses(columns, table.stamps(layout.clock.column, layout.clock.unit))
+        for name, columns in layout.bodies.items()
+    }
     notes = [*table.notes, *_unread_flags(table, layout)]
     moved = {hand.name: _in_metres(hand, frame) for hand in hands}
     motions = {hand.name: _motions(moved[hand.name], notes, ledger) for hand in hands}
@@ -74,10 +78,6 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
         f"{name or 'a pose without a name'}: not taken beside hands, for {reason}; import it from a CSV of its own"
         for name, reason in layout.left_out.items()
     )
-    tables = {
-        name: table.poses(columns, table.stamps(layout.clock.column, layout.clock.unit))
-        for name, columns in layout.bodies.items()
-    }
     tracks = {body: motion.track for bones in motions.values() for body, motion in bones.items()}
     session = session_of_tables(tables, frame, ledger, notes, made=tracks)
     return replace(session, meshes=_meshes(motions, radii), scene=_scene(motions))

@@ -101,7 +101,7 @@ def _hand(
     for joint, columns, rows in samples:
         if not np.array_equal(rows, last_rows):
             last_rows, stamps = rows, table.stamps(layout.clock.column, layout.clock.unit, rows)
-        positions = table.numbers(columns.position, rows)
+        positions = table.measurements(columns.position, rows)
         keep = increasing_rows(f"{side_in(name)} {joint}".strip(), stamps, (positions,), ledger)
         tracks[joint] = stamps[keep], positions[keep]
         if flag and tracked is None:

@@ -117,7 +117,7 @@ def test_names_that_differ_in_case_are_named_as_two_bodies(tmp_path):
     assert "'rod' and 'Rod' are two bodies" in session.facts["assumed"]
 
 
-@pytest.mark.parametrize("cell", ["None", "n/a", "--", "#NV", "", -9999, "999.0"])
+@pytest.mark.parametrize("cell", ["None", "n/a", "--", "#NV", "-inf", "", -9999, "999.0"])
 @pytest.mark.parametrize("first", [0, 20])
 def test_missing_numbers_are_lost_poses(tmp_path, cell, first):
     """From the row ``first`` three of 60 rows hold a word or a sentinel in place of each number."""

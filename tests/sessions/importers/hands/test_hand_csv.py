@@ -353,6 +353,16 @@ def test_a_joint_that_flies_off_is_lost_alone(tmp_path):
     assert all(track.valid.all() for track in others.values()) and len(others) == 21 - len(wrong)
 
 
+def test_hand_of_sentinels_is_lost(tmp_path):
+    """All joints are at -9999 in samples 7 and 8."""
+    hands = left_hand()
+    for positions in hands["left"].values():
+        positions[7:9] = -9999
+    session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, hands))
+    assert all([*np.flatnonzero(~track.valid)] == [7, 8] for track in session.tracks.values())
+    assert "-9999 counts as a missing number in" in session.facts["conversions"]
+
+
 def test_a_hand_that_is_not_tracked_is_lost(tmp_path):
     flag = [("left_is_tracked", (TIMES > 0.1).astype(int).astype(str)), ("right_is_tracked", ["1"] * len(TIMES))]
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, moving_hands(), more=flag))
