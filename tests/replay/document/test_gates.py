@@ -3,7 +3,7 @@ from support.report_states import audit_of, times_of, zeros
 from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 from replay.auditing.wilson import proportion
-from replay.document.audit import CountRange, PairFrames
+from replay.document.audit import CountRange, MissedDepth, PairFrames
 from replay.document.gates import Gates, percent
 from replay.document.scores import pooled_audits
 from replay.engine import compute
@@ -101,3 +101,30 @@ def test_false_contact_gate_fails_where_nothing_was_compared():
 def test_a_percentage_keeps_its_distance_from_all_and_nothing(count, of, text):
     """Wilson's interval at 95 % is in brackets; near 0 and 100 % it keeps as many digits as tell it from them."""
     assert percent(proportion(count, of)) == text
+
+
+@pytest.mark.parametrize(
+    ("depth", "broken"),
+    [
+        (MissedDepth(), []),
+        (MissedDepth(deepest=0.002), []),
+        (MissedDepth(deepest=0.0021), ["deep, more than"]),
+        (MissedDepth(at_least=1), ["not every frame"]),
+        (MissedDepth(deepest=0.002, at_least=1), ["not every frame"]),
+        (MissedDepth(deepest=0.0021, at_least=1), ["deep, more than"]),
+        (MissedDepth(deepest=0.001, unknown={"a is open": 2}), ["a is open (2 misses)"]),
+    ],
+)
+def test_deeper_miss_than_allowed_or_an_unknown_depth_breaks_the_gate(depth, broken):
+    """2 mm are allowed. A miss that is too deep as far as it was searched needs no search of its other frames."""
+    sentences = Gates(max_missed_depth=0.002).broken_limits({"x": audit_of(missed_depth=depth)}, [])
+    assert len(sentences) == len(broken) and all(map(str.__contains__, sentences, broken))
+
+
+@pytest.mark.parametrize(("undecided", "inside", "is_broken"), [(3, 3, False), (3, 1, True), (0, 0, False)])
+def test_reference_may_leave_open_what_is_inside_an_open_mesh(undecided, inside, is_broken):
+    """Nobody can decide that; other pair-frames must be decided for a gate."""
+    audit = audit_of(
+        contacts=4, reference_undecided=undecided, reference_inside_undecided=inside, time_missed=proportion(0, 9)
+    )
+    assert bool(Gates(max_missed=1.0).broken_limits({"x": audit}, [])) == is_broken

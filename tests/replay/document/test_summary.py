@@ -10,7 +10,7 @@ from replay.document import summary
 from replay.document.coding import document_of, json_of
 from replay.document.run_document import SCHEMA
 from replay.document.session import DroppedFrames
-from replay.document.summary import frame_seconds, session_name
+from replay.document.summary import frame_seconds, sample_times, session_name
 from replay.engine import compute
 from replay.show.report.page import report_html
 from sessions import Scene, Status
@@ -66,6 +66,15 @@ def test_seconds_of_a_frame_are_the_sum_of_stages():
     assert frame_seconds(online).tolist() == [1.5, 2.25]
     assert frame_seconds(head) is None
     assert frame_seconds(Detection(**{**vars(head), "seconds": {"x": 1.0}})) is None
+
+
+def test_samples_over_the_frame_of_a_headset_are_a_fraction():
+    """Stages of 6 ms add up to 12 ms in one frame of four; a frame of 90 Hz has 11.1 ms."""
+    stages = {"broad": np.array([1e-3, 6e-3, 1e-3, 1e-3]), "narrow": np.array([1e-3, 6e-3, 9e-3, 1e-3])}
+    head = verdicts(["."] * 4)
+    times = sample_times(Detection(**{**vars(head), "seconds": stages}), rate_hz=None)
+    assert (times.samples, times.over_budget, times.max) == (4, 0.25, pytest.approx(0.012))
+    assert sample_times(Detection(**{**vars(head), "seconds": {"broad": 1.0}}), rate_hz=None) is None
 
 
 def test_facts_about_a_person_stay_in_the_session_file():

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from support.small_worlds import session_of_frames, unit_cubes_on_x
 
@@ -44,6 +44,8 @@ def test_a_trackers_noise_adds_little_to_the_path():
 
 
 @given(st.lists(st.floats(0.0, 60.0), min_size=1, unique=True).map(sorted), st.sampled_from([0.1, 0.25, 1 / 90]))
+@example([5.0, 5.04, 5.1, 5.18], 0.1)
+@example([0.0, 1.7, 1.75], 0.1)  # 1.7 / 0.1 is rounded to 17, though the tick 17 * 0.1 is after 1.7
 def test_frames_at_clock_ticks_equal_a_search_of_every_tick(times, step):
     """The first frame at or after each tick of ``step`` seconds."""
     times = np.array(times)
