@@ -49,7 +49,7 @@ def test_guess_that_needs_another_import_names_its_key():
     )
 
 
-def test_only_open_guesses_that_a_replay_cannot_change_need_another_import():
+def test_guesses_that_no_replay_changes_need_another_import():
     """A stated unit of angles, an open unit of lengths, which a replay can change, and an open unit of times."""
     stated = Assumption(Subject.ANGLE_UNIT, "deg", Origin.FILE)
     changeable, needs_import = (

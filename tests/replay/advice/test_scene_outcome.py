@@ -14,7 +14,7 @@ FRAMES = 17
 """At 8 Hz: half a second is four frames, so that the last frame with a frame half a second later is number 12."""
 
 
-def test_body_rests_where_it_moves_two_millimetres_at_most_in_half_a_second():
+def test_body_rests_where_it_moves_two_millimetres_at_most():
     """Bodies: stops in frame 8; moves by 1.9 mm in four frames; by 2.1 mm; stands still, without a pose in frame 10."""
     frames = np.arange(FRAMES)
     translations = np.zeros((FRAMES, 4, 3))
@@ -31,8 +31,8 @@ def test_body_rests_where_it_moves_two_millimetres_at_most_in_half_a_second():
 def test_closest_moment_is_measured_in_the_nearest_frame(monkeypatch, side):
     """Unit cubes at 10 m and 3, 1.5, 1.2 and 2 m beside it; one frame is measured. One mesh is 5 m off its origin."""
     monkeypatch.setattr(scene_outcome, "GAP_FRAMES", 1)
-    apart = np.array([3.0, 1.5, 1.2, 2.0])
-    poses = {"a": along_x([10.0] * 4), "b": along_x(10.0 + side * apart - 5.0)}
+    distances = np.array([3.0, 1.5, 1.2, 2.0])
+    poses = {"a": along_x([10.0] * 4), "b": along_x(10.0 + side * distances - 5.0)}
     meshes = {"a": cube(), "b": MeshData(np.add(cube().vertices, [5.0, 0.0, 0.0]), cube().faces)}
     assembly = assemble(Session.from_arrays(np.arange(4) * STEP_NS, poses, meshes))
     outcome = ReplayedBodies(assembly).outcome(assembly.motion)

@@ -234,7 +234,7 @@ FIVE_CONTACTS = CONTACTS[:59]
         (FIVE_CONTACTS[2:] + "." * 56, 70, Cause.UNEXPLAINED),
     ],
 )
-def test_miss_is_late_or_early_only_where_it_is_reported_then(reported, frame, cause):
+def test_miss_is_late_or_early_where_reported_then(reported, frame, cause):
     """Five contacts are reported two frames late or early, and the sixth not at all."""
     assert causes_at(frame, verdict_column(reported), verdict_column(CONTACTS)) == [cause]
 

@@ -67,7 +67,7 @@ def test_crossed_bars_have_a_depth_without_a_vertex_inside(lift, depth, angle):
     assert result.volume == pytest.approx(1.5 / np.sin(np.radians(angle)) * height, rel=1e-6)
 
 
-def test_coarse_common_part_is_deep_in_the_middle_of_its_faces():
+def test_coarse_common_part_is_deepest_amid_its_faces():
     """Two bars 1 m thick cross at right angles, 0.5 m apart: every corner of what they share lies in both surfaces."""
     cross = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     bar = solid_of(bar_of_edges(4, 1, 1))

@@ -107,7 +107,7 @@ def test_unrelated_folder_and_equal_file_names_are_refused(three_session_files, 
 
 
 @pytest.mark.parametrize("name", ["..mcap", "batch.json.mcap", "Batch.Tables.mcap"])
-def test_file_whose_run_folder_would_be_a_file_of_the_batch_is_refused(name, tmp_path):
+def test_session_named_like_a_batch_file_is_refused(name, tmp_path):
     with pytest.raises(OutputError, match="a run folder cannot be called"):
         run_batch([tmp_path / name], tmp_path / "runs", settings=SETTINGS)
 

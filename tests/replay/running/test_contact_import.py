@@ -96,7 +96,7 @@ def test_reports_that_cannot_be_the_sessions_are_refused(tmp_path, rows, offset,
         ("40,a,b,begin\n50,a,b,end\n80,a,b,begin", None, "the reports last 40 s, the session 130 ms: write seconds"),
     ],
 )
-def test_reports_of_no_frame_of_a_recording_from_5_s_are_refused(tmp_path, rows, offset, message):
+def test_reports_outside_a_recording_from_5_s_are_refused(tmp_path, rows, offset, message):
     """The first ones end 3 s before its first frame, with stamps that a file can hold."""
     (tmp_path / "x.csv").write_text(rows)
     session = unit_cubes_on_x(POSITIONS, first_ns=5_000_000_000)
