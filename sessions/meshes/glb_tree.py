@@ -287,7 +287,7 @@ class _Reader:
         if weights and len(weights) != len(targets):
             raise MeshFileError(f"it has {len(weights)} weights of {len(targets)} morph targets; export it again")
         for target, weight in zip(targets, weights, strict=False):
-            if weight and "POSITION" in target:
+            if "POSITION" in target:
                 positions = positions + float(weight) * self._file.array(target["POSITION"])
         return positions
 

@@ -172,9 +172,9 @@ def _length(element: ElementTree.Element, name: str) -> float:
 
 
 def _mesh(element: ElementTree.Element | None, path: Path, files: SceneFiles) -> MeshData:
-    kind = None if element is None else str(element.tag)
-    if element is None or kind is None:
+    if element is None:
         raise SceneError("it has no shape")
+    kind = str(element.tag)
     if kind == "box":
         return make_shape("box", dict(zip("xyz", _numbers(element, "size", ""), strict=True)))
     if kind == "sphere":

@@ -203,15 +203,37 @@ def test_an_armature_that_mirrors_gives_an_outward_mesh():
     assert mesh.volume == pytest.approx(BOX.volume)
 
 
+@pytest.mark.parametrize(("joint_rows", "weight_rows", "joint"), [(8, 7, 0), (7, 8, 0), (7, 7, 0), (8, 8, 1)])
+def test_skin_that_does_not_fit_its_eight_vertices_is_refused(joint_rows, weight_rows, joint):
+    """The skin has one joint, number 0."""
+    attributes = {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}  # numbers of the arrays that `glb_file` gets
+    tree = {
+        "nodes": [{}, {"mesh": 0, "skin": 0}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 1}]}],
+        "skins": [{"joints": [0]}],
+    }
+    joints, weights = np.full((joint_rows, 4), joint, dtype="<u1"), np.ones((weight_rows, 4), dtype="<f4")
+    with pytest.raises(MeshFileError, match="joints and weights of a skin do not fit its vertices"):
+        mesh_from_bytes(glb_file(tree, BOX_POINTS, BOX_CORNERS, joints, weights), "glb")
+
+
 @pytest.mark.parametrize(
     ("of_mesh", "of_node", "expected"),
-    [(None, None, 0.0), ([0.5, 0.0], None, 2.0), ([0.5, 0.0], [1.0, 0.0], 4.0), ([1.0, 1.0], None, 14.0)],
+    [
+        (None, None, 0.0),
+        ([0.5, 0.0, 1.0], None, 2.0),
+        ([0.5, 0.0, 1.0], [1.0, 0.0, 1.0], 4.0),
+        ([1.0, 1.0, 1.0], None, 14.0),
+    ],
 )
 def test_morph_targets_use_weights_of_node_before_mesh(of_mesh, of_node, expected):
-    """Targets lift a box 3 m high by 4 m and, stored sparsely, by 10 m; ``expected``: height of its middle."""
+    """Targets lift a box 3 m high by 4 m and, stored sparsely, by 10 m; a third changes normals alone.
+
+    ``expected``: height of the middle of the box.
+    """
     dense = np.tile(np.array([[0, 0, 4]], dtype="<f4"), (8, 1))
     positions, values = np.arange(8, dtype="<u2"), np.tile(np.array([[0, 0, 10]], dtype="<f4"), (8, 1))
-    mesh = {"primitives": [primitive_at(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}])]}
+    mesh = {"primitives": [primitive_at(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}, {"NORMAL": 2}])]}
     node = {"mesh": 0, **({"weights": of_node} if of_node else {})}
     tree = {"nodes": [node], "meshes": [mesh | ({"weights": of_mesh} if of_mesh else {})]}
     data = glb_file(tree, BOX_POINTS, BOX_CORNERS, dense, positions, values)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sessions.errors import SessionError
+from sessions.errors import SceneSourceError, SessionError
 from sessions.importers import import_session
 from sessions.scene_formats.scene_source import Surface, read_scene_source
 
@@ -498,6 +498,26 @@ def test_mesh_of_contradicting_face_counts_is_listed(tmp_path, counts):
     stage.Save()
     sentence = f"the collider '/cup/torn': its mesh has 12 indices, and its faces count {sum(counts)}"
     assert sentence in read_scene_source(tmp_path / "cup.usda").left_out
+
+
+@pytest.mark.parametrize(("corners", "faces"), [(CORNERS, []), (CORNERS, [(0, 1)]), ([], [(0, 1, 2)])])
+def test_mesh_without_faces_or_corners_is_listed(tmp_path, corners, faces):
+    stage = new_stage(tmp_path / "cup.usda")
+    rigid_body(stage, "/cup")
+    ball_collider(stage, "/cup/ball")
+    collider(stage_mesh(stage, "/cup/empty", corners=corners, faces=faces))
+    stage.Save()
+    assert "the collider '/cup/empty': its mesh has no face" in read_scene_source(tmp_path / "cup.usda").left_out
+
+
+@pytest.mark.parametrize("pose", [{"scale": 0.0}, {"translation": (np.nan, 0.0, 0.0)}])
+def test_body_of_no_size_or_no_place_is_refused(tmp_path, pose):
+    stage = new_stage(tmp_path / "cup.usda")
+    rigid_body(stage, "/cup", **pose)
+    ball_collider(stage, "/cup/ball")
+    stage.Save()
+    with pytest.raises(SceneSourceError, match="/cup has a pose that is no number, or a scale of 0"):
+        read_scene_source(tmp_path / "cup.usda")
 
 
 def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
