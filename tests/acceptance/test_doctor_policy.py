@@ -68,6 +68,7 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
     assert stated == int(((flag > 0) & (verdict != Verdict.NO_POSE)).sum())
 
 
+@pytest.mark.slow
 def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
     """The hand's pose is frozen for 60 frames from 400 on, and kept by the policy."""
     draft = touching_session()

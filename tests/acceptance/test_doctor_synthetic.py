@@ -74,7 +74,7 @@ def test_planted_fault_is_reported_with_body_and_interval(name, body, tmp_path):
     assert {item.body for item in findings if item.severity > Severity.NOTE} <= about
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.05, 0.1, 3.0])
 def test_teleports_are_reported_from_five_centimetres(size):
     """Every one of ten centimetres and more is found; of five, a tenth may pass for a quick hand."""

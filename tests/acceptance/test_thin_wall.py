@@ -46,6 +46,7 @@ def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, misse
     assert (times[:, 1] - times[:, 0]).max() <= 1e-6
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("speed", "rotations"), [(0.4, False), (4.0, False), (2.0, True)])
 def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, rotations):
     """The cube passes the rim of the plate, 0.1 m from its middle, by 3 micrometres to 1 mm."""

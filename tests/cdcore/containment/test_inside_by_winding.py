@@ -124,7 +124,7 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
     assert np.array_equal(verdicts_of("exact", mesh, positions, live=True), verdict)
 
 
-@pytest.mark.sampled(18)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_every_detector_that_claims_containment_agrees(detector, live):

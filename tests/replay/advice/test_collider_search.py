@@ -180,6 +180,7 @@ def test_cut_skipped_for_lack_of_time_names_its_duration(beaker_and_rod, monkeyp
     assert fixed.as_json()["not_tried"] == list(fixed.not_tried)
 
 
+@pytest.mark.slow
 def test_time_of_counting_the_hulls_is_not_in_the_limit(beaker_and_rod, monkeypatch):
     """Compiling took 126 s of a limit of 60 s, so that the first search on a machine tried nothing."""
     figures, calls = collider_search.Scoring.figures, []

@@ -234,6 +234,7 @@ def test_only_bodies_that_are_not_convex_are_cut():
     assert answer.fix is None or not answer.fix.measured
 
 
+@pytest.mark.slow
 def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
     write_session(stirring_session(BEAKER), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0

@@ -107,7 +107,7 @@ def exact_contacts(first, second, rotations, positions):
     return counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)[:, 0]
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(18)
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
@@ -184,7 +184,7 @@ MESHES_WITH_HOLES = {
 }
 
 
-@pytest.mark.sampled(8)
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
 def test_known_states_of_open_meshes_agree_with_exact(shape, seed):

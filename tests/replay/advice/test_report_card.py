@@ -96,6 +96,7 @@ def test_reach_of_a_plugged_tube_is_the_inscribed_radius(sides):
     assert reach(tube, [plug]) == pytest.approx(0.03 * np.cos(np.pi / sides), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_reach_into_a_fine_narrow_neck_is_found():
     """Thousands of long triangles along the wall hid the small lid of the neck: 11.1 mm in place of 16.3 mm."""
     outer = [(0, 0), (0.042, 0), *((0.042 - 0.0009 * k, 0.003 * k) for k in range(1, 29)), (0.0168, 0.14)]

@@ -106,7 +106,7 @@ def test_planted_cause_is_the_only_cause_reported(planted):
 FRAME_OF_90_HZ_NS = 11_111_111
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize(
     ("late_ns", "digits", "missed", "invented"),
     [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],

@@ -93,6 +93,7 @@ def test_of_too_many_the_longest_are_measured(monkeypatch):
     assert np.isnan(short.metres) and long.metres == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_the_cause_is_the_solid_before_the_rate():
     """Boxes 0.5 m apart, or 0.01 m deep in each other; a rate of 1 Hz keeps the answer of frame 0."""
     bodies, pairs = cubes_and_outcomes([NEITHER])[0].bodies, np.array([[0, 1]])

@@ -64,6 +64,7 @@ def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, seed):
         assert answer.moment.kind == ("false" if rank.leads_false else "miss")
 
 
+@pytest.mark.slow
 def test_requested_offset_is_kept():
     for offset in (0.0, 0.013):
         result = compute(bumps(seed=1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")

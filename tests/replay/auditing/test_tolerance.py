@@ -66,7 +66,7 @@ DEPTHS_IN_TAU = [0.5, 0.99, 1.01, 1.5, 2.5]
 """Depths, in tau, of which the first two are at most tau."""
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("tau", [2e-6, 1e-4])
 @pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
 def test_flush_cubes_are_excused_to_tau_and_no_deeper(sideways, tau):

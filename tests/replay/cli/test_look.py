@@ -62,6 +62,7 @@ def test_doctor_look_in_a_pipe_prints_question_and_pictures(recording, capsys):
     assert (recording.with_name("s-look") / "look.rrd").read_bytes()[:4] == b"RRF2"
 
 
+@pytest.mark.slow
 def test_the_more_plausible_alternative_is_marked_alone(recording, monkeypatch, capsys):
     monkeypatch.setattr("replay.advice.assumptions.more_plausible", lambda outcomes: "body")
     assert main(["doctor", str(recording), "--look"]) == 3

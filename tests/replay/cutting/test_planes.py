@@ -45,6 +45,7 @@ def test_body_of_boxes_is_cut_into_its_boxes(most):
     assert len(pieces) == 3 and sum(map(volume_of, pieces)) == pytest.approx(volume_of(U_SHAPE), rel=1e-9)
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("most", [1, 2, 8, 24, MOST_REGIONS])
 @pytest.mark.parametrize("mesh", [U_SHAPE, CUP], ids=["u", "cup"])
 def test_pieces_are_convex_and_cover_the_body(mesh, most):

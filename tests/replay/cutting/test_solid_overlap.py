@@ -117,6 +117,7 @@ def test_meshed_spheres_converge_at_second_order():
     assert (ratios[1:] > 3.3).all() and (ratios[1:] < 4.8).all(), ratios
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("seed", SEEDS[:4])
 def test_depth_in_a_trough_agrees_with_dense_samples(seed):
     """The rod has samples at most 0.05 apart, so the deepest point is within 0.04 of a sample."""

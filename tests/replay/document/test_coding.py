@@ -59,6 +59,7 @@ def removed(plain, path):
     del inside[key]
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     "settings",
     [

@@ -107,6 +107,7 @@ def titrated_with_ammonia(molar, *tables, salt="CuSO4"):
     return effects_of_tap_degrees(OPEN, MIXING_IN_FLASK, *tables, AMMINE, burette=burette, flask=flask)
 
 
+@pytest.mark.slow
 def test_basic_copper_sulfate_dissolves_in_more_ammonia():
     """In a flask the pale precipitate goes, and all copper is the deep blue ammine; 1 mol/L is enough."""
     effects = titrated_with_ammonia(

@@ -207,6 +207,7 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     assert excess.max() == pytest.approx(3.322, rel=0.005 if hz > 10 else 0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "hz", [30, pytest.param(90, marks=pytest.mark.slow), pytest.param(250, marks=pytest.mark.slow)]
 )

@@ -237,6 +237,7 @@ def test_strong_solution_crystallises_by_its_mass_of_water():
     assert crystals_g == pytest.approx(salt_g - dissolved_g, rel=0.02)
 
 
+@pytest.mark.slow
 def test_excess_bicarbonate_uses_up_all_poured_acid():
     """Every mole of acid frees a mole of CO2, and the pH ends above 5."""
     powder = {"solid": {"formula": "NaHCO3", "mass_g": 50.0}}

@@ -181,6 +181,7 @@ def test_temperature_of_wetted_solids_stays_between_reported_extremes(solid, mor
     assert [values.min(), values.max()] == pytest.approx(sorted([20.0, *stated]), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     """A scene that names the basic sulfate is not advised the hydroxide."""
     flask = glass("flask", volume_ml=2.0, solute="CuSO4", molar=0.1)

@@ -80,6 +80,7 @@ def test_every_entry_of_the_table_opens(run_folder):
             assert is_a_function(entry), entry
 
 
+@pytest.mark.slow
 def test_printed_equations_move_points_as_the_functions_do():
     """The paper's matrices act on rows of points, the product's on columns: each is the other transposed."""
     rng = np.random.default_rng(14)

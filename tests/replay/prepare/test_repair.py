@@ -83,6 +83,7 @@ def repaired_session(draft, *words):
     return repair_session(draft.session(), parse_policy(words)).session
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("size", [1, 7, 64, 900])
 def test_the_frames_do_not_depend_on_blocks(size):
     session = repaired_session(lost_hand(), "identity-while-lost=interpolate:1")
@@ -92,6 +93,7 @@ def test_the_frames_do_not_depend_on_blocks(size):
 LOST, LAST_POSE, INTERPOLATED = Status.LOST, Status.HELD, Status.INTERPOLATED
 
 
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize(
     ("arguments", "status"),
     [

@@ -88,6 +88,7 @@ def test_batch_folder_is_refused_after_its_scene_file_changed(tmp_path):
         run_batch([], runs, settings=settings)
 
 
+@pytest.mark.slow
 def test_failure_is_reported_and_ends_no_other_session(three_session_files, tmp_path):
     three_session_files[1].write_bytes(b"no session")
     batch = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)

@@ -160,6 +160,7 @@ def recorded_counts(session):
     return ContactCounts(audit.contacts, audit.contacts_missed, audit.late_or_cut_short, audit.false_contact.count)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
     """The engine reports each tap in the first frame in or after which it begins or ends."""

@@ -125,12 +125,14 @@ def test_plot_stacks_answer_scatter_legend_lanes_and_ticks(result_of_bump):
     assert lanes[-1] + lane_height + letter_height < tick < height < lanes[-1] + 80
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"])
 def test_plot_takes_any_name_as_text(name):
     made = replay.run(unit_cubes_on_x({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
     assert ElementTree.fromstring(made.plot()._repr_svg_()).tag.endswith("svg")
 
 
+@pytest.mark.slow
 def test_a_written_run_is_that_run_with_a_folder(result_of_bump, tmp_path):
     written = result_of_bump.write(tmp_path / "run", picture=False)
     assert written.out == tmp_path / "run" and (written.out / "report.html").is_file()

@@ -207,6 +207,7 @@ def colours_of_reach(monkeypatch, mesh, pieces):
     return colours
 
 
+@pytest.mark.slow
 def test_farthest_piece_has_the_end_of_the_scale(monkeypatch):
     """A piece as large as the mesh has the colour of no distance, one 50 mm beyond it that of the farthest."""
     mesh = box_mesh((0.1, 0.1, 0.1))

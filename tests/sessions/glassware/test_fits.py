@@ -43,7 +43,7 @@ def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_rotations, shut):
     assert any(len(distances_along_rays(mesh.triangles, *down)[0]) for mesh in meshes) == shut
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("quarter_rotations", FRACTIONS)
 def test_key_rotates_without_touching_the_glass(quarter_rotations):
     """No edge of the key, 0.1 m up in the burette, crosses a face of the glass."""

@@ -48,6 +48,7 @@ def session_by_draft(path, draft):
     return import_session("csv", path, mapping=mapping, convention="canonical")
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     ("ids", "pose", "more"),
     [

@@ -107,6 +107,7 @@ def test_lengths_and_times_use_the_row_of_units(tmp_path, units):
     assert_track_is_that_of_the_constants(read_session(out))
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("column", SECONDS_OF_A_UNIT)
 def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
     out = tmp_path / "s.mcap"

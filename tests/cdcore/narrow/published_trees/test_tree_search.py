@@ -54,7 +54,7 @@ def trees_and_search(kind, scene, *, every=True, budget=UNLIMITED):
     )
 
 
-@pytest.mark.sampled(40)
+@pytest.mark.sampled(6)
 @each_kind
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])

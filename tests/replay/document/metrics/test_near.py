@@ -72,7 +72,7 @@ def fcl_gap(mesh, turns, positions):
     return fcl.distance(*objects, fcl.DistanceRequest(), fcl.DistanceResult())
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("rotations", [0.2, 0.002, 0.0])
 def test_close_is_the_distance_by_fcl_at_every_sample(rotations):
     """Forty gaps of two cubes, the second turned at random by up to ``rotations`` radians."""

@@ -95,6 +95,7 @@ def test_a_contact_of_metrics_is_a_contact_of_the_run():
     assert counts["exact"] == pytest.approx(10) == result.document.audit["hybrid"].contacts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("oracle", ["exact", "none"])
 def test_contacts_per_minute_leave_out_contacts_of_a_grasped_body(oracle):
     """The hand touches the cube, carries it while its trigger is pressed, and lets go; once the cube meets the ball."""

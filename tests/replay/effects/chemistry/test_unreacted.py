@@ -87,6 +87,7 @@ def test_enough_acid_is_reported_as_no_lack(flask):
     assert not {event.name for event in events} & {"no-reaction", "stopped"}
 
 
+@pytest.mark.slow
 def test_reaction_stops_when_acid_runs_out_with_iron_left():
     """0.1 mmol of protons for 0.5 mmol of iron(II), which needs 0.8 mmol: an eighth reacts.
 

@@ -164,7 +164,7 @@ def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_p
     assert made.rate_difference() in study_html(runs, places(runs, tmp_path))
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("state", ["equal", "few students", "other sessions"])
 def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
     """Contacts a minute of both detectors are equal, of four students, or of unlike sessions."""
@@ -181,6 +181,7 @@ def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
     assert bool(made.rate_difference()) == (state != "few students")
 
 
+@pytest.mark.slow
 def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tables_of):
     runs, made = tables_of(sessions=8, students=8)
     members = {"S01", "S02", "S03", "S04", "S05", *runs.students[:2]}

@@ -30,6 +30,7 @@ def test_paper_figures_come_from_a_single_pooled_predictor():
     assert item.beta == pytest.approx(line.slope) and item.low < item.beta < item.high
 
 
+@pytest.mark.slow
 def test_p_is_that_of_permuting_a_studentised_difference():
     """Groups of 40 and 6 students of unequal spread, against SciPy's test."""
     random = np.random.default_rng(0)

@@ -31,6 +31,7 @@ def truth_of(one):
     return meeting_faces_exhaustive(*world)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("target", "number"), [(100, 0), *(pytest.param(*key, marks=pytest.mark.slow) for key in MORE)]
 )

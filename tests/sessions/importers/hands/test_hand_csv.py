@@ -152,6 +152,7 @@ def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
     assert (unit.value, unit.origin) == ("cm", Origin.FILE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axes", "alternatives"), [("unity", {"unity", "unreal"}), ("openxr", {"openxr", "ros", "z-up"})]
 )

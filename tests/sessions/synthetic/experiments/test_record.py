@@ -85,7 +85,7 @@ def test_grasped_body_moves_from_press_until_release(recorded):
         np.testing.assert_allclose(in_the_hand, np.broadcast_to(in_the_hand[0], in_the_hand.shape), atol=1e-9)
 
 
-@pytest.mark.sampled(len(EXPERIMENTS))
+@pytest.mark.slow
 def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(recorded):
     kept = tomllib.loads(recorded.session.scene.text)
     assert len(kept["effect"]) >= 4
