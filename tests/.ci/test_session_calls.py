@@ -9,7 +9,7 @@ def functions_by_format():
     return vars(script("session_calls"))["functions_by_format"]()
 
 
-@pytest.mark.parametrize(("format", "most_files", "most_functions"), [("MCAP", 9, 80), ("CSV", 11, 167)])
+@pytest.mark.parametrize(("format", "most_files", "most_functions"), [("MCAP", 9, 80), ("CSV", 12, 169)])
 def test_reading_a_first_block_enters_few_files_and_functions(functions_by_format, format, most_files, most_functions):
     called = functions_by_format[format]
     assert len({file for file, _ in called}) <= most_files
