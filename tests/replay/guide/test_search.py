@@ -3,7 +3,7 @@
 import pytest
 
 from replay.guide.pages import INDEX_PAGE, page, topics
-from replay.guide.search import near_terms, search, sections_of
+from replay.guide.search import Level, near_terms, query_terms, search, sections_of
 
 GUIDE = [section for topic in topics() for section in sections_of(topic, page(topic))]
 
@@ -120,6 +120,34 @@ def test_guide_search_ranks_rare_terms_above_common_terms():
 def test_near_terms_are_spelled_like_the_query():
     assert "glossary" in near_terms("glosary", sections_of("page", "# The glossary\n"))
     assert near_terms("qqqqqq", GUIDE) == []
+    sections = sections_of("page", "# Title\n\ncup cu cup2\n")
+    assert near_terms("cup3", sections) == near_terms("cu", sections) == ["cup"], "no numbers, and no pieces of words"
+
+
+def test_fillers_count_only_where_there_is_nothing_else():
+    assert query_terms(["how", "undo", "Undo", "answers"]) == ["undo", "answers"]
+    assert query_terms(["how"]) == ["how"]
+
+
+def test_level_of_a_term_is_the_best_place_where_it_stands():
+    text = (
+        "# Title\n\nprose **bold** `code` **two words**\n```bash\nreplay run\n```\n```toml\nkind = 1\n```\n"
+        "\n| head | head |\n|---|---|\n| cell, other | text |\n"
+    )
+    (section,) = sections_of("page", text)
+    levels = {word: section.levels[word] for word in ("title", "bold", "code", "cell", "other", "two", "run", "kind")}
+    assert levels == {
+        "title": Level.HEADING,
+        **dict.fromkeys(("bold", "code", "cell", "other"), Level.TERM),
+        **dict.fromkeys(("two", "run"), Level.IN_TERM),
+        "kind": Level.PROSE,
+    }
+
+
+def test_section_is_shown_under_the_title_of_its_page():
+    first, second = sections_of("page", "# Title\n\ntext\n\n## Part\nmore\n")
+    assert first.page == "# Title\n\ntext\n"
+    assert second.page == "# Title\n\n## Part\nmore\n"
 
 
 @pytest.mark.sampled(13)
