@@ -84,7 +84,7 @@ class PhysxWorld:
             hits = np.zeros((self._count, self._count), dtype=np.bool_)
             for group in result.groups:
                 counts: Any = group.tensors[0]
-                hits[self._numbers(group)] = counts.numpy() > 0
+                hits[self._numbers(group)] = counts.numpy()  # True where a count is not 0
         return np.argwhere(hits)
 
     def _numbers(self, group: Any) -> list[int]:

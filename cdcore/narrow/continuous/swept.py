@@ -58,8 +58,8 @@ class SweptSpheres:
         for column, (i, j) in enumerate(pairs.tolist()):
             reach = self._spheres[i].radius + self._spheres[j].radius + slack[i][1:] + slack[j][1:]
             # "not above": a distance that overflowed to NaN counts as near
-            is_apart = _least_distance(centres[i] - centres[j]) > reach + UNDERFLOW_PAD
-            near[1:, column] = searched[1:, column] & ~is_apart
+            separated = _least_distance(centres[i] - centres[j]) > reach + UNDERFLOW_PAD
+            near[1:, column] = searched[1:, column] & ~separated
         return near
 
     def _path(

@@ -64,8 +64,8 @@ def test_ball_reaches_the_hole_of_each_box(middle):
     holed = TriangleMesh(box.vertices, np.delete(box.faces, towards_x[0], axis=0))
     boxes = outer_boxes_of(merge_meshes(holed, shift_mesh(holed, [0.3, 0, 0])))
     ball = inner_components_of(INNER["ball"])  # of 2 cm
-    places = {-0.1: BESIDE, -0.05: BESIDE, 0.0: WITHIN, 0.05: AT_HOLE, 0.1: BESIDE}
-    for x, reach in places.items():
+    reach_by_offset = {-0.1: BESIDE, -0.05: BESIDE, 0.0: WITHIN, 0.05: AT_HOLE, 0.1: BESIDE}
+    for x, reach in reach_by_offset.items():
         assert reach_in_python(ball, 0, boxes, np.eye(3), np.array([middle + x, 0, 0]), MARGIN) == reach, x
 
 

@@ -79,7 +79,7 @@ def test_large_flat_sheet_off_the_origin_has_no_winding_surface():
     assert winding_surface(TriangleMesh(points, faces)).kinds.tolist() == []
 
 
-def test_open_components_share_the_sign_they_agree_on():
+def test_open_components_have_the_sign_they_agree_on():
     """1 where all are wound outwards, -1 inwards, 0 where they differ."""
     bowl = cut_sphere(height=0.7)
     inwards = TriangleMesh(bowl.vertices, bowl.faces[:, ::-1])

@@ -135,8 +135,8 @@ def test_straight_angles_and_extreme_coordinates_are_not_searched():
 def test_impact_of_cubes_holds_the_instant_at_which_they_touch(seconds, ends, fraction):
     """One of two unit cubes moves along X; they touch exactly where it is at 1 m, a ``fraction`` of the way."""
     cube = box_mesh((1.0, 1.0, 1.0)).triangles
-    places = [[(x, 0, 0), (0, 0, 0)] for x in ends]
-    answer = decide(stage_of(cube, cube), places, times=seconds)
+    positions = [[(x, 0, 0), (0, 0, 0)] for x in ends]
+    answer = decide(stage_of(cube, cube), positions, times=seconds)
     start, stop = map(Fraction, seconds)
     lower, upper = map(Fraction, answer.impact[0].tolist())
     assert answer.states[0] == HIT

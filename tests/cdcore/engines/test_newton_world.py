@@ -1,0 +1,94 @@
+"""Buffers of Newton grow until they hold all contacts; a stand-in for the engine has the counters that are read."""
+
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh
+
+from cdcore import Body
+from cdcore.engines import newton_world
+from cdcore.engines.engine_solids import engine_solid
+from cdcore.engines.newton_world import NewtonWorld
+from cdcore.errors import InvalidMeshError
+
+
+def counter(number):
+    """A counter of Newton: an array of one number."""
+    return SimpleNamespace(numpy=lambda: np.array([number]))
+
+
+def engine_that_finds(contacts, triangles, dropped=(0, 0), room_of_reducer=0):
+    """A stand-in for ``newton``: every query has so many contacts and pairs of triangles.
+
+    ``dropped``: insertions and contacts that the reducer drops while there is room for fewer triangles than
+    ``room_of_reducer``; ``None``: there is no reducer.
+    """
+
+    def pipeline(_model, rigid_contact_max, max_triangle_pairs, **_):
+        drops = dropped if dropped is None or max_triangle_pairs < room_of_reducer else (0, 0)
+        reducer = drops and SimpleNamespace(ht_insert_failures=counter(drops[0]), buffer_overflows=counter(drops[1]))
+        shapes = [SimpleNamespace(numpy=lambda body=body: np.full(contacts, body)) for body in (0, 1)]
+        listed = SimpleNamespace(
+            rigid_contact_count=counter(contacts), rigid_contact_shape0=shapes[0], rigid_contact_shape1=shapes[1]
+        )
+        phase = SimpleNamespace(triangle_pairs_count=counter(triangles), global_contact_reducer=reducer)
+        return SimpleNamespace(contacts=lambda: listed, collide=lambda *_: None, narrow_phase=phase)
+
+    state = SimpleNamespace(body_q=SimpleNamespace(assign=lambda poses: None))
+    builder = SimpleNamespace(
+        finalize=lambda device: SimpleNamespace(state=lambda: state),
+        add_body=lambda: 0,
+        add_shape_convex_hull=lambda *_, **__: None,
+    )
+
+    class ModelBuilder:
+        ShapeConfig = SimpleNamespace
+
+        def __new__(cls, gravity):
+            return builder
+
+    return SimpleNamespace(ModelBuilder=ModelBuilder, CollisionPipeline=pipeline, Mesh=lambda *_, **__: None)
+
+
+WARP = SimpleNamespace(
+    config=SimpleNamespace(log_level=0), LOG_ERROR=1, init=lambda: None, vec2i=None, array=lambda pairs, **_: pairs,
+    _src=SimpleNamespace(build=SimpleNamespace(build_cpu=None)),
+)  # fmt: skip
+
+
+def world_of(monkeypatch, engine):
+    """A world of two cubes, whose buffers begin with room for four contacts and for four pairs of triangles."""
+    monkeypatch.setitem(sys.modules, "newton", engine)
+    monkeypatch.setitem(sys.modules, "warp", WARP)
+    for name, room in {"LEAST_ROOM": 4, "CONTACTS_PER_PAIR": 0, "TRIANGLE_PAIRS": 4, "LARGEST_ROOM": 64}.items():
+        monkeypatch.setattr(newton_world, name, room)
+    cubes = [engine_solid(Body(name, box_mesh()), shape="hull", engine="it", least_thickness=1e-4) for name in "ab"]
+    return NewtonWorld(cubes, np.array([[0, 1]]), SimpleNamespace(gap_m=0.0))
+
+
+ENGINES = {
+    "all fits": (engine_that_finds(contacts=3, triangles=4), (4, 4)),
+    "a full list of contacts": (engine_that_finds(contacts=4, triangles=0), (8, 4)),
+    "more contacts than twice the room": (engine_that_finds(contacts=11, triangles=0), (22, 4)),
+    "triangles without room": (engine_that_finds(contacts=0, triangles=5), (4, 8)),
+    "as many triangles as there may be": (engine_that_finds(contacts=0, triangles=64), (4, 64)),
+    "insertions fail": (engine_that_finds(contacts=0, triangles=0, dropped=(1, 0), room_of_reducer=8), (4, 8)),
+    "contacts overflow": (engine_that_finds(contacts=0, triangles=0, dropped=(0, 1), room_of_reducer=8), (4, 8)),
+    "both": (engine_that_finds(contacts=0, triangles=0, dropped=(1, 1), room_of_reducer=8), (4, 8)),
+    "no reducer": (engine_that_finds(contacts=0, triangles=0, dropped=None), (4, 4)),
+}
+
+
+@pytest.mark.parametrize("case", ENGINES)
+def test_buffers_grow_until_nothing_is_dropped(monkeypatch, case):
+    engine, rooms = ENGINES[case]
+    world = world_of(monkeypatch, engine)
+    assert (world.contact_room, world.triangle_room) == rooms
+
+
+@pytest.mark.parametrize("engine", [engine_that_finds(65, 0), engine_that_finds(0, 65)], ids=["contacts", "triangles"])
+def test_buffers_beyond_the_largest_are_refused(monkeypatch, engine):
+    with pytest.raises(InvalidMeshError, match="more than 64 in one frame"):
+        world_of(monkeypatch, engine)
