@@ -49,7 +49,7 @@ def winding(points: Sequence[Point]) -> int:
     ]
     doubled = sum(products)
     bound = len(products) * ERROR_BOUND * sum(map(abs, products)) + UNDERFLOW
-    if abs(doubled) <= bound:
+    if not abs(doubled) > bound:  # nor where products overflow and their sum is NaN
         rational = [(Fraction(point[0]), Fraction(point[1])) for point in points]
         neighbours = zip(rational, rational[1:] + rational[:1], strict=True)
         exact = sum(((ax * by - ay * bx) for (ax, ay), (bx, by) in neighbours), start=Fraction(0))

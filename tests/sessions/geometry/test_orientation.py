@@ -50,7 +50,7 @@ def test_rational_arithmetic_alone_gives_the_side():
         assert exact_orientation(*points) == sign(determinant(*points))
 
 
-@pytest.mark.parametrize("scale", [1.0, 1e-180, 1e25])
+@pytest.mark.parametrize("scale", [1.0, 1e-180, 1e155])
 def test_winding_is_the_sign_of_the_shoelace_sum(scale):
     """Random polygons of whole coordinates, also where products overflow or underflow; the sum is of fractions."""
     random = np.random.default_rng(5)
