@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from support.processes import environment
 from support.small_worlds import unit_cubes_on_x
 
 from replay.show.rerun_log import recording_file as module
-from replay.show.rerun_log.recording_file import recording_file, require_complete
+from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, recording_file, require_complete
 from sessions import write_session
 
 RUN_WITH_FILE_SIZE_LIMIT = """
@@ -75,3 +76,22 @@ def test_picture_too_large_for_the_disk_exits_1(kilobytes, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, env=environment(), timeout=300)
     assert done.returncode == 1 and "cannot be written" in done.stderr and "File too large" in done.stderr
     assert not (tmp_path / "run").exists() and [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
+
+
+def test_clock_counts_from_the_session_not_from_the_window():
+    """A window that begins 2 s into a session, 7 s after the zero of its stamps."""
+    stamps = np.array([7_000_000_000, 7_010_000_000, 7_030_000_000])
+    motion = SimpleNamespace(times=np.array([2.0, 2.01, 2.03]))
+    clock = RecordingClock.of(SimpleNamespace(stamp_ns=stamps, motion=motion), moments=[2, 1, 2], limit=2)
+    assert clock.ns.tolist() == [2_000_000_000, 2_010_000_000, 2_030_000_000]
+    assert clock.moments.tolist() == [1, 2] and clock.drawn_frames.tolist() == [0, 1, 2]
+    assert RecordingWriter(None, clock).session_ns((1, 5)) == 2_010_000_005
+
+
+@pytest.mark.parametrize(("when", "ns"), [([0, 2], [0, 30]), ([(0, 3), (2, 4)], [3, 34])])
+def test_rows_stand_at_their_frames_or_nanoseconds_after(when, ns, monkeypatch):
+    writer = RecordingWriter(None, RecordingClock(np.array([0, 10, 30]), np.arange(3), np.arange(0)))
+    rows = []
+    monkeypatch.setattr(writer, "session_rows", lambda path, times, columns, counts: rows.append(times.tolist()))
+    writer.rows("a", when, [])
+    assert rows == [ns]
