@@ -4,9 +4,22 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.shapes import ball_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh, unrotated_motion
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.containment.inside_by_winding import (
+    INSIDE,
+    MAY_REACH,
+    OUTSIDE,
+    UNCERTAIN,
+    UNDECIDED,
+    corners_separated,
+    decided_by_component,
+    side_of_component,
+    worse,
+)
+from cdcore.containment.winding_surface import winding_surface
 from cdcore.protocol import detect_live
 
 SIZE = np.array([0.2, 0.12, 0.12])
@@ -278,6 +291,55 @@ def test_sheet_in_the_plane_of_a_diagonal_is_inside():
     motion = unrotated_motion(np.array([[[0.0, 0, 0], [2.0, 2, 2]], [[0.0, 0, 0], [2.0, 2, 4]]]))
     verdicts = create_detector("exact", bodies).detect(motion).verdict[:, 0]
     assert verdicts.tolist() == [Verdict.CONTAINED, Verdict.CLEAR]
+
+
+@pytest.mark.parametrize(
+    ("so_far", "point_side", "at_hole", "side"),
+    [
+        (UNCERTAIN, INSIDE, False, INSIDE), (MAY_REACH, INSIDE, True, INSIDE),
+        (UNCERTAIN, OUTSIDE, False, OUTSIDE), (MAY_REACH, OUTSIDE, True, MAY_REACH),
+        (UNCERTAIN, UNDECIDED, False, UNDECIDED), (MAY_REACH, UNDECIDED, True, UNDECIDED),
+        (UNCERTAIN, UNCERTAIN, False, UNCERTAIN), (MAY_REACH, UNCERTAIN, True, UNDECIDED),
+    ],
+)  # fmt: skip
+def test_side_of_a_component_follows_each_of_its_points(so_far, point_side, at_hole, side):
+    """One point inside tells; one outside tells away from holes, where rays through a hole may be lost."""
+    assert side_of_component(so_far, point_side, at_hole) == side
+
+
+def test_worse_of_two_states_does_not_depend_on_their_order():
+    from_worst = [INSIDE, UNCERTAIN, UNDECIDED, MAY_REACH, OUTSIDE]
+    for k, first in enumerate(from_worst):
+        for second in from_worst[k:]:
+            assert worse(first, second) == worse(second, first) == first
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_points_close_to_a_lost_face_are_undecided(k):
+    """Two boxes of 1 m about (0, 0, 0) and (3, 0, 0), of which each lacks a face towards +X."""
+    box = box_mesh()
+    lost = np.flatnonzero((box.triangles[:, :, 0] == 0.5).all(axis=1))[0]
+    holed = without_faces(box, lost)
+    surface = winding_surface(merge_meshes(holed, shift_mesh(holed, [3.0, 0, 0])))
+    middle, step, shift = box.triangles[lost].mean(axis=0), np.array([0.001, 0, 0]), np.array([3.0 * k, 0, 0])
+    points = [  # where it is, how often the box with its cap goes round it, and whether that is certain
+        (middle - step, 1, False), (middle + step, 0, False),
+        (np.array([-0.4, 0, 0]), 1, True), (np.array([-0.6, 0, 0]), 0, True),
+    ]  # fmt: skip
+    for point, windings, decided in points:
+        assert decided_by_component(surface, k, point + shift, windings) == decided, point
+
+
+@pytest.mark.parametrize("margin", [1e-12, 2e-3])
+@pytest.mark.parametrize("gap", [1e-3, -1e-3])
+def test_hulls_of_cubes_are_separated_by_a_gap_above_the_margin(gap, margin):
+    """Two cubes of 1 m, one turned by 45 degrees so that an edge faces a side of the other, seen from 20 directions."""
+    corners = box_mesh().vertices
+    offset = np.array([0.5 + np.sqrt(0.5) + gap, 0.1, 0.2])
+    for rotation in random_rotations(np.random.default_rng(2), 20):
+        pose = rotation @ Rotation.from_euler("z", 45, degrees=True).as_matrix()
+        separated = corners_separated.__wrapped__(corners, corners @ rotation.T, pose, rotation @ offset, margin)
+        assert separated == (gap > margin)
 
 
 def test_a_flat_sheet_contains_nothing():
