@@ -8,17 +8,17 @@ from scipy.optimize import brentq
 from replay.effects.chemistry.equilibrium_extent import EquilibriumExtents
 from replay.effects.chemistry.processes import Process
 
-COLUMNS = ("H+", "H2O", "A", "B", "B(g)", "CH3COO-", "C2H5OH", "CH3COOC2H5", "NH3")
+COLUMNS = ("H+", "H2O", "A", "B", "B(g)", "CH3COO-", "C2H5OH", "CH3COOC2H5", "NH3", "Na+", "Cl-")
 KILOGRAM_MOL = 55.508
 
 
-def extent(process, most, *, celsius=25.0, holds_acid=(), **mol):
+def extent(process, most, *, celsius=25.0, holds_acid=(), solver=None, **mol):
     """Mol of a process in a kilogram of water with so many mol of each column, ``most`` until a reagent is used up."""
     column = {name: index for index, name in enumerate(COLUMNS)}
     changes = np.array([[process.changes.get(name, 0.0) for name in COLUMNS]])
     bound = np.array([dict(holds_acid).get(name, 0.0) for name in COLUMNS])
     amounts = np.array([[{"H2O": KILOGRAM_MOL, **mol}.get(name, 0.0) for name in COLUMNS]])
-    extents = EquilibriumExtents([process], changes, column, solver=None, holds_acid=bound)
+    extents = EquilibriumExtents([process], changes, column, solver, holds_acid=bound)
     assert extents.known(0)
     return float(extents.extent(0, amounts, np.array([most]), np.array([celsius]))[0])
 
@@ -63,8 +63,19 @@ def test_free_protons_count_in_the_quotient_and_water_does_not():
     assert extent(process, 0.3, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, rel=1e-2)
 
 
-def test_complete_reaction_uses_up_its_reagent():
-    assert extent(Process("", ISOMER, log_k=12.0), most=1.0, A=1.0) == 1.0
+@pytest.mark.parametrize(("constant", "expected"), [(1e12, 1.0), (2000.0, 1.0), (500.0, 500.0 / 501.0)])
+def test_reaction_that_leaves_less_than_a_thousandth_runs_to_its_end(constant, expected):
+    """Of 1 mol of A a constant of 2,000 leaves 0.5 mmol, one of 500 leaves 2 mmol."""
+    made = extent(Process("", ISOMER, log_k=np.log10(constant)), most=1.0, A=1.0)
+    assert made == pytest.approx(expected, abs=1e-6)
+
+
+def test_isomers_unknown_to_phreeqc_stop_by_their_concentrations():
+    """In salt water that PHREEQC follows; B by A becomes 3."""
+    solver = solver_of(["Na+", "Cl-", "H+"])
+    salt_water = {"Na+": 0.5, "Cl-": 0.5}
+    made = extent(Process("", ISOMER, log_k=np.log10(3.0)), most=1.0, solver=solver, A=1.0, **salt_water)
+    assert made == pytest.approx(0.75, abs=1e-4)
 
 
 @pytest.mark.parametrize("celsius", [25.0, 60.0])
@@ -137,3 +148,8 @@ def test_phreeqc_is_asked_a_few_times_a_row(chloride, most_a_row):
     extents, solutions = silver_made_of(rows, log_k=2.0 if chloride else 0.5)
     assert (np.diff(extents) > -1e-6).all() and extents[-1] > 0.08
     assert solutions <= most_a_row * len(rows), solutions
+
+
+def test_phreeqc_is_not_asked_about_a_reaction_that_surely_runs_to_its_end():
+    extents, solutions = silver_made_of([{"Ag+": 0.05}, {"Ag+": 0.4}], log_k=12.0)
+    assert extents.tolist() == [0.05, IRON_MOL] and solutions == 0
