@@ -117,11 +117,17 @@ def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
             if any(map(any, cells[1:])) and not rows:  # other characters stand between the cells of the rows
                 continue
             return CsvHead(source, _layout(delimiter, rows, skipped), tuple(cells[0]), rows)
+    unlike_header = None
     for delimiter in delimiters:
         cells = split_lines(lines[skipped:], delimiter)
         first = _first_row(cells)
-        if first is not None:
+        if first is not None and (first == 0 or len(cells[first - 1]) == len(cells[first])):
             return _of_rows(source, lines[skipped:], cells, first, delimiter, skipped)
+        # Decimal commas between semicolons look like few cells, but then the header has another number of them.
+        if first is not None and unlike_header is None:
+            unlike_header = cells, first, delimiter
+    if unlike_header is not None:
+        return _of_rows(source, lines[skipped:], *unlike_header, skipped)
     for number, line in enumerate(lines[: skipped + FIRST_ROWS], 1):
         if DRAWN_LINE.fullmatch(line):
             raise ImportFileError(

@@ -12,8 +12,8 @@ EMPTY_CELLS: Final = frozenset(
     spelling for word in VOCABULARY["empty_cells"] for spelling in (word, word.lower(), word.upper(), word.capitalize())
 )
 """Cells that say: no number here."""
-SENTINELS: Final = (999.0, 9999.0, 99999.0)
-"""Sizes of the numbers that programs write in place of a missing one, with either sign."""
+SENTINELS: Final = (999.0, 9999.0, 99999.0, -999.0, -9999.0, -99999.0)
+"""Numbers that programs write in place of a missing one."""
 SENTINEL_RATIO: Final = 3.0
 """A sentinel is so many times as large as every other number of its column."""
 LARGEST_POSSIBLE: Final = 999.0

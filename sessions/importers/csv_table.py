@@ -32,7 +32,7 @@ from sessions.importers.csv_columns_and_units import (
     unit_in_cell,
     unit_in_name,
 )
-from sessions.importers.csv_missing import EMPTY_CELLS, sentinel_of
+from sessions.importers.csv_missing import EMPTY_CELLS, SENTINELS, sentinel_of
 from sessions.importers.importing import PoseTable
 from sessions.importers.ledger import Ledger, Numbers, Rows, Stamps
 from sessions.importers.wall_clock import past_midnight, wall_clock_ns
@@ -426,6 +426,8 @@ class CsvTable:
         if len(stamps) and stamps.min() < 0:
             row = int(stamps.argmin())
             cell = self.texts(column, rows)[row][:40]
+            if float(cell.replace(self._layout.decimal, ".")) in SENTINELS:
+                raise self._cell_error(column, rows, row, f"the time is missing, for it is {cell}; remove the row")
             message = f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
             raise self._cell_error(column, rows, row, message)
         return stamps

@@ -26,7 +26,7 @@ STARTS: Final = (
 ANOTHER_BAG: Final = (
     "make it an MCAP file first: pip install rosbags; rosbags-convert --src BAG --dst FOLDER --dst-storage mcap"
 )
-SEPARATORS: Final = (",", ";", "\t")
+SEPARATORS: Final = (",", ";", "\t", "|")
 FIRST_BYTES: Final = 4096
 
 

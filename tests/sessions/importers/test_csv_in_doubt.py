@@ -117,7 +117,7 @@ def test_names_that_differ_in_case_are_named_as_two_bodies(tmp_path):
     assert "'rod' and 'Rod' are two bodies" in session.facts["assumed"]
 
 
-@pytest.mark.parametrize("cell", ["None", "n/a", "--", "#NV", "-inf", "", -9999, "999.0"])
+@pytest.mark.parametrize("cell", ["None", "n/a", "--", "#NV", "", -9999, "999.0"])
 @pytest.mark.parametrize("first", [0, 20])
 def test_missing_numbers_are_lost_poses(tmp_path, cell, first):
     """From the row ``first`` three of 60 rows hold a word or a sentinel in place of each number."""
@@ -147,6 +147,22 @@ def test_missing_numbers_are_lost_poses(tmp_path, cell, first):
 )
 def test_sentinel_is_far_off_all_other_numbers(values, sentinel):
     assert sentinel_of(np.array(values, dtype=float)) == pytest.approx(sentinel, nan_ok=True)
+
+
+def test_decimal_commas_beside_missing_numbers_are_read(tmp_path):
+    """In the first row the time alone is a number, and has a comma."""
+    rows = [[f"{k / 60:.4f}", *(7 * ["NaN"] if k < 4 else (0.5, 1, 0.5, 0, 0, 0, 1))] for k in range(60)]
+    cells = [[str(cell).replace(".", ",") for cell in row] for row in rows]
+    with pytest.raises(UnknownColumnsError) as raised:
+        imported(tmp_path, ("time", *POSE), cells, delimiter=";")
+    assert 'position = ["x", "y", "z"]' in raised.value.draft and 'decimal = ","' in raised.value.draft
+
+
+def test_time_of_a_sentinel_is_missing(tmp_path):
+    rows = [[-9999 if k == 7 else k / 60, 0.001 * k, 1, 0.5, 0, 0, 0, 1, "cup"] for k in range(60)]
+    (tmp_path / "m.toml").write_text(MAPPING)
+    with pytest.raises(ImportFileError, match="line 9, column 'time': the time is missing, for it is -9999; remove"):
+        imported(tmp_path, ("time", *POSE, "name"), rows, mapping=tmp_path / "m.toml")
 
 
 def test_rows_that_all_begin_without_numbers_are_read(tmp_path):
