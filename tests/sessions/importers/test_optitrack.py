@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from support.mutants import ledger_text
 from support.second_opinions import has_poses
 
+from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.importers.ledger import ledger_of
 
@@ -91,3 +92,17 @@ def test_bodies_of_equal_name_are_numbered_and_kept(tmp_path, bodies, names):
     assert list(session.names) == names
     assert [track.positions[0, 0] for track in session.tracks.values()] == [*map(float, range(len(bodies)))]
     assert "another body of the name cup" in session.facts["conversions"] and ledger_text(session) == ""
+
+
+@pytest.mark.parametrize("line", [",Type", "Frame"])
+def test_take_without_a_line_of_its_header_is_refused(tmp_path, line):
+    lines = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
+    (tmp_path / "take.csv").write_text("\n".join(text for text in lines if not text.startswith(line)))
+    with pytest.raises(ImportFileError, match="no lines that begin with ',Type' and 'Frame' name the columns"):
+        import_session("optitrack", tmp_path / "take.csv")
+
+
+def test_line_of_empty_cells_above_the_header_is_passed_over(tmp_path):
+    first, *others = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
+    (tmp_path / "take.csv").write_text("\n".join([first, ",,,", *others]))
+    assert {*import_session("optitrack", tmp_path / "take.csv").names} == {*POSES}

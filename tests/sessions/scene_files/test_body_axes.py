@@ -90,8 +90,10 @@ def test_new_mesh_drops_what_was_assumed_of_the_old():
     rod_axes = axes_assumption("rod", "rod.glb", "", poses)
     shared = grouped_assumptions([axes_assumption(name, f"{name}.obj", "", poses) for name in ("cup", "jar")])
     facts = {ASSUMPTIONS_FACT: assumptions_fact([collider_axes, rod_axes, *shared])}
-    scene = Scene(bodies=(SceneBody("cup", mesh="new.obj", mesh_axes="body"),))
-    _, changed = scene_meshes_in_body_axes(scene, {"cup": mesh(0.1, 0.2, 0.3)}, facts)
+    # Of the bench there is a recorded mesh alone, of the lid a file that gave no mesh.
+    bodies = (SceneBody("cup", mesh="new.obj", mesh_axes="body"), SceneBody("bench"), SceneBody("lid", mesh="lid.obj"))
+    meshes = {"cup": mesh(0.1, 0.2, 0.3), "bench": mesh(1.0, 1.0, 1.0)}
+    _, changed = scene_meshes_in_body_axes(Scene(bodies=bodies), meshes, facts)
     kept_collider, kept_rod, kept_jar, *added = assumptions_of(changed)
     assert (kept_collider, kept_rod, kept_jar.bodies) == (collider_axes, rod_axes, ("jar",))
     assert {(row.bodies, row.files) for row in added} == {(("cup",), ("new.obj",))}

@@ -102,3 +102,16 @@ def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(foxglove_recordin
 def test_axes_that_an_option_names_have_no_alternative(foxglove_recording):
     row = axes_of(foxglove_recording(convention="z-up"))
     assert row.origin is Origin.USER and row.alternatives == () and not row.is_open
+
+
+def test_unit_follows_the_axes_only_where_it_was_guessed(foxglove_recording):
+    """Lengths in Unreal's axes are usually in centimetres."""
+
+    def length_unit(session):
+        return next(row for row in recording_assumptions(session) if row.subject is Subject.LENGTH_UNIT)
+
+    guessed = foxglove_recording()
+    assert length_unit(guessed).alternatives == ("m", "cm", "mm")
+    assert length_unit(with_answer(guessed, axes_of(guessed), "unreal")).alternatives == ("cm", "m", "mm")
+    stated = with_answer(guessed, length_unit(guessed), "m")
+    assert length_unit(with_answer(stated, axes_of(stated), "unreal")).value == "m"
