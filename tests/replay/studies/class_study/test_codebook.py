@@ -28,14 +28,17 @@ def test_groups_and_an_items_own_scale_are_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("text", "words"),
     [
-        "[]", "items: [a]", "items: {a: b}", "regressions: {a: {}}", "regressions: [a]", "items: {a: &x {}, b: *x}",
-        "items: {a1: {construct: a}}\ngroups: {column: arm, names: [first]}",
-        "items: {a1: {construct: a}}\ngroups: {column: arm, names: first}",
-        "items: {a1: {construct: a}}\ngroups: {column: arm, names: [a, b], colour: red}",
+        ("[]", ""), ("items: {a: &x {}, b: *x}", ""),
+        ("items: [a]", "items must be a table of tables"), ("items: {a: b}", "items must be a table of tables"),
+        ("regressions: {a: {}}", "regressions must be a list of tables"),
+        ("regressions: [a]", "regressions must be a list of tables"),
+        ("items: {a1: {construct: a}}\ngroups: {column: arm, names: [first]}", "at least two groups"),
+        ("items: {a1: {construct: a}}\ngroups: {column: arm, names: first}", "at least two groups"),
+        ("items: {a1: {construct: a}}\ngroups: {column: arm, names: [a, b], colour: red}", "unknown key 'colour'"),
     ],
 )  # fmt: skip
-def test_codebook_of_another_form_is_refused(tmp_path, text):
-    with pytest.raises(StudyError, match=r"codebook\.yaml"):
+def test_codebook_of_another_form_is_refused(tmp_path, text, words):
+    with pytest.raises(StudyError, match=rf"codebook\.yaml.*{words}"):
         read(tmp_path, text)
