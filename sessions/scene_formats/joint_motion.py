@@ -155,12 +155,12 @@ def _of_csv(path: Path, model: Any) -> JointMotion:
     if missing or len(single) < len(names):
         which = missing or sorted(names.keys() - single.keys())
         raise SceneSourceError(f"{path} has no column {which[0]!r}; it needs {TIME} and one for each joint")
+    if len(rows) < 2 or any(len(row) != len(head) for row in rows):
+        raise SceneSourceError(f"{path} has rows of different lengths, or none; correct it")
     try:
         table = np.array([[float(cell) for cell in row] for row in rows[1:]], dtype=np.float64)
     except ValueError as error:
         raise SceneSourceError(f"{path} holds a cell that is no number ({error}); correct it") from error
-    if table.ndim != 2 or table.shape[1] != len(head):
-        raise SceneSourceError(f"{path} has rows of different lengths, or none; correct it")
     configurations = np.zeros((len(table), model.nq))
     for name, address in single.items():
         configurations[:, address] = table[:, head.index(name)]

@@ -476,3 +476,12 @@ def test_row_without_a_time_is_refused(tmp_path):
     model.with_suffix(".csv").write_text("time,elbow\n0,0\nnan,1\n2,1\n")
     with pytest.raises(SessionError, match="row 2 has no time"):
         import_session("mjcf", model)
+
+
+@pytest.mark.parametrize("rows", ["", "0,0,1\n1,1,1\n", "0,0\n1\n"])
+def test_rows_of_another_length_than_the_head_are_refused(tmp_path, rows):
+    model = tmp_path / "limited.xml"
+    model.write_text(ONLY_THE_ELBOW)
+    model.with_suffix(".csv").write_text(f"time,elbow\n{rows}")
+    with pytest.raises(SessionError, match="has rows of different lengths, or none"):
+        import_session("mjcf", model)
