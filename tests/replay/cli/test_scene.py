@@ -214,7 +214,7 @@ def test_drafted_scene_of_every_recording_runs_unchanged(name, tmp_path):
     assert own.assembly.names == with_it.assembly.names and touched <= listed and listed
 
 
-def test_plan_gives_a_reason_for_each_item_or_says_that_none_is_needed():
+def test_plan_gives_a_reason_for_each_item():
     """A reason of one word is an effect; a sentence stands as it is."""
     fields = {
         "effects": {"pour": ["the scene declares it"]},

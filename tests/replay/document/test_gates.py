@@ -115,7 +115,7 @@ def test_a_percentage_keeps_its_distance_from_all_and_nothing(count, of, text):
         (MissedDepth(deepest=0.001, unknown={"a is open": 2}), ["a is open (2 misses)"]),
     ],
 )
-def test_deeper_miss_than_allowed_or_an_unknown_depth_breaks_the_gate(depth, broken):
+def test_too_deep_or_unknown_misses_break_the_gate(depth, broken):
     """2 mm are allowed. A miss that is too deep as far as it was searched needs no search of its other frames."""
     sentences = Gates(max_missed_depth=0.002).broken_limits({"x": audit_of(missed_depth=depth)}, [])
     assert len(sentences) == len(broken) and all(map(str.__contains__, sentences, broken))

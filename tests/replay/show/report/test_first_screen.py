@@ -1,17 +1,16 @@
 """The first screen of a page: facts about the session, and the window of its lanes."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 from msgspec import structs
-from support.report_states import audit_of, document_with, run_with_steady_times
+from support.report_states import audit_of, document_with
 
 from replay.auditing.wilson import proportion
 from replay.document.ranking import Rank
 from replay.document.session import Window
 from replay.show.report.first_screen import comparison_of, page_facts
-from replay.show.report.page import view_of
+from replay.show.report.run_view import RunView
 
 REFERENCE = Rank("exact", "", "", contacts=3, mean=1e-4, p99=2e-4)
 
@@ -33,7 +32,8 @@ def test_contacts_are_a_fact_where_any_was_decided(ranks, undecided, facts, text
 
 
 def test_lanes_begin_where_the_replayed_window_does():
-    result = run_with_steady_times("several")
-    document = structs.replace(result.document, window=Window(2.5, None))
-    timeline = comparison_of(view_of(replace(result, document=document))).timeline
-    assert timeline.window == (2.5, pytest.approx(result.document.session.duration))
+    """A run of 60 s, from 2.5 s of its session on, that compared nothing."""
+    session = structs.replace(document_with().session, duration=60.0)
+    document = document_with(window=Window(2.5, None), session=session)
+    run = SimpleNamespace(document=document, oracle="", ranking=(), contacts={}, faults={}, answers=())
+    assert comparison_of(RunView(run, "s")).timeline.window == (2.5, 60.0)

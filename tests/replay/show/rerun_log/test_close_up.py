@@ -54,14 +54,14 @@ def run_of_cup_and_rod():
     ],
     ids=["miss", "false contact", "contact", "large body", "small body"],
 )
-def test_eye_sees_the_smaller_body_whole_but_of_a_miss_its_place(moment, radius, distance):
+def test_eye_sees_the_smaller_body_or_the_miss(moment, radius, distance):
     """``radius``: of the ball around the rod, the cup has 1 m. The eye is at most 45 cm away, as near as to a miss."""
     balls = [SimpleNamespace(radius=1.0), SimpleNamespace(radius=radius)]
     eye = close_up_eyes(run_of_cup_and_rod(), {TIME: moment}, balls)[TIME]
     assert np.linalg.norm(np.subtract(eye.position, eye.target)) == pytest.approx(distance)
 
 
-def test_gap_is_measured_by_a_line_with_a_bar_across_at_both_ends():
+def test_line_of_a_gap_has_a_bar_at_both_ends():
     """A gap of 2 cm along X, seen along Z: its bars are upright."""
     drawn = {}
     writer = SimpleNamespace(

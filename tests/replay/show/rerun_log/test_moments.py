@@ -107,7 +107,7 @@ def test_faults_of_a_frame_follow_each_other_by_a_nanosecond():
     assert [*moments.items()] == [((5, 0), false), ((5, 1), small), ((5, 2), large), ((7, 0), later)]
 
 
-def test_pair_without_a_fault_has_its_longest_contact_as_a_moment():
+def test_longest_contact_of_a_faultless_pair_is_a_moment():
     """Contacts of frames 0 to 1 and 4 to 8; in its middle, frame 6, the second pair of the group touches."""
     contacts = [Episode(1, 0, 1, 0.0, 0.1), Episode(1, 4, 8, 0.4, 0.9)]
     moments = key_moments(result_of((fault_in(2, 1, 0.001),), (), contacts))
