@@ -124,12 +124,12 @@ def test_near_terms_are_spelled_like_the_query():
     assert near_terms("cup3", sections) == near_terms("cu", sections) == ["cup"], "no numbers, and no pieces of words"
 
 
-def test_fillers_count_only_where_there_is_nothing_else():
+def test_fillers_count_only_in_a_query_of_fillers():
     assert query_terms(["how", "undo", "Undo", "answers"]) == ["undo", "answers"]
     assert query_terms(["how"]) == ["how"]
 
 
-def test_level_of_a_term_is_the_best_place_where_it_stands():
+def test_term_has_the_highest_level_at_which_it_occurs():
     text = (
         "# Title\n\nprose **bold** `code` **two words**\n```bash\nreplay run\n```\n```toml\nkind = 1\n```\n"
         "\n| head | head |\n|---|---|\n| cell, other | text |\n"
@@ -144,7 +144,7 @@ def test_level_of_a_term_is_the_best_place_where_it_stands():
     }
 
 
-def test_section_is_shown_under_the_title_of_its_page():
+def test_section_is_printed_under_the_title_of_its_page():
     first, second = sections_of("page", "# Title\n\ntext\n\n## Part\nmore\n")
     assert first.page == "# Title\n\ntext\n"
     assert second.page == "# Title\n\n## Part\nmore\n"

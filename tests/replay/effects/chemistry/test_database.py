@@ -57,7 +57,7 @@ def test_constant_of_a_complex_of_a_complex_is_their_sum(extended):
     assert complexes[1].makeup == {"Co^2+": 1, "Cl-": 4, "Br-": 1}
 
 
-def test_solid_that_dissolves_to_a_complex_has_the_constant_of_its_ions(extended):
+def test_solid_of_a_complex_has_the_constant_of_ions(extended):
     """[Na]^2 [CoCl4] is 10^4 and [CoCl4] is 10^-1 [Co] [Cl]^4, so the product of the ions is 10^5."""
     solid = extended.phases["CobaltSalt"]
     assert (solid.log_k, solid.kilojoule) == (pytest.approx(5.0), pytest.approx(0.5 - 8.368))
@@ -77,7 +77,7 @@ def test_later_constant_of_a_species_replaces_the_former(extended):
         ("Ca+2", {"Ca^2+": 1}),
     ],
 )
-def test_ion_of_phreeqc_differs_from_its_column_by_protons_and_water(ion, makeup):
+def test_ion_differs_from_its_column_by_protons_and_water(ion, makeup):
     assert database_of().ions[ion] == makeup
 
 

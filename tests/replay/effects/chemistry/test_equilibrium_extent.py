@@ -64,8 +64,8 @@ def test_free_protons_count_in_the_quotient_and_water_does_not():
 
 
 @pytest.mark.parametrize(("constant", "expected"), [(1e12, 1.0), (2000.0, 1.0), (500.0, 500.0 / 501.0)])
-def test_reaction_that_leaves_less_than_a_thousandth_runs_to_its_end(constant, expected):
-    """Of 1 mol of A a constant of 2,000 leaves 0.5 mmol, one of 500 leaves 2 mmol."""
+def test_reaction_leaving_less_than_a_thousandth_is_complete(constant, expected):
+    """A constant of 2,000 leaves 0.5 mmol of 1 mol of A, and a constant of 500 leaves 2 mmol."""
     made = extent(Process("", ISOMER, log_k=np.log10(constant)), most=1.0, A=1.0)
     assert made == pytest.approx(expected, abs=1e-6)
 
@@ -139,7 +139,7 @@ def test_extent_depends_on_totals_and_not_on_what_has_settled():
 
 
 @pytest.mark.parametrize(("chloride", "most_a_row"), [(0.0, 2.2), (0.1, 5.5)])
-def test_phreeqc_is_asked_a_few_times_a_row(chloride, most_a_row):
+def test_few_phreeqc_solutions_are_computed_a_row(chloride, most_a_row):
     """Silver is titrated into iron(II) in 40 steps; halving the way would ask 17 times a row.
 
     Beside 0.1 mol of chloride silver settles first, so that concentrations are a poor guide to activities.
@@ -150,6 +150,6 @@ def test_phreeqc_is_asked_a_few_times_a_row(chloride, most_a_row):
     assert solutions <= most_a_row * len(rows), solutions
 
 
-def test_phreeqc_is_not_asked_about_a_reaction_that_surely_runs_to_its_end():
+def test_complete_reaction_needs_no_answer_of_phreeqc():
     extents, solutions = silver_made_of([{"Ag+": 0.05}, {"Ag+": 0.4}], log_k=12.0)
     assert extents.tolist() == [0.05, IRON_MOL] and solutions == 0

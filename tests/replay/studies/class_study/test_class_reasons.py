@@ -32,7 +32,7 @@ def tables_of(**counts_of_cause):
     ],
     ids=["most frequent", "of one student", "unknown", "tie", "four students", "no misses"],
 )
-def test_cause_of_most_misses_is_reported_with_its_share(counts_of_cause, sentences):
+def test_cause_of_most_misses_is_reported_with_its_count(counts_of_cause, sentences):
     """A number from which that of fewer than five students follows is not printed."""
     first, *others = sentences or [""]
     result = reason(tables_of(**counts_of_cause), study=None)

@@ -28,7 +28,7 @@ def test_groups_and_an_items_own_scale_are_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("[]", ""), ("items: {a: &x {}, b: *x}", ""),
         ("items: [a]", "items must be a table of tables"), ("items: {a: b}", "items must be a table of tables"),
@@ -39,6 +39,6 @@ def test_groups_and_an_items_own_scale_are_read(tmp_path):
         ("items: {a1: {construct: a}}\ngroups: {column: arm, names: [a, b], colour: red}", "unknown key 'colour'"),
     ],
 )  # fmt: skip
-def test_codebook_of_another_form_is_refused(tmp_path, text, words):
-    with pytest.raises(StudyError, match=rf"codebook\.yaml.*{words}"):
+def test_codebook_of_another_form_is_refused(tmp_path, text, message):
+    with pytest.raises(StudyError, match=rf"codebook\.yaml.*{message}"):
         read(tmp_path, text)

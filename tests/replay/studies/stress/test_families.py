@@ -55,7 +55,7 @@ def test_generic_family_needs_no_exact_arithmetic_and_meets_28_percent():
     assert abs(triangles_intersect(pairs).mean() - 0.28) < 0.02
 
 
-def test_needles_are_thin_and_cross_in_the_middle_of_an_edge():
+def test_needles_are_thin_and_cross_at_edge_middles():
     """The third corner is at most some 1e-5 from the line of the first two, which are some 0.5 apart."""
     triangles = triangle_family("needles").pairs(200)
     start, end, third = (triangles[:, :, corner] for corner in range(3))

@@ -55,7 +55,7 @@ def test_tally_names_its_counts_or_passed():
         ("exact", "family", {"missed": 1, "promised": False}, False),
     ],
 )
-def test_promise_is_broken_by_a_wrong_answer_of_an_exact_detector(detector, kind, counts, is_broken):
+def test_wrong_answer_of_an_exact_detector_breaks_its_promise(detector, kind, counts, is_broken):
     """A case may ask what cannot be decided, such as containment of an open mesh: there it may refuse."""
     tally = Tally(detector, kind, number=3, name="needles", seed=103, asked=50, **counts)
     broken = StressResult(seed=100, pairs=50, tau=0.0, tallies=(tally,)).as_json()["broken"]
