@@ -12,7 +12,9 @@ from support.second_opinions import has_poses
 from replay.cli.main import main
 from sessions import read_session
 from sessions.importers import import_session
+from sessions.importers.csv_columns_and_units import ROW_MAJOR, CsvLayout
 from sessions.importers.csv_draft import UnknownColumnsError
+from sessions.importers.csv_head import CsvHead
 
 COUNT = 12
 TIME = np.arange(COUNT) / 90
@@ -188,3 +190,13 @@ def test_error_lists_at_most_24_columns():
     for count, listed in ((24, "c22, c23;"), (25, "c22, c23, ...;")):
         columns = [f"c{number}" for number in range(count)]
         assert f"{listed} describe them" in str(UnknownColumnsError(Path("log.csv"), columns, draft="", unknown=[]))
+
+
+@pytest.mark.parametrize(
+    ("columns", "named_by_file", "by_number"),
+    [(ROW_MAJOR, False, True), (ROW_MAJOR, True, False), (("t", "x"), False, False)],
+)
+def test_columns_mean_by_number_only_what_no_line_names(columns, named_by_file, by_number):
+    """Twelve columns without names are the rows of a matrix, as KITTI writes them."""
+    layout = CsvLayout(columns=() if named_by_file else columns)
+    assert CsvHead(Path("log.csv"), layout, columns).columns_by_number == by_number

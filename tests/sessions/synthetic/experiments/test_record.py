@@ -103,6 +103,7 @@ def test_session_has_requested_touches_and_near_misses():
     assert np.allclose(lengths, [0.02, 0.25], atol=1e-6)
     assert len([fact for fact in truth.facts if fact.kind == "near_miss"]) == 3
     assert session.facts["pseudonym"] == "S09"
+    assert all((hand.times_ns == session.frames.stamp_ns).all() for hand in session.hands.values())
     starts = [fact.start for fact in truth.facts if fact.kind in ("grasp", "release")]
     assert [event.name for event in session.events] == ["grasp", "release"]
     assert np.allclose(truth.seconds_of(np.array([event.time_ns for event in session.events])), starts)
