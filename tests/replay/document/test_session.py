@@ -1,4 +1,4 @@
-"""The part of a document that describes its session."""
+"""The record of a session: frames that were dropped."""
 
 from replay.document.session import DroppedFrames
 
