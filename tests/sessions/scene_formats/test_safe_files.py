@@ -36,7 +36,7 @@ def test_elements_are_nested_up_to_their_limit(tmp_path, monkeypatch):
 
 
 def test_paths_lie_within_the_folder_and_exist(tmp_path):
-    """Each place of a path: whether it lies in the scene's folder, and whether something stands there."""
+    """Each path: whether it lies in the scene's folder, and whether something stands there."""
     folder = tmp_path / "scene"
     folder.mkdir()
     (folder / "cup.obj").touch()
@@ -44,7 +44,7 @@ def test_paths_lie_within_the_folder_and_exist(tmp_path):
     (folder / "loop").symlink_to(folder / "loop")
     (folder / "link.obj").symlink_to(tmp_path / "secret.obj")
     files = SceneFiles(folder)
-    places = {
+    expected = {
         "cup.obj": (True, True),
         "none.obj": (True, False),
         "../secret.obj": (False, True),
@@ -52,4 +52,4 @@ def test_paths_lie_within_the_folder_and_exist(tmp_path):
         "link.obj": (False, True),
         "loop": (False, False),
     }
-    assert {name: (files.is_within(folder / name), files.exists(folder / name)) for name in places} == places
+    assert {name: (files.is_within(folder / name), files.exists(folder / name)) for name in expected} == expected

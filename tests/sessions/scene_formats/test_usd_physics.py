@@ -511,7 +511,7 @@ def test_mesh_without_faces_or_corners_is_listed(tmp_path, corners, faces):
 
 
 @pytest.mark.parametrize("pose", [{"scale": 0.0}, {"translation": (np.nan, 0.0, 0.0)}])
-def test_body_of_no_size_or_no_place_is_refused(tmp_path, pose):
+def test_body_without_size_or_position_is_refused(tmp_path, pose):
     stage = new_stage(tmp_path / "cup.usda")
     rigid_body(stage, "/cup", **pose)
     ball_collider(stage, "/cup/ball")

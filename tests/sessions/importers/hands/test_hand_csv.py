@@ -296,8 +296,8 @@ def test_joint_is_stuck_only_beside_a_moving_wrist():
 
 def test_side_and_size_need_two_fingers_and_a_root():
     hand = still_hand(curl=0.6)
-    for place in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]):
-        assert side_by_bend({joint: positions + place for joint, positions in hand.items()}) == "left"
+    for offset in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]):
+        assert side_by_bend({joint: positions + offset for joint, positions in hand.items()}) == "left"
     for joints in (hand, without_joints(hand, "ring tip"), without_joints(hand, "wrist")):
         assert side_by_bend(joints) == "left"
     in_no_row = {joint: positions[:0] for joint, positions in hand.items()}
