@@ -98,9 +98,9 @@ def _carried_intervals(position: FloatArray, quaternion: FloatArray, column: int
     # NaN, where a pose is missing, is neither.
     inward = _drift(rotated_vectors(quaternion_inverse(rotation), offset))
     outward = _drift(rotated_vectors(rotation, offset))
-    is_apart = np.linalg.norm(offset, axis=3).min(axis=1) > LEAST_DISTANCE_M
-    carried = is_apart & (inward < CARRIED_M) & (outward > LEAST_DRIFT_M)
-    inverse = is_apart & (outward < CARRIED_M) & (inward > LEAST_DRIFT_M)
+    is_distant = np.linalg.norm(offset, axis=3).min(axis=1) > LEAST_DISTANCE_M
+    carried = is_distant & (inward < CARRIED_M) & (outward > LEAST_DRIFT_M)
+    inverse = is_distant & (outward < CARRIED_M) & (inward > LEAST_DRIFT_M)
     return int(carried.sum()), int(inverse.sum())
 
 

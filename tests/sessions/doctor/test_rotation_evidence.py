@@ -32,15 +32,15 @@ def test_head_upside_down_at_its_height_is_reported(order, codes, height):
 
 
 @pytest.mark.parametrize("is_inverse", [False, True])
-@pytest.mark.parametrize("is_held", [False, True])
-def test_carried_body_shows_inverse_rotations(is_inverse, is_held):
+@pytest.mark.parametrize("is_carried", [False, True])
+def test_carried_body_shows_inverse_rotations(is_inverse, is_carried):
     """A cup 10 cm from the hand that rotates by 40 degrees a second, carried or left on the table."""
     random = np.random.default_rng(0)
-    turning = Rotation.from_rotvec(np.outer(np.arange(COUNT) * 0.09 * np.radians(40), [0.6, 0.0, 0.8]))
+    rotation = Rotation.from_rotvec(np.outer(np.arange(COUNT) * 0.09 * np.radians(40), [0.6, 0.0, 0.8]))
     hand = np.column_stack([0.1 * np.sin(np.arange(COUNT) / 9), np.ones((COUNT, 2))])
-    cup = hand + turning.apply([0.0, 0.1, 0.0]) if is_held else np.tile([0.3, 1.0, 1.0], (COUNT, 1))
+    cup = hand + rotation.apply([0.0, 0.1, 0.0]) if is_carried else np.tile([0.3, 1.0, 1.0], (COUNT, 1))
     cup = cup + random.normal(0.0, 3e-4, cup.shape)
-    rotation = (turning.inv() if is_inverse else turning).as_quat()
-    poses = {"hand": (hand, rotation), "cup": (cup, rotation)}
+    written = (rotation.inv() if is_inverse else rotation).as_quat()
+    poses = {"hand": (hand, written), "cup": (cup, written)}
     codes = codes_of(poses)
-    assert ("rotation-inverse" in codes) == (is_inverse and is_held)
+    assert ("rotation-inverse" in codes) == (is_inverse and is_carried)
