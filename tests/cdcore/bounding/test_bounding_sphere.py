@@ -54,6 +54,7 @@ def test_every_ball_holds_all_used_vertices_and_best_is_smallest(mesh):
 
 
 def test_equation_21_is_the_mean_of_all_triangle_corners():
+    """Each face counts its three corners; the radius reaches the farthest vertex from that mean."""
     mesh = shift_mesh(beaker_mesh(), [1, 2, 3])
     total = np.zeros(3)
     for a, b, c in mesh.triangles:
@@ -80,6 +81,7 @@ def test_tight_balls_are_within_two_percent_of_minimal(regular, minimal, build):
 
 
 def test_unused_vertices_do_not_inflate_balls():
+    """A vertex 1,000 km away that no face uses changes no radius of a box's balls."""
     box = box_mesh()
     stray = TriangleMesh([*box.vertices.tolist(), [1e6, 0, 0]], box.faces)
     for build in BUILDERS:
@@ -87,6 +89,7 @@ def test_unused_vertices_do_not_inflate_balls():
 
 
 def test_meshes_near_the_limits_of_float64_keep_their_balls():
+    """Edges of 1e-120 to 3e150 m, whose cubes are no doubles: the radius stays positive and finite."""
     box = box_mesh((1, 2, 3))
     small, large = (sphere_best(TriangleMesh(box.vertices * scale, box.faces)) for scale in (1e-120, 1e150))
     assert small.radius > 0
@@ -95,6 +98,7 @@ def test_meshes_near_the_limits_of_float64_keep_their_balls():
 
 @pytest.mark.slow
 def test_balls_are_cached_without_keeping_meshes_alive(monkeypatch):
+    """A second query builds no ball, the best ball is at most as large as the paper's, and nothing keeps the mesh."""
     requested = []
     monkeypatch.setitem(SPHERES, "paper", (lambda mesh: requested.append(1) or sphere_by_triangle_mean(mesh),))
     mesh = box_mesh()

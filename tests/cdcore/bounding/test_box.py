@@ -47,7 +47,7 @@ def test_the_box_of_a_box_is_that_box():
 
 
 def test_box_by_principal_axes_fits_a_slanted_rod():
-    """The rod is 100 times as long as thick: a box along the axes of the body has over five times the surface."""
+    """The rod is 50 times as long as thick: a box along the axes of the body has over five times the surface."""
     rod = rod_mesh(radius=0.003, length=0.3)
     slanted = TriangleMesh(rod.vertices @ random_rotations(np.random.default_rng(3)).T + [3, -2, 1], rod.faces)
     assert box_by_principal_axes(slanted).surface < 0.2 * box_by_body_axes(slanted).surface
@@ -65,11 +65,13 @@ def volume(mesh):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_collider_is_closed_and_faces_outwards(shape):
+    """The signed volume of a closed mesh is positive where its faces are wound outwards."""
     made = SHAPES[shape](BEAKER)
     assert made.is_closed and volume(made) > 0
 
 
 def test_the_hull_holds_every_vertex():
+    """None of 60 random vertices lies before the plane of a face of the hull."""
     points = np.random.default_rng(1).normal(size=(60, 3))
     mesh = TriangleMesh(points, np.arange(60).reshape(20, 3))
     hull = hull_collider(mesh).triangles
@@ -78,17 +80,22 @@ def test_the_hull_holds_every_vertex():
 
 
 def test_hull_collider_of_a_flat_mesh_is_the_mesh():
+    """A single triangle has no volume to enclose."""
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert hull_collider(flat) is flat
 
 
 def test_sphere_of_largest_half_extent_leaves_corners_outside():
-    points = sphere_collider(box_mesh((2.0, 1.0, 1.0), (5.0, 0.0, 0.0))).referenced_vertices
-    away = np.linalg.norm(points - [5.0, 0.0, 0.0], axis=1)
-    assert np.allclose(away, 1.0) and np.linalg.norm([1.0, 0.5, 0.5]) > 1.0
+    """A box of 2 x 1 x 1 m: the sphere's radius is 1 m, a corner is root of 1.5 = 1.22 m from the middle."""
+    middle = np.array([5.0, 0.0, 0.0])
+    box = box_mesh((2.0, 1.0, 1.0), middle)
+    radii = np.linalg.norm(sphere_collider(box).referenced_vertices - middle, axis=1)
+    assert np.allclose(radii, 1.0)
+    assert (np.linalg.norm(box.vertices - middle, axis=1) > radii.max()).all()
 
 
 def test_faces_of_a_sphere_lie_half_a_percent_within_it():
+    """The sphere collider of a box of side 2 has radius 1, half the longest side; its corners lie on that radius."""
     a, b, c = np.moveaxis(sphere_collider(box_mesh((2.0, 2.0, 2.0))).triangles, 1, 0)
     normal = np.cross(b - a, c - a)
     heights = (a * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)

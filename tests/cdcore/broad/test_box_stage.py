@@ -76,6 +76,10 @@ def test_numbers_that_overflow_are_never_rejected():
 
 
 def test_box_candidates_are_sphere_candidates_and_hold_every_contact():
+    """``spheres``, ``boxes``: (frame, pair) that each stage lets through; boxes are tested where spheres overlap.
+
+    A candidate's verdict is CLEAR until a narrow phase decides it; the contacts are those of ``exact``.
+    """
     bodies, motion = lab_bodies_and_motion(frames=100)
     broad = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
     spheres, boxes = broad.by_stage(motion)

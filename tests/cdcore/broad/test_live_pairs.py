@@ -36,7 +36,10 @@ def test_live_candidate_pairs_equal_the_offline_broad_phase():
 
 
 def test_verdicts_stay_until_a_move_or_a_lost_pose():
-    """Six frames; the second body has no pose in frame 1, the first moves in frame 3 and turns in frame 4, by 1e-9."""
+    """Six frames; the second body has no pose in frame 1, the first moves in frame 3 and turns in frame 4, by 1e-9.
+
+    In the end a frame without a pose is sampled once more: its verdict is NO_POSE.
+    """
     bodies, motion = lab_bodies_at_random_poses(seed=1, frames=1)
     positions, rotations = np.repeat(motion.translations, 6, axis=0) * 0.1, np.repeat(motion.rotations, 6, axis=0)
     positions[3:, 0] += 1e-9
@@ -54,7 +57,10 @@ def test_verdicts_stay_until_a_move_or_a_lost_pose():
 
 
 def test_pairs_are_tested_again_once_points_moved_by_the_margin():
-    """The boxes lie far from the origin of their bodies, so that a turn moves them as a shift does."""
+    """The margin kept is what the farthest corners of both bodies move in the next frame: that frame uses it up.
+
+    The boxes lie far from the origin of their bodies, so that a turn moves them as a shift does.
+    """
     rng, pairs, frames = np.random.default_rng(2), np.array([[0, 1]]), 60
     bodies = [Body(name, box_mesh(centre=(2.0, 0.0, 0.0))) for name in "ab"]
     rotations = Rotation.from_rotvec(rng.normal(scale=0.01, size=(2 * frames, 3))).as_matrix().reshape(frames, 2, 3, 3)

@@ -22,7 +22,7 @@ def steps_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 0.0), (1e6, -2e6, 3e6)])
 @pytest.mark.parametrize("length", [1e-3, 5e6])
 def test_step_is_the_move_and_its_rounding(length, centre):
-    """Rounding grows with the radius and the coordinates of the position and of the centre."""
+    """Rounding grows with the radius, 0.5 m, the coordinates of the position, 3e6 + 4e6 + 1e6 m, and of the centre."""
     position = np.array([3e6, -4e6, 1e6])
     step = steps_of(position, position - np.array([length, 0.0, 0.0]), centre)
     exact = position[0] - (position[0] - length)
@@ -32,17 +32,19 @@ def test_step_is_the_move_and_its_rounding(length, centre):
 
 
 def test_step_is_zero_at_rest_and_infinite_at_first():
+    """A body without a pose takes no step; one without a last position (NaN) may come from anywhere."""
     assert steps_of([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]) == 0.0
     assert steps_of([1.0, 2.0, 3.0], [9.0, 2.0, 3.0], valid=False) == 0.0
     assert steps_of([1.0, 2.0, 3.0], [np.nan] * 3) == np.inf
 
 
 def test_steps_use_up_margin_and_clearance():
-    margins, clearances = np.array([9.0, 1.0]), np.array([9.0, 5.0])
-    assert pair_is_skipped(0.75, 1, margins, clearances)
+    """A step of 0.75 m is taken off the margin of 1 m and the clearance of 5 m of pair 1, then one of 0.25 m."""
+    margins, clearances, pair = np.array([9.0, 1.0]), np.array([9.0, 5.0]), 1
+    assert pair_is_skipped(0.75, pair, margins, clearances)
     assert (margins.tolist(), clearances.tolist()) == ([9.0, 0.25], [9.0, 4.25])
-    assert not pair_is_skipped(0.25, 1, margins, clearances), "a margin of 0 m is none"
-    assert pair_is_skipped(0.0, 1, margins, clearances), "nothing moved"
+    assert not pair_is_skipped(0.25, pair, margins, clearances), "a margin of 0 m is none"
+    assert pair_is_skipped(0.0, pair, margins, clearances), "nothing moved"
 
 
 def skips_with_steps(*steps):
@@ -53,12 +55,16 @@ def skips_with_steps(*steps):
 
 
 def test_margin_is_some_steps_of_both_bodies():
+    """Their last steps are 0.25 and 0.5 m; after an endless one they may be anywhere: no margin is worth a test."""
     assert skips_with_steps(0.25, 0.5).margin(0) == 0.75 * SKIPS.first_reach
     assert skips_with_steps(np.inf, 0.5).margin(0) == 0.0
 
 
 def test_reach_doubles_after_successes_and_falls_after_failures():
-    """Both bodies move by 1 m a step in all, so that a margin in metres is a reach in steps."""
+    """Both bodies move by 1 m a step in all, so that a margin in metres is a reach in steps.
+
+    It begins at 4, doubles up to 16 and is quartered down to 1.5.
+    """
     skips, reaches = skips_with_steps(0.25, 0.75), []
     for separated in (True, True, True, False, False, False):
         margin = skips.margin(0)

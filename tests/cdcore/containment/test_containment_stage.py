@@ -92,6 +92,7 @@ def shapes():
 @pytest.mark.parametrize("case", shapes())
 @pytest.mark.parametrize("backward", [False, True], ids=["forward", "backward"])
 def test_body_with_a_component_inside_is_contained(case, backward):
+    """Rows of ``shapes``, with the inner body as the first or as the second of the pair."""
     inner, outer, expected = shapes()[case]
     assert contained_frames(*((outer, inner) if backward else (inner, outer))).tolist() == [expected]
 
@@ -130,6 +131,7 @@ def test_meshes_with_holes_are_named_in_order():
 @pytest.mark.parametrize("reversed_", [False, True], ids=["doubled", "double-sided"])
 @pytest.mark.parametrize("count", [1, 12])
 def test_faces_drawn_twice_count_once(reversed_, count):
+    """A box whose first faces are drawn again has the ball in its middle inside, and one 0.7 m away not."""
     box, ball = box_mesh(), Body("ball", ball_mesh(0.1))
     again = box.faces[:count, ::-1] if reversed_ else box.faces[:count]
     own = TriangleMesh(

@@ -70,7 +70,10 @@ def test_ball_reaches_the_hole_of_each_box(middle):
 
 
 def test_clearance_is_the_gap_less_some_margins():
-    """A box of edges of 20 cm whose centre is 0.6 m from the side of one of 1 m, as it is and turned by 45 degrees."""
+    """A box of edges of 20 cm whose centre is 0.6 m from the side of one of 1 m, as it is and turned by 45 degrees.
+
+    The margin is 1e-6 m; at most 20 of them are taken off.
+    """
     components = inner_components_of(box_mesh([0.2] * 3))
     boxes = outer_boxes_of(box_mesh([1.0] * 3))
     for degrees, gap in ((0, 0.5), (45, 0.6 - 0.1 * np.sqrt(2))):
@@ -145,7 +148,10 @@ def test_live_containment_in_open_meshes_equals_offline(asker, name):
 
 
 def test_a_live_sample_near_an_opening_asks_no_winding_number(monkeypatch):
-    """It took twice as long when the arrays of both surfaces were handed to a kernel in every sample."""
+    """A ball of radius 2 cm trembles 3.5 cm above a bowl's rim: fewer than 100 clearances answer for 200 frames.
+
+    It took twice as long when the arrays of both surfaces were handed to a kernel in every sample.
+    """
     requested, compared = [], []
     decide, compare = containment_stage.decide_by_winding, containment_stage.clearances_over
     monkeypatch.setattr(containment_stage, "decide_by_winding", lambda *given: requested.append(decide(*given)))

@@ -116,7 +116,10 @@ def verdicts_of(name, mesh, positions, live=False, **settings):
 @pytest.mark.parametrize("name", damaged())
 @pytest.mark.parametrize("wound", ["outwards", "inwards"])
 def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
-    """Small probes at random places; where faces are missing at most a tenth is undecided."""
+    """Small probes at random places; where faces are missing at most a tenth is undecided.
+
+    A probe that overlaps a box which the mesh fills must not be clear; any other must be clear or undecided.
+    """
     mesh, middles, lost = damaged()[name]
     mesh = reversed_faces(mesh) if wound == "inwards" else mesh
     positions = np.random.default_rng(3).uniform(-0.16, 0.26, (FRAMES, 3)) * [1.0, 0.6, 0.6]
@@ -165,7 +168,10 @@ def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
 
 
 def test_an_interval_through_a_hole_is_not_clear():
-    """The probe is outside in frames 0, 3 and 4, and inside, past the hole, in frames 1 and 2."""
+    """The probe is outside in frames 0, 3 and 4, and inside, past the hole, in frames 1 and 2.
+
+    A verdict is about the path since the frame before: 1 to 3 end, stay or begin inside. Two blocks say the same.
+    """
     mesh = without_a_side()
     positions = np.array([-0.2, 0.0, 0.0, -0.2, -0.2])[:, None] * [1.0, 0.0, 0.0]
     bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE_EDGE] * 3))]
@@ -185,7 +191,10 @@ LOST_FACES = {"one side": range(32), "one square": (10, 11), "four squares": (10
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("lost", LOST_FACES)
 def test_arc_through_a_hole_and_back_is_not_clear(lost):
-    """A bead on an arm dips into the block between two frames, at both of which it is outside."""
+    """A bead on an arm dips into the block between two frames, at both of which it is outside.
+
+    Truth is ``exact`` at 61 angles of the arc; ``continuous`` gets the two ends, and may leave a dip undecided.
+    """
     rng = np.random.default_rng(5)
     block = Body("block", without_faces(grid_box(SIZE, count=4), *LOST_FACES[lost]))
     answer = {}
@@ -343,7 +352,7 @@ def test_hulls_of_cubes_are_separated_by_a_gap_above_the_margin(gap, margin):
 
 
 def test_a_flat_sheet_contains_nothing():
-    """A sheet of two triangles, and probes below it that do not touch."""
+    """A sheet of two triangles, and probes below it that do not touch; nothing about containment stays undecided."""
     sheet = TriangleMesh([[-1, -1, 0], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     positions = np.array([[0, 0, 0.4], [0.5, 0, 0.39], [0.5, 0, 0.35], [0.5, 0.5, 0.2]])
     assert (verdicts_of("exact", sheet, positions) == Verdict.CLEAR).all()

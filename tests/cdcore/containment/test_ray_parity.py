@@ -25,6 +25,7 @@ grid = st.integers(-6, 6).map(lambda k: k / 4)
 
 @given(st.tuples(grid, grid, grid))
 def test_parity_holds_on_rays_through_corners_and_edges(point):
+    """Points of a grid of 0.25 m in and around a box of side 2; those on its surface, at distance 1, are left out."""
     distance = max(abs(value) for value in point)
     if distance == 1:
         return

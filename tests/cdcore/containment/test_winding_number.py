@@ -59,13 +59,17 @@ def reversed_faces(mesh):
     ids=["holes", "every other face", "crossing", "hollow"],
 )
 def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
-    """Caps close the holes; of 60 points those whose ray meets an edge, at most a quarter, are left out."""
+    """Crossings of a ray count the surface and the caps that close its holes; without the caps it is the surface alone.
+
+    Of 60 points those whose ray meets an edge, fewer than a quarter, are left out.
+    """
     surface = winding_surface(mesh)
     faces = surface.grid.triangles[: len(surface.component) - len(surface.caps)]
     points = np.random.default_rng(0).uniform(*mesh.bounds, (60, 3))
     expected = winding_number(points, faces)
     crossings, compared = np.zeros(len(surface.kinds), dtype=np.int64), 0
     for point, value in zip(points, expected, strict=True):
+        # Overwritten for each point: a number for each component.
         if ray_crossings(surface.grid, surface.component, point, MARGIN, crossings) == RAY_UNCERTAIN:
             continue
         caps = winding_number_at(point, surface.caps, 0, len(surface.caps))

@@ -43,6 +43,7 @@ MESHES_WITH_KINDS = {
 
 @pytest.mark.parametrize("name", MESHES_WITH_KINDS)
 def test_lost_faces_are_distinguished_from_openings(name):
+    """Each mesh as it is, drawn twice, and inside out."""
     mesh, kind = MESHES_WITH_KINDS[name]
     assert winding_surface(mesh).kinds.tolist() == [kind]
     assert winding_surface(merge_meshes(mesh, mesh)).kinds.tolist() == [kind]
@@ -91,7 +92,10 @@ def test_open_components_have_the_sign_they_agree_on():
 
 
 def test_rims_too_many_to_follow_belong_to_their_components(monkeypatch):
-    """Two boxes that lack a face each, as a mesh of which no rims are followed: each keeps its own hole."""
+    """Two boxes that lack a face each, as a mesh of which no rims are followed: each keeps its own hole.
+
+    Holes ``first_hole[k]`` to ``first_hole[k + 1]`` are those of component k.
+    """
     monkeypatch.setattr(module, "MOST_TRACED", 0)
     box = without_faces(box_mesh(), 4)
     surface = winding_surface(merge_meshes(box, shift_mesh(box, [3, 0, 0])))

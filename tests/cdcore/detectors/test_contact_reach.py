@@ -33,6 +33,7 @@ def test_contact_is_reported_below_the_reach_and_not_beyond(name, settings, slac
 
 
 def test_detectors_without_a_contact_offset_reach_nowhere():
+    """A contact offset is the distance from which a detector reports contact; these three report at 0 m."""
     bodies, _ = hulls_at(seed=0, gaps=[0.1])
     for name in ("exact", "discrete", "hybrid-qaco"):
         assert create_detector(name, bodies).contact_reach(0) == 0.0 and detector_row(name).contact_offset == ""

@@ -71,7 +71,11 @@ def test_only_the_start_of_a_contact_has_a_time():
 
 
 def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
-    """The ball has no pose in frame 2; the plate's poses of frames 4 and 5 belong to two takes."""
+    """The ball has no pose in frame 2; the plate's poses of frames 4 and 5 belong to two takes.
+
+    From frame 2 to 3 and 4 to 5 the ball would cross the plate. ``after``: it is in the plate when its pose comes back,
+    which is a contact from the time of that frame on.
+    """
     valid = np.ones((7, 2), dtype=bool)
     valid[2, 0] = False
     linked = np.ones((7, 2), dtype=bool)
@@ -85,7 +89,10 @@ def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
 
 
 def test_ball_in_a_box_is_contained_until_it_leaves():
-    """The box reaches up to 0.5 m: the ball of 1 cm passes its wall between 0.2 and 0.9 m, on its path to frame 4."""
+    """The box reaches up to 0.5 m: the ball of 1 cm passes its wall between 0.2 and 0.9 m, on its path to frame 4.
+
+    Without containment a ball inside is clear, and the answer says that it was refused.
+    """
     bodies = BALL, Body("room", box_mesh((1, 1, 1)))
     detection = detect(ball_over_plate([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=bodies), bodies)
     assert verdict_names(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
@@ -133,7 +140,7 @@ def poses_within_intervals(motion, instants):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("block", [1, 3, 40])
 def test_continuous_detector_in_blocks_equals_the_whole_motion(block):
-    """``toi`` has the times of impact."""
+    """Times of impact (``toi``), reasons, verdicts and the number of searches."""
     bodies, motion = lab_bodies_and_motion(frames=30, seed=2)
     whole = detect(motion, bodies)
     joined = join(create_detector("continuous", bodies).stream(motion.blocks(block)))

@@ -20,10 +20,11 @@ def approach():
 @pytest.mark.parametrize(("name", "settings"), [("exact", {}), ("continuous", {}), ("collider", {"skin_m": 0.05})])
 @pytest.mark.parametrize("copied", [deepcopy, lambda detector: pickle.loads(pickle.dumps(detector))])
 def test_copy_of_a_used_detector_outlives_it(name, settings, copied):
+    """Memory of the original is freed and written over before the copy is asked again."""
     detector = create_detector(name, [Body("a", ball_mesh(0.4)), Body("b", ball_mesh(0.3))], **settings)
     digest = detector.detect(approach()).digest
     copy = copied(detector)
     assert copy.detect(approach()).digest == digest
     del detector
-    reused = [np.full(5_000, 1e300) for _ in range(200)]  # what the original held is written over
+    reused = [np.full(5_000, 1e300) for _ in range(200)]
     assert copy.detect(approach()).digest == digest and len(reused) == 200

@@ -43,6 +43,7 @@ def test_unknown_name_is_answered_with_known_names():
 
 
 def test_detectors_load_without_reading_installed_packages(monkeypatch):
+    """Calling ``entry_points``, which lists installed packages, would fail: it is None here."""
     monkeypatch.setattr(table, "entry_points", None)
     assert load_detector("sphere") is load_detector("cdcore.detectors.sphere:SphereDetector") is SphereDetector
 
@@ -114,6 +115,7 @@ def test_unknown_settings_are_answered_with_known_settings():
 
 @pytest.mark.parametrize("name", OPTIONAL)
 def test_missing_engine_error_names_the_pip_command(name, monkeypatch):
+    """The message is one sentence in one line."""
     module = ENGINE_MODULE[name]
     monkeypatch.setitem(sys.modules, module, None)
     extra = name if name in ("physx", "newton") else "engines"
@@ -150,6 +152,7 @@ def test_incomplete_detector_class_is_refused_naming_missing_methods(name, lacks
 
 @pytest.mark.parametrize("name", TABLE)
 def test_every_row_has_sources_purpose_and_limits(name):
+    """Different sources of at least four words; ``choose_when`` and ``cannot`` are phrases without a full stop."""
     detector = load_detector(name)
     sources = detector.sources
     assert isinstance(sources, tuple) and sources

@@ -78,7 +78,10 @@ def test_samples_are_first_frames_at_or_after_ticks():
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
 def test_query_without_a_pose_changes_no_state(name):
-    """Samples in frames 0, 4 and 8; bodies part in frame 4, whose sample finds no pose."""
+    """Samples in frames 0, 4 and 8; bodies part in frame 4, whose sample finds no pose: the contact of frame 0 stays.
+
+    Where frame 0 has no pose either, there is no answer to repeat in frames 6 and 7: NOT_FOUND.
+    """
     times = np.arange(12) / 90
     motion = ball_at_x([0.9] * 4 + [3.0] * 8, times)
     valid = np.ones((12, 2), dtype=bool)
@@ -127,6 +130,7 @@ def stirring(rate=90.0, seconds=8.0):
 
 
 def test_beaker_hull_is_false_while_the_rod_is_below_rim():
+    """The rod's foot moves between 0.05 and 0.15 m in the hollow and touches no wall; the rim is at 0.1 m."""
     foot, motion = stirring()
     exact = create_detector("exact", [BEAKER, ROD]).detect(motion)
     assert not counts_as_contact(exact.verdict).any()
@@ -135,7 +139,10 @@ def test_beaker_hull_is_false_while_the_rod_is_below_rim():
 
 
 def test_sphere_explains_a_missed_corner_by_its_shape():
-    """A unit cube rotated by 45 degrees reaches 0.71 m, a sphere of its volume does not meet a pin from 0.6 m on."""
+    """A unit cube rotated by 45 degrees reaches 0.71 m and meets a pin of 0.1 m whose middle is at 0.65 m.
+
+    Their spheres, of 0.5 and 0.05 m, do not: the shape is the reason, as the detector looked.
+    """
     bodies = [Body("box", box_mesh()), Body("pin", box_mesh((0.1, 0.1, 0.1)))]
     rotation, half = np.tile(np.eye(3), (1, 2, 1, 1)), np.sqrt(0.5)
     rotation[0, 0, :2, :2] = [[half, -half], [half, half]]
@@ -143,7 +150,7 @@ def test_sphere_explains_a_missed_corner_by_its_shape():
     assert create_detector("exact", bodies).detect(near).verdict[0, 0] != Verdict.CLEAR
     detector = create_detector("collider", bodies, shape="sphere")
     assert detector.detect(near).verdict[0, 0] == Verdict.CLEAR
-    reported = detector.explain(near, 0, 0, np.zeros((1, 2), dtype=np.int64))
+    reported = detector.explain(near, frame=0, pair=0, faces=np.zeros((1, 2), dtype=np.int64))
     assert reported.shapes_meet is False and reported.looked is True
 
 

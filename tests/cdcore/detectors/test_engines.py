@@ -136,7 +136,10 @@ def test_rod_in_a_beaker_touches_hull_not_mesh(name):
 
 @pytest.mark.parametrize("name", ["bullet", "physx"])
 def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
-    """Two hollow beakers in contact are refused as meshes; the ball beside them, and their hulls, are not."""
+    """Two hollow beakers, 9 m apart in frame 0, are refused as meshes; the ball beside them, and their hulls, are not.
+
+    In frame 1 the second beaker has no pose, which needs no reason.
+    """
     pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh()), Body("ball", ball_mesh(0.01))]
     motion = Motion(
@@ -150,7 +153,7 @@ def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
     assert set(answer.reasons) == {(0, 0)}
     assert "not supported" in answer.reasons[0, 0] and "not supported" in answer.containment[0]
     assert (answer.verdict[:, 1] == Verdict.CLEAR).all()
-    explained = create_detector(name, bodies, shape="mesh").explain(motion, 0, 0, np.zeros((0, 2)))
+    explained = create_detector(name, bodies, shape="mesh").explain(motion, frame=0, pair=0, faces=np.zeros((0, 2)))
     assert explained.shapes_meet is None
     assert create_detector(name, bodies, shape="hull").detect(motion).verdict[0, 0] == Verdict.CLEAR
 
@@ -165,6 +168,7 @@ def test_crowded_bodies_lose_no_contacts(name):
 
 @pytest.mark.parametrize("name", ["rapier", pytest.param("newton", marks=pytest.mark.slow)])
 def test_two_meshes_are_tested_against_each_other(name):
+    """Two beakers of radius 4 cm: 9 m apart, then 3 cm, where their walls cross."""
     pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh())]
     motion = unrotated_motion([[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]])

@@ -23,6 +23,7 @@ def body_of_triangles(name, triangles):
 
 
 def test_small_closed_body_inside_a_large_body_is_contained():
+    """A tetrahedron of 1 cm in one of 1 m; without containment it is clear."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float) - 0.25
     faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
     bodies = [Body("in", TriangleMesh(corners * 0.01, faces)), Body("out", TriangleMesh(corners, faces))]
@@ -63,10 +64,12 @@ def pair_samples_and_skips(motion, bodies=BODIES, **settings):
 
 
 def test_frozen_frames_take_a_single_query():
+    """100 frames of one pose: one sample, 99 answers kept."""
     assert pair_samples_and_skips(motion_along_x([0.9] * 100)) == (1, 99)
 
 
 def test_pose_that_differs_by_a_bit_is_a_change():
+    """Two frames, two samples, no answer kept."""
     assert pair_samples_and_skips(motion_along_x([0.9, np.nextafter(0.9, 1)])) == (2, 0)
 
 
@@ -153,6 +156,7 @@ def test_live_session_without_pairs_answers_about_none(name):
 
 @pytest.mark.slow
 def test_question_passes_few_files_and_functions():
+    """Those of cdcore that a query about two tetrahedra in one pose enters, with kernels interpreted."""
     printed = subprocess.check_output([sys.executable, CALL_COUNTS], text=True)
     files, functions = map(int, re.match(r"exact: (\d+) files, (\d+) functions", printed).groups())
     assert files <= 11

@@ -54,6 +54,7 @@ def verdicts(name, first, second, seed=0):
     ("name", "exchanged"), [*((name, False) for name in pairs()), ("ball in box", True), ("one ball of two", True)]
 )
 def test_contained_bodies_are_not_called_contact(name, exchanged):
+    """20 random places of the second body within the bounds of the first; truth is the answer of ``exact``."""
     first, second = pairs()[name]
     if exchanged:
         first, second = second, first
@@ -77,6 +78,7 @@ def test_contained_bodies_are_not_called_contact(name, exchanged):
     ],
 )
 def test_meshes_without_ray_parity_are_invalid_not_clear(mesh, why):
+    """Crossings along a ray tell no inside of an open mesh, or of one that overlaps itself; boxes apart stay CLEAR."""
     answer = verdicts("image-space", mesh, ball_mesh(0.1))
     assert set(answer.verdict[:, 0].tolist()) <= {Verdict.INVALID, Verdict.CLEAR}
     assert (answer.verdict == Verdict.INVALID).any()

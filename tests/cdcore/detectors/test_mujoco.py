@@ -41,6 +41,7 @@ def test_mujoco_sheet_touches_only_bodies_that_cross_it(thickness, size):
 
 
 def test_a_body_may_be_called_anything():
+    """Four bodies, whose names have spaces, a line break, a backslash or brackets, are six pairs."""
     bodies = [Body(name, box_mesh()) for name in ("a\nb", "a b", "a\\nb", "<x>")]
     assert create_detector("mujoco", bodies).pairs.shape == (6, 2)
 
@@ -54,12 +55,17 @@ def test_refused_mesh_is_named_in_a_single_line():
 
 
 def test_crowd_at_a_single_point_loses_no_contact():
+    """40 boxes of 1 m whose centres are about 1 mm apart: all pairs meet."""
     bodies = [Body(f"box {k}", box_mesh()) for k in range(40)]
     motion = motion_at_rest(bodies, np.random.default_rng(0).normal(scale=1e-3, size=(40, 3)))
     assert (create_detector("mujoco", bodies).detect(motion).verdict == Verdict.CONTACT).all()
 
 
 def test_explanation_states_sampling_and_meeting_hulls():
+    """Frames explained as sampled are as many as the detector of 13 Hz counts.
+
+    Its hulls meet in the frames in which the detector that samples every frame reports contact.
+    """
     bodies, motion = lab_bodies_and_motion(frames=60)
     always, slow = (create_detector("mujoco", bodies, rate_hz=rate) for rate in (None, 13.0))
     sample, pair = always.detect(motion).verdict, 4

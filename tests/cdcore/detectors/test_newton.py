@@ -35,6 +35,7 @@ def test_newton_agrees_with_hulls_in_every_frame():
 
 
 def test_buffer_without_room_grows_and_loses_no_contact(monkeypatch):
+    """Room for one contact; the 28 pairs of 8 boxes meet."""
     monkeypatch.setattr(newton_world, "LEAST_ROOM", 1)
     monkeypatch.setattr(newton_world, "CONTACTS_PER_PAIR", 0)
     bodies, motion = overlapping_boxes(count=8)
@@ -44,6 +45,7 @@ def test_buffer_without_room_grows_and_loses_no_contact(monkeypatch):
 
 
 def test_triangles_without_room_grow_and_lose_no_contact(monkeypatch):
+    """Room for two pairs of triangles; the rod stands in the floor of the beaker, as ``exact`` says."""
     monkeypatch.setattr(newton_world, "TRIANGLE_PAIRS", 2)
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
     motion = motion_at_rest(bodies, [[0, 0, 0], [0, 0, 0]])
@@ -54,6 +56,7 @@ def test_triangles_without_room_grow_and_lose_no_contact(monkeypatch):
 
 
 def test_more_contacts_than_there_is_room_for_are_refused(monkeypatch):
+    """The 28 pairs of 8 boxes meet, and room may grow to 10 contacts."""
     monkeypatch.setattr(newton_world, "LEAST_ROOM", 1)
     monkeypatch.setattr(newton_world, "CONTACTS_PER_PAIR", 0)
     monkeypatch.setattr(newton_world, "LARGEST_ROOM", 10)
@@ -64,7 +67,10 @@ def test_more_contacts_than_there_is_room_for_are_refused(monkeypatch):
 
 
 def test_hull_whose_middle_is_inside_a_mesh_is_clear():
-    """The limit that the row states; its surfaces cross the wall all the same."""
+    """A rod of 20 cm through a sheet of 1 cm: clear where its middle is in the sheet, a limit that the row states.
+
+    With its middle 2 cm higher it is in contact; ``exact`` says contact of both.
+    """
     sheet, stub = box_mesh((1.0, 1.0, 0.01)), box_mesh((0.1, 0.1, 0.5))
     vertices = np.concatenate([sheet.vertices, stub.vertices + np.array([0.4, 0.4, 0.3])])
     corner = TriangleMesh(vertices, np.concatenate([sheet.faces, stub.faces + len(sheet.vertices)]))

@@ -53,6 +53,7 @@ def test_ant_search_answers_not_found_instead_of_clear(variant):
 
 
 def test_default_detects_nearly_all_lab_contact_and_counts_work():
+    """Contacts are those of ``exact``; containment is refused, as a search cannot tell it."""
     result, exact = detection_of_variant("memetic"), exact_detection()
     contact = exact.verdict == Verdict.CONTACT
     # It found all of 151; 97 % leaves room for four that a search by chance misses.
@@ -63,6 +64,10 @@ def test_default_detects_nearly_all_lab_contact_and_counts_work():
 
 
 def test_the_equations_as_printed_are_counted_as_broken():
+    """As printed they give a probability that is none: the search of the pair ends before its budget, without a hit.
+
+    The corrected search of all frames of the laboratory never ends so.
+    """
     bodies = [Body("ring", torus_mesh()), Body("ball", ball_of(faces=400, radius=0.3))]
     motion = motion_at_rest(bodies, [[0, 0, 0], [0.1, 0, 0]])
     detection = create_detector("qaco", bodies, variant="printed", budget=20_000).detect(motion)

@@ -51,6 +51,7 @@ def test_image_space_detector_has_no_false_contact():
 
 
 def test_open_mesh_is_invalid_only_where_boxes_overlap():
+    """A bowl of radius 1 m and a box of 1 m: their boxes overlap up to 1.5 m, their spheres up to about 1.87 m."""
     bodies = [Body("bowl", without_faces(ball_mesh(), count=9)), Body("box", box_mesh())]
     near = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (1, 0, 0)]))
     assert near.verdict.tolist() == [[Verdict.INVALID]]
@@ -61,6 +62,7 @@ def test_open_mesh_is_invalid_only_where_boxes_overlap():
 
 
 def test_ball_in_a_box_is_contained_touching_is_not():
+    """A ball of 0.2 m in a box of 1 m: inside, then across its side; two boxes side to side have no common depth."""
     bodies = [Body("box", box_mesh()), Body("ball", ball_mesh(0.2))]
     detector = create_detector("image-space", bodies)
     assert detector.detect(motion_at_rest(bodies, [(0, 0, 0), (0.1, 0, 0)])).verdict.tolist() == [[Verdict.CONTAINED]]

@@ -14,6 +14,7 @@ from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex, 
      (without_faces(box_mesh(), count=1), False)],
 )  # fmt: skip
 def test_only_a_closed_mesh_that_fills_its_hull_is_convex(mesh, convex):
+    """Each mesh as it is, rotated and 10 km away on each axis, and in float32."""
     rotation = random_rotations(np.random.default_rng(1), 1)[0]
     for vertices in (mesh.vertices, mesh.vertices @ rotation.T + 1e4, mesh.vertices.astype(np.float32)):
         assert is_convex(TriangleMesh(vertices, mesh.faces)) == convex
@@ -34,6 +35,7 @@ def test_posed_solid_corners_equal_posed_mesh_corners():
 
 
 def test_sheets_get_a_thickness_and_solids_stay_unchanged():
+    """The least thickness is 0.1 mm; a box of 1 m keeps its size."""
     flat = TriangleMesh(box_mesh().vertices * [1, 1, 0], box_mesh().faces)
     assert np.ptp(
         engine_solid(Body("a", flat), shape="hull", engine="Engine", least_thickness=1e-4).corners[:, 2]
