@@ -180,8 +180,8 @@ class FrameTree:
         chain = [name]
         while (parent := self._links[chain[-1]].parent) in self._links:
             if parent in chain:
-                is_one_topic = len({self._links[frame].topic for frame in chain}) == 1
-                cure = "correct the names of its frames" if is_one_topic else "choose by --topic"
+                is_same_topic = len({self._links[frame].topic for frame in chain}) == 1
+                cure = "correct the names of its frames" if is_same_topic else "choose by --topic"
                 raise self._error(f"frame {name!r} hangs from itself by {parent!r}; {cure}")
             chain.append(parent)
         return chain

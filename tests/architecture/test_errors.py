@@ -43,5 +43,5 @@ def test_every_error_has_a_docstring_of_its_own():
         (sessions.errors.TornFileError, sessions.errors.SessionFileError),
     ],
 )
-def test_whoever_catches_the_wider_error_catches_the_own_one(error, builtin_or_wider_error):
+def test_wider_error_catches_the_narrower(error, builtin_or_wider_error):
     assert issubclass(error, builtin_or_wider_error)

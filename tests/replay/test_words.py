@@ -126,7 +126,7 @@ def test_an_interval_is_rounded_outwards(lower, upper, text):
 
 
 @pytest.mark.parametrize(
-    ("text", "on_one_line", "on_lines"),
+    ("text", "single_line", "on_lines"),
     [
         ("a cup", "a cup", "a cup"),
         ("C:\\a\nb", r"C:\a\nb", "C:\\a\nb"),
@@ -137,8 +137,8 @@ def test_an_interval_is_rounded_outwards(lower, upper, text):
     ],
     ids=["plain", "line end", "escape", "control character", "wide space", "line separator"],
 )
-def test_only_invisible_characters_are_escaped(text, on_one_line, on_lines):
-    assert (words.safe_text(text), words.safe_text(text, lines=True)) == (on_one_line, on_lines)
+def test_only_invisible_characters_are_escaped(text, single_line, on_lines):
+    assert (words.safe_text(text), words.safe_text(text, lines=True)) == (single_line, on_lines)
 
 
 def test_plurals_and_ranges_within_a_sentence():

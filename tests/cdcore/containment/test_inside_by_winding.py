@@ -341,7 +341,7 @@ def test_points_close_to_a_lost_face_are_undecided(k):
 
 @pytest.mark.parametrize("margin", [1e-12, 2e-3])
 @pytest.mark.parametrize("gap", [1e-3, -1e-3])
-def test_hulls_of_cubes_are_separated_by_a_gap_above_the_margin(gap, margin):
+def test_hulls_are_separated_by_a_gap_above_the_margin(gap, margin):
     """Two cubes of 1 m, one turned by 45 degrees so that an edge faces a side of the other, seen from 20 directions."""
     corners = box_mesh().vertices
     offset = np.array([0.5 + np.sqrt(0.5) + gap, 0.1, 0.2])

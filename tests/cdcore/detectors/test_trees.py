@@ -18,23 +18,23 @@ from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.protocol import counts_as_contact
 
 BALLS = [Body("a", ball_mesh()), Body("b", ball_mesh())]
-APART_AT_REST_FOR_4_FRAMES = motion_at_rest(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
+SEPARATED_FOR_4_FRAMES = motion_at_rest(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
 
 
 def test_distant_spheres_are_cleared_without_testing_trees():
     """Bodies are far apart: counters of work show that no node of a tree was tested."""
-    spheres = create_detector("aabb", BALLS).detect(APART_AT_REST_FOR_4_FRAMES)
+    spheres = create_detector("aabb", BALLS).detect(SEPARATED_FOR_4_FRAMES)
     assert (spheres.verdict == Verdict.CLEAR).all()
     assert spheres.work["sphere_tests"] == 4
     assert spheres.work["node_tests"] == 0
-    sweep = create_detector("solid-style", BALLS).detect(APART_AT_REST_FOR_4_FRAMES)
+    sweep = create_detector("solid-style", BALLS).detect(SEPARATED_FOR_4_FRAMES)
     assert (sweep.verdict == Verdict.CLEAR).all()
     assert sweep.work["node_tests"] == 0
 
 
 def test_obb_tests_distant_bodies_at_rest_only_once():
     """The first of 4 frames queries the trees, whose roots are apart; the three others reuse its answer."""
-    work = create_detector("obb", BALLS).detect(APART_AT_REST_FOR_4_FRAMES).work
+    work = create_detector("obb", BALLS).detect(SEPARATED_FOR_4_FRAMES).work
     assert work["tree_queries"] == 1 and work["reused"] == 3
     assert work["node_tests"] == 1 and work["leaf_tests"] == 0
 

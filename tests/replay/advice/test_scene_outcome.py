@@ -48,6 +48,6 @@ def test_closest_moment_is_measured_in_the_nearest_frame(monkeypatch, side):
         (1, 0.0023, 0.0, "1 contact, at most 3 mm deep"),
     ],
 )
-def test_outcome_is_said_in_contacts_depth_or_distance(contacts, deepest, closest, text):
+def test_outcome_names_contacts_depth_or_distance(contacts, deepest, closest, text):
     outcome = Outcome(contacts, np.zeros((1, 1), np.bool_), deepest, closest, closest_frame=0, closest_pair=0)
     assert outcome_text(outcome) == text

@@ -174,7 +174,7 @@ def test_of_too_many_contacts_the_longest_are_measured(monkeypatch):
 
 
 @pytest.mark.parametrize(("most_frames", "at_least"), [(5, True), (6, False)])
-def test_depth_is_at_least_where_one_frame_was_left_out(monkeypatch, most_frames, at_least):
+def test_depth_is_at_least_where_a_frame_is_omitted(monkeypatch, most_frames, at_least):
     """A contact of six frames, of which five may be searched, or all."""
     monkeypatch.setattr("replay.auditing.contact_depth.FRAMES_SEARCHED", most_frames)
     assembly = assemble(unit_cubes_on_x({"a": [0.0] * 6, "b": [0.7, 0.9, 0.9, 0.9, 0.9, 0.9]}))

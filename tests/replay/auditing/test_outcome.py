@@ -11,9 +11,9 @@ OUTCOMES = {
 }  # fmt: skip
 
 
-def outcome_row(letters):
+def outcome_row(outcomes):
     """Outcomes of one frame (1, P), a letter a pair."""
-    return np.array([[OUTCOMES[letter] for letter in letters]], dtype=np.uint8)
+    return np.array([[OUTCOMES[letter] for letter in outcomes]], dtype=np.uint8)
 
 
 @pytest.mark.parametrize(
@@ -23,10 +23,10 @@ def outcome_row(letters):
         ("gB", "B"), ("tF", "F"), ("bt", "t"), ("b.", "b"),
     ],
 )  # fmt: skip
-def test_members_of_a_group_have_one_outcome(members, joined):
+def test_members_of_a_group_have_a_joint_outcome(members, joined):
     """A frame in which one member is missed and another reported falsely is a contact of both."""
-    for letters in (members, members[::-1]):
-        assert joined_outcome(outcome_row(letters)).tolist() == [OUTCOMES[joined]]
+    for outcomes in (members, members[::-1]):
+        assert joined_outcome(outcome_row(outcomes)).tolist() == [OUTCOMES[joined]]
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ def test_interval_of_wholly_missed_contacts_is_about_wilsons():
     assert lower < few_lower and few_upper < upper < few_upper + 0.05
 
 
-def test_equal_contacts_are_draws_less_one_with_students_quantile():
+def test_equal_contacts_widen_the_interval_by_students_quantile():
     """3 of 20 equal contacts are missed whole: 19 degrees of freedom, and the mean over 19 of 20 contacts."""
     widening = t.ppf(0.975, df=19) / norm.ppf(0.975)
     draws = 19**2 / 20 / widening**2

@@ -94,7 +94,7 @@ def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, mes
         ([], "fix-page", True),
     ],
 )
-def test_fix_writes_to_the_named_folder_before_its_usual_ones(options, folder, replaces, tmp_path, monkeypatch):
+def test_fix_writes_to_the_named_folder_before_the_usual_folders(options, folder, replaces, tmp_path, monkeypatch):
     """Only the page without a name replaces the one before."""
     calls = []
 

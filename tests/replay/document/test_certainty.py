@@ -19,8 +19,13 @@ PROOF = NoiseProofAudit(
 def ranks_of(missed, contacts):
     """The row of a detector that missed so many of the contacts, and that of the reference."""
     reference = Rank("exact", "", "", contacts=contacts, mean=1e-4, p99=2e-4)
-    share = proportion(missed, contacts)
-    return [replace(reference, label="slow", missed=share, time_missed=share, false=proportion(0, 9)), reference]
+    proportion_missed = proportion(missed, contacts)
+    return [
+        replace(
+            reference, label="slow", missed=proportion_missed, time_missed=proportion_missed, false=proportion(0, 9)
+        ),
+        reference,
+    ]
 
 
 @pytest.mark.parametrize(("missed", "contacts", "is_wide"), [(2, 3, True), (70, 100, False), (5, 100, False)])

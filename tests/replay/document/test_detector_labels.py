@@ -24,14 +24,14 @@ NO_FAULT_ALLOWED = Gates(max_missed=0.0, max_false=0.0)
 STATES = tomllib.loads(Path(__file__).with_name("sentences.toml").read_text("utf-8"))
 """State -> what reference and detector say, a letter a frame (C: contact, -: no pose), and the sentences about it."""
 
-LETTERS_OF_SCRIPTED = str.maketrans(".C-", "ncn")
+SCRIPTED_VERDICTS = str.maketrans(".C-", "ncn")
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_every_sentence_holds_in_every_state(state):
     row = STATES[state]
     status = [[Status.VALID, Status.LOST if letter == "-" else Status.VALID] for letter in row["oracle"]]
-    oracle, subject = (row[name].translate(LETTERS_OF_SCRIPTED) for name in ("oracle", "subject"))
+    oracle, subject = (row[name].translate(SCRIPTED_VERDICTS) for name in ("oracle", "subject"))
     scripted = "support.planted_detectors:Scripted[says={}]".format
     session = session_of_frames(np.arange(len(status)) * STEP_NS, status)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.

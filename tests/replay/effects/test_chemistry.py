@@ -164,7 +164,7 @@ def test_a_slow_reaction_uses_up_its_limiting_reagent():
     assert extent.values[-1] == pytest.approx(zinc_moles * (1.0 - np.exp(-2.0 * seconds)), rel=1e-9)
 
 
-def test_gas_of_a_slow_reaction_is_one_long_event():
+def test_gas_of_a_slow_reaction_is_a_single_event():
     """It leads the summary, from the first frame with gas to the last frame, 1 s."""
     run = slow_zinc_reaction()
     (event,) = run.events

@@ -27,7 +27,7 @@ def test_scheduler_that_does_not_answer_is_named():
         Workers(1, "nonsense://a")
 
 
-def test_missing_dask_is_one_clear_error(monkeypatch):
+def test_missing_dask_is_a_clear_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(WorkerError, match=r"--jobs and --scheduler need distributed, .*cluster"):
         do_all(str, {"a": ()}, 2)

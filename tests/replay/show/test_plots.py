@@ -96,7 +96,7 @@ def test_labels_do_not_cover_leader_lines_of_other_dots():
             assert apart or max(y, top) <= label.at[1] - LINE_HEIGHT + 3 or label.at[1] + 3 <= min(y, top), label.text
 
 
-def test_interval_plot_places_marks_by_value_and_row():
+def test_interval_plot_positions_marks_by_value_and_row():
     """An axis from 2 to 6 on 8 to 392 of 400 units, 96 each; rows of 42 units, a second line of a name 15."""
     rows = [
         IntervalRow("a", value=3.0, lower=2.5, upper=5.0, label="3"),
@@ -118,10 +118,10 @@ def test_interval_plot_places_marks_by_value_and_row():
     assert [label.at for label in plot.labels if label.dot == 1] == [(8.0, 61.0), (8.0, 76.0)]
 
 
-def test_name_of_an_interval_leaves_two_letters_before_its_figure():
+def test_name_of_an_interval_ends_two_characters_before_its_figure():
     """384 units are 53 letters; a figure of three leaves 48 for a name."""
-    for letters, lines in ((48, 1), (49, 2)):
-        row = IntervalRow("x" * letters, value=0.5, lower=0.0, upper=1.0, label="0.5")
+    for length, lines in ((48, 1), (49, 2)):
+        row = IntervalRow("x" * length, value=0.5, lower=0.0, upper=1.0, label="0.5")
         assert [label.dot for label in interval_plot([row], "", "").labels].count(0) == lines
 
 
@@ -148,7 +148,7 @@ FIELD = {"left": 34.0, "right": 414.0, "top": 22.0, "bottom": 142.0}
     ],
     ids=["beside it", "on its other side", "above it", "beside it, though long"],
 )
-def test_name_stands_in_the_first_free_place_at_its_dot(name, x, y, at, side):
+def test_name_stands_at_the_first_free_side_of_its_dot(name, x, y, at, side):
     """Small bold letters are 8.9 wide; a line of 15 has its base 12 below its top."""
     plot = scatter([Dot(name, x, y), Dot("", 10.0, 0.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
     width, height = FIELD["right"] - FIELD["left"], FIELD["bottom"] - FIELD["top"]
@@ -181,7 +181,7 @@ def test_ticks_are_round_and_enclose_the_values(largest, most, smallest, ticks):
     assert ticks_of(largest, most, smallest) == pytest.approx(ticks)
 
 
-def test_value_of_a_logarithmic_axis_stands_at_its_power_of_ten():
+def test_value_on_a_logarithmic_axis_stands_at_its_power():
     """Five decades from 0.01 to 1000: 1 is two of them from the begin."""
     axis = Axis.of("ms", [0.01, 1000.0], 5)
     assert [axis.fraction(value) for value in (0.01, 1.0, 1000.0)] == pytest.approx([0.0, 0.4, 1.0])
@@ -195,7 +195,7 @@ def test_equal_values_have_an_axis_of_their_own():
     assert interval_plot([row], "", "ms").dots[0].at[0] == pytest.approx(8.0)
 
 
-def test_wide_letters_and_those_beyond_ascii_are_taken_as_widest():
+def test_wide_and_non_ascii_characters_count_as_widest():
     assert text_width("M\u00e4a.A") == pytest.approx(15.8 + 15.8 + 8.9 + 5.7 + 10.9)
 
 
@@ -218,7 +218,7 @@ BESIDE, OTHER_SIDE = (10.0, -8.0), (-10.0 - 26.7, -8.0)
 
 
 @pytest.mark.parametrize(
-    ("offset", "place"),
+    ("offset", "side"),
     [
         ((10.0 + 26.7 + 5.5, 0.0), OTHER_SIDE),
         ((10.0 + 26.7 + 6.5, 0.0), BESIDE),
@@ -230,8 +230,8 @@ BESIDE, OTHER_SIDE = (10.0, -8.0), (-10.0 - 26.7, -8.0)
         ((20.0, 7.0 + 6.5), BESIDE),
     ],
 )
-def test_name_keeps_6_units_from_the_middle_of_other_dots(offset, place):
-    assert label_among(offset) == place
+def test_name_keeps_6_units_from_the_middle_of_other_dots(offset, side):
+    assert label_among(offset) == side
 
 
 BELOW_BOTH_SIDES = ((20.0, 10.0), (-20.0, 10.0))
@@ -239,7 +239,7 @@ BELOW_BOTH_SIDES = ((20.0, 10.0), (-20.0, 10.0))
 
 
 @pytest.mark.parametrize(
-    ("offsets", "place"),
+    ("offsets", "side"),
     [
         (BELOW_BOTH_SIDES, (-26.7 / 2, -24.0)),
         ((*BELOW_BOTH_SIDES, (-2.5, -20.0)), (6.0, -22.0)),
@@ -249,15 +249,15 @@ BELOW_BOTH_SIDES = ((20.0, 10.0), (-20.0, 10.0))
     ],
     ids=["above", "above right", "above left", "a little higher", "a little higher, on the left"],
 )
-def test_name_moves_up_where_dots_stand_beside(offsets, place):
-    assert label_among(*offsets) == place
+def test_name_moves_up_where_dots_stand_beside(offsets, side):
+    assert label_among(*offsets) == side
 
 
 @pytest.mark.parametrize(
-    ("x", "height", "place"),
+    ("x", "height", "side"),
     [(178.0, 0.0, OTHER_SIDE), (147.3, 0.0, (-26.7 / 2, -24.0)), (178.0, 2.5, BESIDE)],
     ids=["right part of a tick", "left part of a tick, another tick on its left", "a little above the ticks"],
 )
-def test_name_of_a_dot_on_the_floor_avoids_ticks(x, height, place):
+def test_name_of_a_dot_on_the_floor_avoids_ticks(x, height, side):
     """Tick 4 stands at 186 and tick 2 at 110, each 8.9 wide; their top is 5 below the floor."""
-    assert label_among(centre=(x, FIELD["bottom"] - height)) == place
+    assert label_among(centre=(x, FIELD["bottom"] - height)) == side

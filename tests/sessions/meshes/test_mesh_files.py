@@ -145,7 +145,7 @@ def test_unions_and_differences_have_the_volume_of_the_solids():
     assert have_equal_bytes(united_mesh([plate, bar]), united_mesh([plate, bar]))
 
 
-def test_refined_cube_of_a_tenth_of_a_millimetre_keeps_its_volume():
+def test_refined_cube_of_a_tenth_millimetre_keeps_its_volume():
     """No seam has to be simplified away, which would take the cube with it."""
     edge = 1e-4
     fine = refined_mesh(box_of((edge, edge, edge)), edge / 2)

@@ -65,7 +65,7 @@ def test_lanes_of_a_card_reach_beyond_its_fault(end, window):
         assert lane.words == f"{name} from {window[0]:.3f} to {window[1]:.3f} s"
 
 
-def test_commands_name_the_detector_where_there_are_several():
+def test_commands_name_the_detector_if_several_ran():
     fault = fault_of(2, "rod", 0.1)
     commands = [card(view_of_detectors(*labels), fault).command for labels in (["hull"], ["hull", "mesh"])]
     assert commands == ["replay view . --miss 2", "replay view . --miss 2 --by hull"]

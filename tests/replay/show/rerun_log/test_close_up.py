@@ -81,7 +81,7 @@ def test_line_of_a_gap_has_a_bar_at_both_ends():
     assert [mark.text for mark in drawn["world/focus/words"][TIME]] == ["cup and rod: 20 mm apart"]
 
 
-def test_points_on_the_screen_are_right_and_up_in_distances_of_the_eye():
+def test_screen_points_are_right_and_up_in_eye_distances():
     point = point_on_screen(EYE, right=0.25, up=-0.1)
     assert point == pytest.approx([0.5, -0.2, 0.0])
     assert in_front(EYE, point[None]) == pytest.approx(np.array([[0.2, -0.08, 1.2]]))  # 40 % of the way from the eye

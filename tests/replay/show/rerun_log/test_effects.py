@@ -44,7 +44,7 @@ def test_picture_opens_a_quarter_second_after_the_event(seconds, opens_ns, monke
     assert [(row.kind, row.number, row.session_ns, row.leads) for row in rows] == [("event", 1, opens_ns, True)]
 
 
-def test_liquid_stands_from_the_floor_to_its_level_or_is_unseen():
+def test_liquid_reaches_from_floor_to_level_or_is_invisible():
     """A floor at 10 mm; levels 40 and 20 mm above it, and one below."""
     liquid = Liquid(
         np.arange(3.0), np.array([0.05, 0.03, 0.005]), floor=0.01, radius=0.02, rgba=np.full((3, 4), 200, np.uint8)

@@ -125,7 +125,7 @@ def test_line_of_a_contact_counts_its_frames():
     assert line.split() == ["0.000", "s", "contact", "5", "frames", "cup-rod"]
 
 
-def test_bookmarks_are_sorted_by_detector_and_one_leads():
+def test_bookmarks_are_sorted_by_detector_and_the_first_leads():
     """The answer is about miss 2 of ``hull``, which is the first of the detectors."""
     faults = {(3, 0): fault_in(3, 1, 0.1, label="mesh"), (5, 0): fault_in(5, 2, 0.1), (8, 0): fault_in(8, 3, 0.1)}
     moments = {**faults, (9, 0): Episode(1, 9, 9, 0.0, 0.1)}

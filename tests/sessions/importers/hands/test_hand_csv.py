@@ -283,9 +283,9 @@ def test_short_finger_that_folds_back_names_its_joints():
     assert exchanged_joints(folded) == ("little distal", "little tip")
 
 
-def without_joints(hand, *words):
-    """The joints of a hand whose names hold none of these words."""
-    return {joint: positions for joint, positions in hand.items() if not any(word in joint for word in words)}
+def without_joints(hand, *parts):
+    """The joints of a hand whose names contain none of these parts."""
+    return {joint: positions for joint, positions in hand.items() if not any(part in joint for part in parts)}
 
 
 def test_joint_is_stuck_only_beside_a_moving_wrist():
