@@ -307,7 +307,7 @@ class Bench:
         assembly = replace(self.assembly, bodies=bodies)
         setting = Setting("pieces", "collider", {"shape": "shipped"})
         detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
-        figures = self.scoring.figures(detection, setting, assembly)
+        figures = self.scoring.figures(detection, setting)
         return Outcome(len(pieces), figures["false"] or 0.0, figures["not_reported"] or 0.0)
 
     def advised(self, most: int) -> Sequence[TriangleMesh]:
