@@ -67,7 +67,7 @@ def faces_left(scene, pad):
                 yield a_tree.faces[face_a], b_tree.faces[face_b], possible, meet
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_meeting_face_pairs_survive_in_their_lanes(seed):
     """Bit k of a face pair is frame k of eight; at most four times as many pairs survive as meet."""
