@@ -83,11 +83,12 @@ def corners_first(nearest=0.42):
 
 
 def test_the_table_of_planted_and_reported_causes_is_diagonal():
+    """The cubes meet six times; every detector misses that by its planted cause, and no other is reported."""
     result = compute(corners_first(), detectors=list(PLANTED.values()), oracle="exact")
     labels = dict(zip(PLANTED, [label for label in result.detections if label != "exact"], strict=True))
     for planted, label in labels.items():
         answer = result.causes[label]
-        assert answer.examined_misses > 5, planted
+        assert answer.examined_misses > 5, planted  # frames: too many for a cause by chance
         assert {cause for cause, count in answer.pair_frames.items() if count} == {planted}
         assert {miss.cause for miss in result.misses[label]} == {planted.value}
         figures = result.document.audit[label].causes
@@ -97,6 +98,7 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
 @pytest.mark.slow
 @pytest.mark.parametrize("planted", ELSEWHERE)
 def test_planted_cause_is_the_only_cause_reported(planted):
+    """A row of ELSEWHERE: a session, a detector that misses contacts, the reference, and the cause that was planted."""
     session, detector, oracle, cause = ELSEWHERE[planted]
     (answer,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
     assert answer.examined_misses > 0
@@ -108,28 +110,34 @@ FRAME_OF_90_HZ_NS = 11_111_111
 
 @pytest.mark.sampled(7)
 @pytest.mark.parametrize(
-    ("late_ns", "digits", "missed", "invented"),
+    ("late_ns", "digits", "missed_frames", "false_frames"),
     [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],
 )
-def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, invented):
-    """Three contacts; a report 5 us late belongs to the next frame: one frame missed, one false, of each."""
+def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed_frames, false_frames):
+    """Three contacts, reported in seconds of so many digits. A report 5 us late belongs to the next frame.
+
+    Then the first frame of each contact is missed and the frame after its last is false; 5 us early changes no frame.
+    """
     session = unit_cubes_on_x(
         {"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=FRAME_OF_90_HZ_NS
     )
     result = compute(session_with_reports(session, late_ns, digits), detectors="recorded", oracle="exact")
     figures = result.document.audit["recorded"]
-    assert (figures.time_missed.count, figures.false_contact.count) == (missed, invented)
+    assert (figures.time_missed.count, figures.false_contact.count) == (missed_frames, false_frames)
 
 
 @pytest.mark.slow
-def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
-    """Each planted detector loses contacts by one cause; the oracle tests the way between frames as well."""
+def test_misses_under_an_oracle_of_intervals_have_planted_causes():
+    """Each planted detector loses contacts by one cause; the oracle tests the way between frames as well.
+
+    The bodies meet at frames too, so no miss is put down to BETWEEN_FRAMES, the cause of contacts that no frame shows.
+    """
     planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_SAMPLES)
     result = compute(
         corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_detectors:Swept"
     )
     for cause, label in zip(planted, result.causes, strict=True):
-        assert result.causes[label].examined_misses > 5
+        assert result.causes[label].examined_misses > 5  # frames: too many for a cause by chance
         assert {answer for answer, count in result.causes[label].pair_frames.items() if count} == {cause}
 
 
@@ -154,13 +162,16 @@ def test_interval_that_begins_in_contact_is_explained_there():
     assert (miss.first, miss.last, miss.cause) == (3, 3, Cause.UNEXPLAINED)
 
 
-def test_disagreement_within_tolerance_is_no_miss():
+def test_frames_within_tolerance_have_tolerance_as_their_cause():
+    """The oracle sees contact in frames 1 to 3, the subject in frame 3; frames 1 and 2 are within tolerance."""
     subject, oracle = verdict_column("...C"), verdict_column(".CCC")
     comparison = compare(subject, oracle, within=lambda frames, _: np.isin(frames, [1, 2]))
-    assert count_causes((), (), comparison, oracle).pair_frames == {Cause.TOLERANCE: 2}
+    causes = count_causes(misses=(), causes_of_misses=(), comparison=comparison, oracle=oracle)
+    assert causes.pair_frames == {Cause.TOLERANCE: 2}
 
 
 def test_tolerance_is_counted_in_a_run_without_misses():
+    """Unit cubes 1 um deep in each other, in touch, and apart: the first two are within the tolerance of 2 um."""
     session = unit_cubes_on_x({"a": [0] * 3, "b": [1 - 1e-6, 1.0, 1.5]})
     result = compute(session, detectors="support.planted_detectors:Blind", oracle="exact")
     assert result.misses["Blind"] == () and result.causes["Blind"].pair_frames[Cause.TOLERANCE] == 2
@@ -216,8 +227,9 @@ def causes_at(frame, subject, oracle, exact_codes=None):
     ],
 )
 def test_containment_is_the_cause_only_where_refused(containment, truth, cause):
-    """One body is inside the other (I) or their surfaces meet (C); the detector says this about containment."""
-    assert causes_at(1, verdict_column("...", containment=containment), verdict_column(truth)) == [cause]
+    """One body is inside the other (I) or surfaces meet (C) in frame 1; this is said of containment."""
+    subject, oracle = verdict_column("...", containment=containment), verdict_column(truth)
+    assert causes_at(frame=1, subject=subject, oracle=oracle) == [cause]
 
 
 CONTACTS = "".join("." * gap + "CCCC" for gap in (6, 9, 5, 12, 7, 10)) + "." * 40
@@ -241,7 +253,8 @@ def test_miss_is_late_or_early_where_reported_then(reported, frame, cause):
 
 def test_contact_that_the_exact_answer_denies_is_unexplained():
     """A reference of instants, other than the exact detector, reports a contact that no surfaces have."""
-    assert causes_at(1, verdict_column("..."), verdict_column(".C."), exact_codes="...") == [Cause.UNEXPLAINED]
+    subject, oracle = verdict_column("..."), verdict_column(".C.")
+    assert causes_at(frame=1, subject=subject, oracle=oracle, exact_codes="...") == [Cause.UNEXPLAINED]
 
 
 def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
@@ -256,6 +269,7 @@ def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
 
 
 def test_misses_under_a_reference_without_faces_get_exact_faces():
+    """``slow`` samples in frames 0, 5 and 10 and misses 4, 8 and 9; ``Planted`` is exact and reports no faces."""
     result = compute(
         unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
         detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]",

@@ -18,16 +18,17 @@ LETTER = {
 ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8"))["outcome"]
 
 
-def text(subject, oracle, **more):
+def outcome_letters(subject, oracle, **more):
     """Outcomes of the first pair, a letter a frame."""
     return "".join(LETTER[Outcome(value)] for value in compare(subject, oracle, **more).outcome[:, 0])
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["why"])
 def test_coded_frames_have_their_outcomes(row):
+    """A row of letters.toml: verdicts of subject and oracle and their outcomes (LETTER), a letter a frame."""
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
-    assert text(*sides, within=lambda frames, _: np.isin(frames, row.get("within", []))) == row["outcome"]
+    assert outcome_letters(*sides, within=lambda frames, _: np.isin(frames, row.get("within", []))) == row["outcome"]
 
 
 def test_blocks_of_frames_change_no_outcome(monkeypatch):
@@ -37,13 +38,14 @@ def test_blocks_of_frames_change_no_outcome(monkeypatch):
         "within": lambda frames, _: frames == 5,
         "holdings": [Episode(0, *span, 0.0, 0.0) for span in ((3, 3), (6, 8))],
     }
-    whole = text(subject, oracle, **more)
+    whole = outcome_letters(subject, oracle, **more)
     assert whole == "IBBhBthhhB."
     monkeypatch.setattr("replay.auditing.compare.VERDICT_FRAMES", 3)
-    assert text(subject, oracle, **more) == whole
+    assert outcome_letters(subject, oracle, **more) == whole
 
 
 def test_other_frames_or_pairs_are_refused():
+    """Two frames beside three, frames 10 and 20 ms apart, and two pairs beside one."""
     with pytest.raises(AuditError, match=r"different frames \(2 and 3\)"):
         compare(verdict_column(".."), verdict_column("..."))
     with pytest.raises(AuditError, match="different frames"):

@@ -19,13 +19,14 @@ from replay.auditing.wilson import INTERVALS_CAPTION, proportion_of_clusters
 
 @pytest.mark.parametrize(("reported", "missed", "late"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
 def test_grasped_contact_is_detected_missed_or_late(reported, missed, late):
-    """``reported``: a letter a frame, by the detector; the contact is in frames 1 to 3, and a hand holds the body."""
+    """``reported``: a letter a frame, by the detector. The contact is in frames 1 to 3, and a hand holds the body."""
     subject, oracle = verdict_column(reported), verdict_column(".CCC.")
     contacts = episodes(oracle)
     comparison = compare(subject, oracle, holdings=contacts)
     counts = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
-    frames = reported.count("C")
-    assert [*counts.values()] == [1, missed, late, frames, 3 - frames, 0]
+    both = reported.count("C")
+    contacts = {"contacts": 1, "contacts_missed": missed, "contacts_in_part": late}
+    assert counts == {**contacts, "both": both, "missed": 3 - both, "invented": 0}
 
 
 def test_contact_is_missed_whole_or_partly_or_not():
@@ -53,7 +54,7 @@ CODES = st.lists(st.tuples(st.sampled_from(".CCu"), st.sampled_from(".Cu")), min
 
 @given(CODES, CODES)
 def test_missed_and_late_counts_agree_with_counting_by_hand(first, second):
-    """``CODES`` are columns of verdicts of detector and reference; ``by_hand`` counts them letter by letter."""
+    """Two pairs; ``CODES`` are (reference, detector) in each frame, which ``by_hand`` counts one by one."""
     size = min(len(first), len(second))
     rows = [["".join(two[k] for two in pair) for pair in zip(first[:size], second[:size], strict=True)] for k in (0, 1)]
     oracle, subject = (verdicts(side) for side in rows)

@@ -45,6 +45,7 @@ def test_depth_of_a_miss_is_its_deepest_frame(audited_run):
 
 
 def test_gate_refuses_misses_that_are_deeper(audited_run):
+    """The limit is 0.1 % above the deepest miss, which passes, and 0.1 % below it."""
     audit = audited_run.document.audit
     deepest = audit["slow"].missed_depth.deepest
     assert Gates(max_missed_depth=deepest * 1.001).broken_limits(audit, []) == []
@@ -53,6 +54,7 @@ def test_gate_refuses_misses_that_are_deeper(audited_run):
 
 
 def test_open_bodies_make_the_gate_fail_with_the_reason():
+    """Cube b lacks its last two faces: no depth is known, while the curve of the faces (``metres``) is."""
     session, whole = unit_cubes_on_x(X_OF_OVERLAPPING_CUBES), cube()
     session = replace(session, meshes=session.meshes | {"b": MeshData(whole.vertices, whole.faces[:-2])})
     result = run(session, detectors="slow=discrete[rate_hz=20],exact", oracle="exact")
@@ -65,6 +67,7 @@ def test_open_bodies_make_the_gate_fail_with_the_reason():
 
 @pytest.mark.parametrize(("limit", "code"), [("1mm", 4), ("0.4 m", 0), ("3", 2), ("-1mm", 2)])
 def test_gate_on_the_command_line_takes_a_length(limit, code, tmp_path, capsys):
+    """Misses are up to 0.3 m deep: over 1 mm (exit code 4) and under 0.4 m (0); 3 has no unit and -1 mm is no depth."""
     write_session(unit_cubes_on_x(X_OF_OVERLAPPING_CUBES), tmp_path / "s.mcap")
     command = ["run", str(tmp_path / "s.mcap"), "-o", str(tmp_path / "out"), "--no-picture", "--fix-time", "0"]
     assert main([*command, "--detectors", "slow=discrete[rate_hz=20]", f"--max-missed-depth={limit}"]) == code
@@ -107,7 +110,7 @@ def test_round_body_is_deepest_where_its_path_comes_nearest():
 
 
 def test_very_shallow_contact_is_measured():
-    """Cubes 10 micrometres deep in each other, 40 in one frame."""
+    """Cubes are 10 micrometres deep in each other, 40 in one frame: a depth between the two is accepted."""
     result = run(
         session_with_deep_frame(frames=30, at=17, shallow=1e-5, deep=4e-5),
         detectors="exact,mesh=discrete",

@@ -31,7 +31,8 @@ def late(frames, false_frames=0):
     ],
 )
 def test_delay_is_constant_where_moving_mends_three_quarters(reported, delay):
-    assert constant_delay(verdict_column(reported), verdict_column(TRUTH), 0) == delay
+    """``delay``: frames by which reports are late, below 0 early; 0 where none mends 3/4 of the wrong frames."""
+    assert constant_delay(verdict_column(reported), verdict_column(TRUTH), pair=0) == delay
 
 
 @pytest.mark.parametrize(
@@ -45,17 +46,19 @@ def test_delay_is_constant_where_moving_mends_three_quarters(reported, delay):
     ],
 )
 def test_wrong_frames_are_counted_as_reported_and_as_moved(reported, truth, delay, wrong):
-    assert frames_wrong(verdict_column(reported), verdict_column(truth), 0, delay) == wrong
+    """``wrong``: frames whose report is wrong, first as it is, then moved ``delay`` frames earlier."""
+    assert frames_wrong(verdict_column(reported), verdict_column(truth), pair=0, delay=delay) == wrong
 
 
 def test_interval_is_reported_by_a_contact_at_either_end():
-    """A frame of the reference is the interval that ends there."""
+    """Contact is reported at frame 2, an end of the intervals that end with frames 2 and 3."""
     instants = verdict_column("..C..")
     intervals = verdict_column(".....", covers="intervals")
-    assert reported_frames(instants, intervals, 0).tolist() == [False, False, True, True, False]
-    assert reported_frames(instants, instants, 0).tolist() == [False, False, True, False, False]
+    assert reported_frames(instants, intervals, pair=0).tolist() == [False, False, True, True, False]
+    assert reported_frames(instants, instants, pair=0).tolist() == [False, False, True, False, False]
 
 
 def test_mask_is_false_before_the_first_and_after_last_frame():
+    """The mask has frames 0 to 2."""
     mask = np.array([True, False, True])
     assert [at_frame(mask, frame) for frame in (-1, 0, 1, 2, 3)] == [False, True, False, True, False]

@@ -15,6 +15,7 @@ tables = hnp.arrays(np.bool_, st.tuples(st.integers(0, 30), st.integers(0, 4)))
 
 @given(tables)
 def test_runs_are_maximal_and_cover_exactly_the_true_frames(mask):
+    """``mask``: frames by columns. Runs (column, first, last frame) never overlap or join, and give it again."""
     rebuilt = np.zeros_like(mask)
     for column, first, last in column_runs(mask.T):
         assert not rebuilt[first : last + 1, column].any()
@@ -26,6 +27,7 @@ def test_runs_are_maximal_and_cover_exactly_the_true_frames(mask):
 
 @given(tables)
 def test_runs_are_in_order_of_time_then_column(mask):
+    """Runs are (column, first, last frame)."""
     order = [(first, column) for column, first, _ in column_runs(mask.T).tolist()]
     assert order == sorted(order)
 
@@ -43,6 +45,10 @@ def test_episode_ends_at_the_first_frame_without_contact():
 @example("C--C-CC")
 @given(st.text(alphabet="C.-u", min_size=1, max_size=40))
 def test_lost_poses_do_not_split_a_contact(letters):
+    """A letter a frame: C contact, - lost pose, u undecided. A contact goes from C to C over C and - alone.
+
+    ``frames`` are those in contact; ``cuts`` the stretches of lost poses within a contact and next to it.
+    """
     expected = [
         (contact.start(1), contact.end(1) - 1, contact[1].count("C"), len(re.findall("-+", contact[0])))
         for contact in re.finditer("-*(C(?:[C-]*C)?)-*", letters)

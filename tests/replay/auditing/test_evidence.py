@@ -102,7 +102,7 @@ def test_long_misses_are_sampled_evenly_with_both_ends():
 
 def test_groups_keep_the_order_and_their_limit():
     """Sizes add up to at most 6 in a group; a larger one is alone."""
-    assert [*grouped_by_size([3, 4, 2, 9, 1, 1, 5], int, 6)] == [[3], [4, 2], [9], [1, 1], [5]]
+    assert [*grouped_by_size([3, 4, 2, 9, 1, 1, 5], size=int, most_size=6)] == [[3], [4, 2], [9], [1, 1], [5]]
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,10 @@ def test_groups_keep_the_order_and_their_limit():
     ],
 )
 def test_normal_of_a_straight_cut_is_perpendicular_to_the_cut(other, normal):
-    """Both miss one frame; in the second frame ``b`` is 9 m away."""
+    """A triangle in the plane y = 0 is cut along X. The normal is the way to the middle of ``b`` less its part along X.
+
+    Middles are those of bounding boxes. Frame 0 alone is missed; in frame 1 ``b`` is 9 m away.
+    """
     flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
     across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
     poses = {"a": along_x([0, 0]), "b": along_x([0.05, 9])}
@@ -125,7 +128,10 @@ def test_normal_of_a_straight_cut_is_perpendicular_to_the_cut(other, normal):
 
 
 def test_a_curve_is_as_long_as_its_segments():
-    """Three triangles cut a floor in -10 to -6, -6 to -5 and -5 to -4 m: the middle is at -7 m, by length."""
+    """Three triangles cut a floor in -10 to -6, -6 to -5 and -5 to -4 m: 6 m, whose middle is at -7 m.
+
+    The middle of the first segment, -8 m, is the nearest to that.
+    """
     corners = [[(c - long, 0, -1), (c + long, 0, -1), (c, 0, 1)] for c, long in ((2, 4), (4.5, 1), (5.5, 1))]
     wall = MeshData(np.reshape(corners, (-1, 3)).astype(float), np.arange(9).reshape(-1, 3))
     floor = MeshData(np.array([[-20.0, -5, 0], [20, -5, 0], [0, 20, 0]]), np.array([[0, 1, 2]]))
@@ -153,7 +159,7 @@ def test_a_contact_between_frames_has_moment_faces_and_point():
 
 @pytest.mark.parametrize(("position", "faces"), [(0.8, True), (2.0, False)])
 def test_frame_with_visible_contact_is_measured(position, faces):
-    """``position``: x of b in frame 2 in m; at 0.8 the unit cubes' faces meet, at 2 nothing is to be seen."""
+    """``position``: x of b in frame 2. At 0.8 m the unit cubes' faces meet; at 2 m none, and the point is midway."""
     (cut,) = misses_between_frames([3.0, 3.0, position, 3.0], (0, 2, 2))
     assert (
         cut.evidence.touch is None
@@ -164,7 +170,7 @@ def test_frame_with_visible_contact_is_measured(position, faces):
 
 
 def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
-    """A cube flies through another before frame 2 and back before frame 4; both passages of pair 0 were missed."""
+    """A cube flies through another before frame 2 and back before frame 4; only one touch may be computed."""
     monkeypatch.setattr("replay.auditing.evidence.MOST_LOCATED_TOUCHES", 1)
     first, second = misses_between_frames([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
     assert first.evidence.touch is not None and second.evidence.touch is None

@@ -80,7 +80,10 @@ def test_false_contacts_are_numbered_by_time_and_not_while_grasped():
 
 
 def test_false_contacts_are_ordered_by_gap_and_not_by_length():
-    # The last two are equal to a micrometre, so that they are in order of time.
+    """Four false contacts, of three frames at 1 mm and of one at 20, 30 and 20 mm; the widest gap is first.
+
+    The two of 20 mm are equal to a micrometre, so that they are in order of time.
+    """
     gaps = [0.001, 0.001, 0.001, 1.0, 0.0200000004, 1.0, 0.03, 1.0, 0.02]
     false = false_of([FALSE, FALSE, FALSE, NEITHER, FALSE, NEITHER, FALSE, NEITHER, FALSE], gaps)
     assert [contact.number for contact in worst_first(false[::-1])] == [3, 2, 4, 1]
@@ -95,7 +98,10 @@ def test_of_too_many_the_longest_are_measured(monkeypatch):
 
 @pytest.mark.slow
 def test_the_cause_is_the_solid_before_the_rate():
-    """Boxes 0.5 m apart, or 0.01 m deep in each other; a rate of 1 Hz keeps the answer of frame 0."""
+    """Boxes 0.5 m apart, or 0.01 m deep in each other; at 1 Hz the answer of frame 0 is kept over all three frames.
+
+    Colliders that meet are named as the cause even where a rate of 1 Hz would explain the report too.
+    """
     bodies, pairs = cubes_and_outcomes([NEITHER])[0].bodies, np.array([[0, 1]])
     ball = create_detector("collider", bodies, pairs=pairs, shape="sphere")
     slow = create_detector("discrete", bodies, pairs=pairs, rate_hz=1.0)

@@ -25,6 +25,10 @@ def test_a_jump_through_a_cube_touches_on_its_line():
 
 
 def test_a_path_that_meets_nothing_has_no_touch():
+    """b comes within 2 m and goes away again; frame -1 does not exist, and after frame 2 there is no other.
+
+    In the second session a body has no pose in frame 1.
+    """
     separate = assemble(unit_cubes_on_x({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}))
     assert [first_touch(separate, 0, frame) for frame in (-1, 0, 1, 2)] == [None] * 4
     lost = assemble(session_of_frames([0, 10 * STEP_NS, 20 * STEP_NS], [[1, 1], [1, 0], [1, 1]]))
@@ -32,6 +36,7 @@ def test_a_path_that_meets_nothing_has_no_touch():
 
 
 def test_only_the_pair_moves_to_its_touch():
+    """b touches a at x = 1 m on its way from 3 to -3 m; c, of no touch, stays at 8 m, its place in frame 1."""
     assembly = assemble(unit_cubes_on_x({"a": [0.0] * 3, "b": [3.0, 3.0, -3.0], "c": [7.0, 8.0, 9.0]}))
     pair = [tuple(ends) for ends in assembly.pairs.tolist()].index((0, 1))
     touch = first_touch(assembly, pair, 1)
@@ -52,7 +57,10 @@ def test_between_frames_origins_move_linearly_and_rotations_evenly():
 
 
 def test_first_touch_of_a_corner_on_a_face():
-    """The corner is half a diagonal, root of 0.75, below the centre and falls from 2.0 to -0.5 in one step."""
+    """The corner is half a diagonal, root of 0.75, below the centre, which falls from 2.0 to -0.5 m in one step.
+
+    The face is at a height of 0.5 m, half an edge.
+    """
     quaternions = Rotation.align_vectors([[0.0, -1, 0]], [[1.0, 1, 1]])[0].as_quat()
     heights = np.array([2.0, -0.5])
     poses = {

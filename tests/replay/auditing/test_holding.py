@@ -58,7 +58,10 @@ def test_press_until_the_end_lasts_to_the_last_frame():
 
 
 def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
-    """Nothing is in reach, or the trigger is held too briefly to carry; both name no body."""
+    """Nothing is in reach, or the trigger is held too briefly to carry; both name no body.
+
+    A trigger that trembles between 0.45 and 0.58, above the 0.4 at which it counts as released, is pressed once.
+    """
     positions, trigger = session_of_carried_cube()
     still = {**positions, "cube": np.zeros(FRAMES)}
     shorter_than_a_grasp = np.isin(np.arange(FRAMES), range(110, 138)).astype(float)  # 0.28 s
@@ -123,6 +126,10 @@ def test_interval_overlaps_a_grasp_if_they_share_a_frame():
 
 
 def test_contact_while_grasped_is_in_no_count():
+    """True contacts are 1 (frames 1, 2), 2 (5, 6) and 3 (8); reports 1 (frame 1), 2 (3 to 5) and 3 (8).
+
+    Grasped in frames 3 to 6 (G), contact 2 and report 2 are in no count. N: neither, B: both, M: missed.
+    """
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
     compared = compare(subject, oracle, holdings=(grasp_episode(pair=0, first=3, last=6),))
     assert [Outcome(item).name[0] for item in compared.outcome[:, 0]] == list("NBMGGGGNBN")

@@ -108,8 +108,10 @@ def test_a_loss_adds_contacts_missed_time_missed_and_time_false(missed, time_mis
 
 
 def test_a_missed_tap_outweighs_missed_frames_of_long_contacts():
-    frames = proportion(1, 1000)
-    assert loss(proportion(1, 18), frames, proportion(0, 0)) > loss(proportion(0, 18), frames, proportion(0, 0))
+    """One frame and one contact of 18 are missed (0.001 + 0.056), or 50 of 1000 frames and no contact (0.05)."""
+    tap = loss(contacts_missed=proportion(1, 18), time_missed=proportion(1, 1000), time_false=proportion(0, 0))
+    frames = loss(contacts_missed=proportion(0, 18), time_missed=proportion(50, 1000), time_false=proportion(0, 0))
+    assert tap > frames
 
 
 def test_fraction_of_nothing_is_zero():

@@ -38,6 +38,7 @@ def test_coded_frames_have_their_matches(row):
 
 
 def test_each_report_of_a_split_contact_has_its_word():
+    """A contact of seven frames is reported in three parts of 1, 3 and 1 frames: the longest is matched."""
     result = matched(verdict_column(".C.CCC.C."), verdict_column(".CCCCCCC."))
     assert result.status() == {1: "piece", 2: "matched", 3: "piece"}
 

@@ -49,7 +49,7 @@ def test_copies_with_contact_follow_the_normal_distribution():
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable(monkeypatch):
     """6 mm deep for 120 frames, 0.1 mm deep once, 0.5 mm apart in frames 181 and 223; noise has 0.6 mm along the gap.
 
-    The 244 frames are drawn in three blocks.
+    The 244 frames are drawn in three blocks; queried are these 123 and not those 6 mm apart.
     """
     monkeypatch.setattr(module, "BLOCK_FRAMES", 90)
     result = noisy_run(cubes_at_gaps_mm([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR, 0.5, *FAR]))
@@ -60,6 +60,10 @@ def test_deep_contacts_hold_and_grazing_contacts_are_undecidable(monkeypatch):
     assert noise.resting == () and noise.queried == 123
     settings = result.document.noise
     assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
+
+
+def test_noise_of_a_distant_body_undoes_no_contact():
+    """a and b meet in frame 4; only c has noise, 50 m away."""
     positions = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
     (contact,) = noisy_run(unit_cubes_on_x(positions), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.fraction, contact.word) == (1.0, module.HOLDS)
@@ -112,6 +116,7 @@ def test_gates_count_only_contacts_that_hold_despite_noise(tmp_path):
 
 
 def test_run_without_noise_reports_nothing_about_noise():
+    """Cubes overlap by 1 mm in the second of three frames."""
     result = compute(cubes_at_gaps_mm([9.0, -1.0, 9.0]), detectors="hybrid")
     assert result.noise is None is result.document.noise and result.document.audit["hybrid"].noise_proof is None
     assert not any("noise" in line for line in notes_of(result))

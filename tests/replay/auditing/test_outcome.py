@@ -33,6 +33,10 @@ def test_members_of_a_group_have_a_joint_outcome(members, joined):
     ("contact_columns", "by_contact"), [([0, 1, 0], "BF."), ([0, 1, 2], "MFB"), ([0, 0, 0], "B.."), (None, "MFB")]
 )
 def test_contacts_of_a_group_stand_in_its_first_column(contact_columns, by_contact):
+    """Three pairs are missed, false and both. ``contact_columns``: for each pair the first of its group.
+
+    With [0, 1, 0] the first and third are a group: both (B) in column 0, and column 2 is empty.
+    """
     columns = None if contact_columns is None else np.array(contact_columns)
     comparison = Comparison("subject", "oracle", outcome_row("MFB"), columns)
     assert comparison.by_contact.tolist() == outcome_row(by_contact).tolist()

@@ -73,6 +73,7 @@ def test_counts_of_misses_and_false_contacts_equal_planted_faults(plate, fault):
 
 
 def test_contact_of_bounding_spheres_alone_is_unconfirmed(plate):
+    """``sphere`` tests bounding spheres and nothing finer: false reports of it are called unconfirmed."""
     session, _ = plate
     ball = compute(session, detectors="ball=sphere")
     assert {item.cause for item in ball.false["ball"]} == {"only bounding volumes overlap"}

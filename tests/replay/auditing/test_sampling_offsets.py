@@ -66,6 +66,7 @@ def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, seed):
 
 @pytest.mark.slow
 def test_requested_offset_is_kept():
+    """Sampled at 20 Hz from ``offset`` on (to 1 us), every frame has the exact answer of the last sample."""
     for offset in (0.0, 0.013):
         result = compute(bumps(seed=1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")
         assert result.document.detectors["slow"].settings["sampling_offset_s"] == offset
@@ -78,7 +79,10 @@ def test_requested_offset_is_kept():
 
 
 def test_false_contacts_of_each_offset_are_counted():
-    """Sampled at every frame: a false contact from the first frame, a second one, and a true contact."""
+    """Sampled at every frame: a false contact from the first frame, a second one, and a true contact.
+
+    4 of 5 reported frames are false, 64 of 80 over the 16 offsets; the clusters are the three reports.
+    """
     truth, reported = verdict_column("........C."), verdict_column("CC..CC..C.")
     reference = SimpleNamespace(contacts=(), compare=lambda subject: compare(subject, truth))
     counts = offset_counts(100.0, reported, reference)

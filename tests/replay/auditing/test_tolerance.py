@@ -79,12 +79,14 @@ def test_flush_cubes_are_excused_to_tau_and_no_deeper(sideways, tau):
 
 
 def test_cubes_that_are_exactly_tau_deep_are_excused():
+    """Cubes overlap by exactly tau, a power of two; the second pair is also shifted by 0.25 m along the faces."""
     tau = 2.0**-19  # 1.9 micrometres: the places below are exact
     flush = first_body_and_box([[1.0 - tau, 0, 0], [1.0 - tau, 0.25, 0]], box_mesh())
     assert outcomes_of_a_liar(flush, Verdict.CONTACT, tau) == [Outcome.WITHIN_TOLERANCE] * 2
 
 
 def test_groups_of_frames_change_nothing(monkeypatch):
+    """33 frames, judged at once and four at a time."""
     assembly = ball_on_x_and_box(*(1.0 + gap for gap in GAPS_TO_WALL_M * 3))
     whole = outcomes_of_a_liar(assembly, Verdict.CONTACT)
     monkeypatch.setattr("replay.auditing.tolerance.FRAMES_AT_ONCE", 4)

@@ -13,6 +13,7 @@ def test_interval_equals_scipys(count, of):
 
 
 def test_nothing_counted_leaves_everything_open():
+    """A proportion of 0 trials may be anything from 0 to 1, and has no value."""
     assert wilson_interval(0, 0) == (0.0, 1.0)
     assert proportion(0, 0) == Proportion(count=0, of=0, value=None, lower=0.0, upper=1.0)
 
@@ -24,7 +25,10 @@ def bounds_of(part):
 
 @pytest.mark.parametrize("frames", [1, 40])
 def test_confidence_interval_counts_contacts_and_not_their_frames(frames):
-    """0 of 18 contacts has Wilson's interval 0 to 17.6 %, whether each lasts 1 or 40 frames."""
+    """0 of 18 contacts has Wilson's interval 0 to 17.6 %, whether each lasts 1 or 40 frames.
+
+    All 18 of 18 have that of 18 trials too; a 19th contact of no frames changes nothing.
+    """
     none, whole = proportion_of_clusters([0] * 18, [frames] * 18), proportion_of_clusters([frames] * 18, [frames] * 18)
     assert bounds_of(none) == wilson_interval(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
     assert bounds_of(whole) == wilson_interval(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
