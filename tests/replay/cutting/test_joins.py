@@ -16,6 +16,7 @@ CUBE = box_mesh((1.0, 1.0, 1.0))
 )
 @pytest.mark.parametrize("side", [1, -1])
 def test_cubes_join_across_a_tenth_of_a_millimetre(shift, joined, side):
+    """The second unit cube is shifted by ``shift`` or its opposite: two pieces join up to a gap of 0.1 mm."""
     ladder = joins_by_volume([CUBE, shift_mesh(CUBE, side * np.array(shift))])
     assert len(ladder.joins) == joined
     assert [len(ladder.pieces(most)) for most in (2, 1)] == [2, 2 - joined]

@@ -18,4 +18,5 @@ CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.0
     ids=["round", "round and open", "not round", "named"],
 )
 def test_only_closed_round_bodies_are_cut_in_sectors_by_themselves(name, mesh, method):
+    """``auto`` chooses the method by the body; a cup is round and closed, and open without its first face."""
     assert method_of(name, mesh) == method

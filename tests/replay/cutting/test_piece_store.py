@@ -45,6 +45,7 @@ def hashes(pieces):
 
 
 def test_cutter_table_has_a_row_for_every_method():
+    """The methods that a setting allows, and those of the table of cutters, beside ``auto``."""
     assert set(CUT_METHODS) == {AUTO_METHOD, *METHODS}
 
 
@@ -69,6 +70,7 @@ def test_pieces_of_each_method_are_closed_few_and_repeat(name, monkeypatch, tmp_
     "name", ["sectors", *(pytest.param(name, marks=pytest.mark.slow) for name in ("vhacd", "coacd"))]
 )
 def test_cut_pieces_leave_the_hollow_of_a_beaker_free(name):
+    """At most 16 pieces have less than 0.6 of the volume of the hull, which fills the hollow."""
     filled = union_of(convex_pieces(Cut(BEAKER, name, 16)))
     assert volume_of(filled) < 0.6 * volume_of(convex_pieces(Cut(BEAKER, "hull", 1))[0])
 
@@ -114,6 +116,7 @@ def test_seconds_of_vhacd_are_of_the_right_size():
 
 
 def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
+    """On one core two cuts wait for each other; the cutting program sleeps 60 s, and 0.2 s are allowed for both."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store.os, "cpu_count", lambda: 1)
     cuts = [Cut(BEAKER, "sectors", 16), Cut(BEAKER, "vhacd", 16)]
@@ -124,11 +127,13 @@ def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
 
 @pytest.mark.slow
 def test_pieces_are_cut_where_nothing_can_be_kept(empty_cache):
+    """A file stands where the cache folder should be."""
     empty_cache.write_text("a file where the folder should be", "utf-8")
     assert len(convex_pieces(Cut(CHANNEL, "planes", 16))) > 1
 
 
 def test_open_surfaces_are_laid_beside_each_other():
+    """Half of a beaker's faces and a piece: no solid can be united with an open one, so all faces stay."""
     pieces = convex_pieces(Cut(BEAKER, "sectors", 4))
     half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
     assert len(union_of((half, pieces[0])).faces) == len(half.faces) + len(pieces[0].faces)
@@ -145,6 +150,7 @@ def test_single_convex_piece_is_the_hull_of_the_mesh():
 
 
 def test_uncuttable_mesh_is_called_flat_holed_or_too_large(monkeypatch):
+    """A ball of 1,280 faces is cut where that many are allowed, and not where 1,279 are."""
     half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
     ball = icosphere(subdivisions=3)
     many = TriangleMesh(ball.vertices, ball.faces)
@@ -158,12 +164,15 @@ def test_uncuttable_mesh_is_called_flat_holed_or_too_large(monkeypatch):
 
 @pytest.mark.slow
 def test_method_that_cannot_cut_a_mesh_is_one_clear_error():
+    """A box is not round, so it has no sectors."""
     with pytest.raises(CutError, match=r"^sectors by height and angle cannot cut this mesh; take another method"):
         convex_pieces(Cut(box_mesh((0.1, 0.05, 0.2)), "sectors", 8))
 
 
 @pytest.mark.parametrize(("name", "package"), [("vhacd", "vhacdx"), ("coacd", "coacd")])
 def test_missing_cutter_error_names_the_package_to_install(name, package, monkeypatch):
+    """No package seems installed; sectors are cut without any."""
+
     def absent(_package):
         raise PackageNotFoundError
 
@@ -194,6 +203,7 @@ def test_cutting_ends_when_the_waiting_caller_interrupts(monkeypatch):
 
 @pytest.mark.usefixtures("empty_cache")
 def test_cuts_that_exceed_the_time_limit_are_named(monkeypatch):
+    """The cutting program sleeps 60 s, and 0.2 s are allowed."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     cuts = [Cut(BEAKER, "coacd", 16), Cut(BEAKER, "vhacd", 16)]
     assert cut_ahead(cuts, time_limit=0.2) == {
@@ -205,6 +215,7 @@ def test_cuts_that_exceed_the_time_limit_are_named(monkeypatch):
 
 @pytest.mark.parametrize("name", ["beaker", "a,b [c]", "x+y=z", "12", "none", "%41", "Wasser über"])
 def test_any_name_of_a_body_survives_a_setting(name):
+    """The name is written into the text of a detector and read back: its body is cut, and not the other."""
     bodies = [Body(name, BEAKER), Body("other", BEAKER)]
     text = names_as_setting([name])
     spec = parse_detector(f"collider[shape=compound,pieces=8,method=auto,cut={text}]")
@@ -213,5 +224,6 @@ def test_any_name_of_a_body_survives_a_setting(name):
 
 
 def test_absent_body_cannot_be_cut():
+    """The setting names a cup; the only body is a beaker."""
     with pytest.raises(InvalidSettingError, match=r"cut='cup' is not allowed; .* there are: beaker"):
         with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", cut="cup"))

@@ -41,6 +41,7 @@ def hulls_of_pieces(mesh, most):
 
 @pytest.mark.parametrize("most", [3, MOST_REGIONS])
 def test_body_of_boxes_is_cut_into_its_boxes(most):
+    """A U of three boxes: three pieces, however many are allowed, whose volumes add up to its own."""
     pieces = hulls_of_pieces(U_SHAPE, most)
     assert len(pieces) == 3 and sum(map(volume_of, pieces)) == pytest.approx(volume_of(U_SHAPE), rel=1e-9)
 
@@ -63,17 +64,19 @@ def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
 
 
 def test_cutting_a_mesh_again_gives_identical_pieces():
+    """Corners and joins of two ladders of the U, bit for bit."""
     first, second = ladders_by_body()[U_SHAPE.content_hash], plane_ladder(U_SHAPE)
     assert np.array_equal(first.corners, second.corners)
     assert np.array_equal(first.joins, second.joins)
 
 
 def test_open_surface_is_not_cut():
+    """The U lacks a face."""
     assert plane_ladder(without_faces(U_SHAPE, count=1)) is None
 
 
 def test_convex_piece_within_a_solid_is_cut_into_covering_halves():
-    """The hull of the cup is cut in two."""
+    """The hull of the cup is cut in two convex halves: they cover the cup, and together are no larger than the hull."""
     solid, hull = manifold_of(CUP), hull_of(CUP.vertices)
     halves = cut_in_two(hull, solid)
     assert len(halves) == 2 and outside_by(CUP, halves) < 1e-9

@@ -54,6 +54,7 @@ def test_slit_lies_amid_the_walls_that_face_each_other():
 
 
 def test_pieces_that_meet_have_no_seam():
+    """A bar cut in two that touch, and that are 0.5 micrometres apart."""
     assert seams_of(BAR, bar_cut_at_x(gap=0.0)) == []
     assert seams_of(BAR, bar_cut_at_x(gap=5e-7)) == []
 
@@ -78,7 +79,7 @@ def test_slit_filled_by_a_third_piece_is_no_slit():
 
 @pytest.mark.slow
 def test_sectors_of_a_beaker_meet_each_other():
-    """Profile of the wall: (radius, height) in metres, cut into 12 sectors."""
+    """A profile, (radius, height) in metres, turned to a cup and cut into 12 sectors: no slit is between them."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
     cup = revolved_mesh(wall, 24)
     pieces = [hull_of(corners) for corners in sector_ladder(cup).pieces(12)]
@@ -87,7 +88,10 @@ def test_sectors_of_a_beaker_meet_each_other():
 
 @pytest.mark.parametrize("shift", [(0.3, 0.0, 0.0), (0.3, 0.4, 0.0), (0.3, 0.4, 0.5), (-0.1, 0.0, 0.0)])
 def test_gap_of_two_cubes_has_its_closed_form(shift):
-    """Faces, edges and corners nearest to each other, and an overlap."""
+    """Unit cubes apart by ``shift``: the gap is its length, between faces, edges or corners.
+
+    The last overlap by 0.1 m.
+    """
     cube = box_mesh((1.0, 1.0, 1.0)).vertices
     other = cube + np.sign(shift) + np.array(shift) if shift[0] > 0 else cube + np.array((0.9, 0.0, 0.0))
     expected = np.linalg.norm(shift) if shift[0] > 0 else -0.1

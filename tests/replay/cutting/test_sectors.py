@@ -79,8 +79,11 @@ def distance_beyond(points, piece):
 
 
 def test_every_list_covers_the_beaker_and_begins_with_its_hull(pieces_by_count):
+    """Lists of 1 to 32 convex pieces: at most 16 sectors above and below the one bend of the profile, at the floor.
+
+    By trimesh's planes no corner or middle of a face is further outside than ``outside_by`` says, less than 0.5 mm.
+    """
     counts = [len(pieces) for pieces in pieces_by_count]
-    # At most all sectors above and below the one bend, that of the floor.
     assert counts == sorted(set(counts)) and (counts[0], counts[-1]) == (1, 2 * 16)
     for pieces in pieces_by_count:
         # trimesh is an independent judge: inside one piece, or that near to one.
@@ -102,7 +105,10 @@ def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(pieces_by_count, 
 
 
 def test_distance_of_mesh_outside_pieces_matches_hand_value():
-    """The corner (1, 1, 1) is 0.5 beyond the unit cube on every axis."""
+    """A box 3 m long ends 1 m beyond a unit cube.
+
+    The corner (1, 1, 1) is 0.5 m beyond it on every axis: root of 0.75.
+    """
     small, large = box_mesh((1.0, 1.0, 1.0)), box_mesh((1.0, 1.0, 3.0))
     assert outside_by(large, [small]) == pytest.approx(1.0, abs=1e-6)
     corner = TriangleMesh([[1, 1, 1], [0, 0, 0], [0, 0, 0.1]], [[0, 1, 2]])
@@ -111,10 +117,10 @@ def test_distance_of_mesh_outside_pieces_matches_hand_value():
 
 
 def test_convex_solid_keeps_255_triangles_with_small_error():
+    """A ball of 5,120 faces and 5 cm radius; V corners make 2 V - 4 triangles, an even number, so 254 of 255."""
     ball = icosphere(subdivisions=4, radius=0.05)
     piece = TriangleMesh(ball.vertices, ball.faces)
     few = within_triangles(piece)
-    # as many corners as that leaves room for: a closed convex solid of V corners has 2 V - 4 triangles
     assert len(few.faces) == 254 < len(piece.faces) and few.is_closed
     assert 0.0 < outside_by(piece, [few]) < 0.04 * 0.05
     assert within_triangles(few) is few

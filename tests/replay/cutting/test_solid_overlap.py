@@ -59,7 +59,10 @@ def test_boxes_have_their_closed_form(seed):
 )
 @pytest.mark.parametrize("angle", [30.0, 90.0])
 def test_crossed_bars_have_a_depth_without_a_vertex_inside(lift, depth, angle):
-    """The bar below is 1.5 thick, the one above 1: its lower side is ``1.25 - lift`` below the upper side."""
+    """A bar 1 thick lies across one of 1.5, ``lift`` higher: 1.25 - lift deep in it, or 0.75, down to its middle.
+
+    Both share a parallelogram of 1 * 1.5 / sin(angle) over the height in which they overlap.
+    """
     tilt = Rotation.from_euler("z", angle, degrees=True).as_matrix()
     result = overlap(bar_of_edges(10, 1, 1), bar_of_edges(12, 1.5, 1.5), (0.0, 0.1, lift), tilt)
     assert result.depth == pytest.approx(depth, rel=1e-6)
@@ -140,6 +143,7 @@ def test_depth_in_a_trough_agrees_with_dense_samples(seed):
 
 
 def test_open_mesh_has_no_solid_for_the_depth():
+    """A cube, and the cube without its first face."""
     whole = bar_of_edges(1, 1, 1)
     assert solid_of(whole).reason == ""
     assert solid_of(TriangleMesh(whole.vertices, whole.faces[1:])).reason == "is open"

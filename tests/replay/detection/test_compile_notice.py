@@ -52,6 +52,10 @@ def fresh_kernel(module):
 
 
 def test_compiling_is_announced_once_with_its_duration(started, monkeypatch):
+    """Three kernels of this program are compiled, and one of another module, in one announcement.
+
+    A process that compiles beside is started once, with this one's search path ("" is the working folder).
+    """
     monkeypatch.syspath_prepend("")
     heard = Heard()
     with compiling_announced(heard):
@@ -66,6 +70,7 @@ def test_compiling_is_announced_once_with_its_duration(started, monkeypatch):
 
 
 def test_notice_is_silent_without_compiling_and_afterwards(started):
+    """Within the announcement a compiled kernel is called; a new one is compiled only after it."""
     heard, known = Heard(), fresh_kernel("cdcore.narrow.sections.triangle_sections")
     known(1)
     with compiling_announced(heard):
@@ -75,6 +80,7 @@ def test_notice_is_silent_without_compiling_and_afterwards(started):
 
 
 def test_no_background_compiling_while_a_benchmark_needs_the_clock(started):
+    """``is_alone``: no other process may run; compiling here is still announced."""
     heard = Heard()
     with compiling_announced(heard, is_alone=True):
         fresh_kernel("cdcore.narrow.bvh.traverse")(1)
@@ -82,6 +88,7 @@ def test_no_background_compiling_while_a_benchmark_needs_the_clock(started):
 
 
 def test_engine_compilation_is_announced_at_its_start(started):
+    """Newton compiles its own kernels, so no process that compiles this program's is started."""
     heard = Heard()
     with compiling_announced(heard), engine_compiles("Newton", "cache/warp"):
         assert heard.sentences == ["Compiling Newton's kernels for this machine, once; this can take minutes"]
@@ -90,7 +97,7 @@ def test_engine_compilation_is_announced_at_its_start(started):
 
 
 def test_long_compiling_is_announced_again_after_each_interval(monkeypatch):
-    """The compiler tells how many seconds it has worked: 0, just below an interval, and an interval."""
+    """The compiler tells how many seconds it has worked: 0, then just below and at one interval, and at two."""
     heard, listeners = Heard(), []
 
     @contextmanager
@@ -100,20 +107,23 @@ def test_long_compiling_is_announced_again_after_each_interval(monkeypatch):
 
     monkeypatch.setattr("cdcore.kernels.compiling.compiling_reported", reported)
     with compiling_announced(heard):
-        for seconds in (0.0, NOTICE_INTERVAL_S - 0.1, NOTICE_INTERVAL_S):
+        for seconds in (0.0, NOTICE_INTERVAL_S - 0.1, NOTICE_INTERVAL_S, 2 * NOTICE_INTERVAL_S):
             listeners[0](seconds)
-    first, second = heard.sentences
-    assert "so far" not in first and second == f"{first} ({NOTICE_INTERVAL_S:g} s so far)"
+    first, *later = heard.sentences
+    assert "so far" not in first
+    assert later == [f"{first} ({times * NOTICE_INTERVAL_S:g} s so far)" for times in (1, 2)]
 
 
 @pytest.mark.parametrize("cores", [1, None])
 def test_single_core_starts_no_process(cores, started, monkeypatch):
+    """``cores``: by the operating system; None: it does not know."""
     monkeypatch.setattr(compile_notice.os, "cpu_count", lambda: cores)
     compile_notice.compile_beside()
     assert started == []
 
 
 def test_compiling_is_not_announced_to_silent_progress():
+    """``Silent`` has no way to say a sentence; the kernel adds 1."""
     with compiling_announced(Silent()):
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
 
@@ -122,6 +132,7 @@ def test_compiling_is_not_announced_to_silent_progress():
     ("cores", "program", "count"), [(2, "python", 1), (1, "python", 0), (None, "python", 0), (2, "", 0)]
 )
 def test_kernels_compile_beside_where_a_second_core_is(monkeypatch, started, cores, program, count):
+    """``program``: this Python's own path, empty where it is embedded in another program; ``cores`` may be unknown."""
     monkeypatch.setattr(compile_notice.os, "cpu_count", lambda: cores)
     monkeypatch.setattr(compile_notice.sys, "executable", program)
     compile_notice.compile_beside()

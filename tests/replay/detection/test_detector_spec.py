@@ -41,6 +41,10 @@ SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 
     ],
 )
 def test_detector_text_is_parsed_to_label_name_and_settings(text, label, name, settings):
+    """A text is label=name[setting=value, ...]. Names with a rate, as hull50, stand for a detector with settings.
+
+    A label that is not written is the name, with the values of the settings.
+    """
     spec = parse_detector(text)
     assert (spec.label, spec.name, spec.settings) == (label, name, settings)
     assert [type(value) for value in spec.settings.values()] == [type(value) for value in settings.values()]
@@ -63,6 +67,7 @@ def test_detectors_given_as_text_list_or_mapping_are_equal():
 
 @pytest.mark.parametrize("text", ["hull50[rate_hz=20]", "hull[shape=box]", "mesh50[rate_hz=none]"])
 def test_setting_that_contradicts_name_is_refused(text):
+    """hull50 is a hull at 50 Hz, mesh50 a mesh at 50 Hz."""
     with pytest.raises(DetectorSpecError, match="contradicts"):
         parse_detector(text)
 
@@ -87,18 +92,21 @@ labels = st.builds(str.__add__, st.sampled_from("AZaz09"), st.text("Az9._-", max
 
 @given(labels, st.dictionaries(st.sampled_from("pqr"), values))
 def test_a_spec_written_out_reads_back(label, settings):
+    """Random labels of letters and digits, and random values of settings p, q and r."""
     spec = DetectorSpec(label, "discrete", settings)
     assert parse_detector(str(spec)) == spec
 
 
 @given(st.dictionaries(st.sampled_from("pqr"), st.one_of(values, st.text('a"\\\n\0ä\u202e杯🙂', max_size=5))))
 def test_generated_label_is_a_valid_entity_path(settings):
+    """A label made of settings is accepted as a label, whatever text they hold; DetectorSpec checks it."""
     label = parse_detector(("discrete", settings)).label
     assert DetectorSpec(label, "x").label == label
 
 
 @pytest.mark.parametrize("release", [-0.001, 1.01 * MOST_RELEASE_M, inf, nan, True, "0.01", None])
 def test_release_distance_is_a_length_within_its_limit(release):
+    """Refused are numbers outside 0 to MOST_RELEASE_M, no numbers and other types; both limits are allowed."""
     with pytest.raises(DetectorSpecError, match="is not allowed; give metres from 0 to"):
         DetectorSpec("it", "hybrid", release=release)
     assert [DetectorSpec("it", "hybrid", release=metres).release for metres in (0, MOST_RELEASE_M)] == [

@@ -14,7 +14,7 @@ from sessions.model.event import LiveContact
 
 
 def session_of_reports(*reports, facts=None):
-    """A session in which the engine session_of_reports (frame, phase) of the cubes; frames may be fractions."""
+    """A session in which an engine reports (frame, phase) of the cubes; frames may be fractions."""
     session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, facts=facts or {})
     contacts = tuple(LiveContact(round(frame * STEP_NS), "b", "a", phase) for frame, phase in reports)
     return replace(session, live_contacts=contacts)
@@ -68,6 +68,7 @@ def test_recorded_contacts_in_blocks_equal_the_whole_motion(block):
 
 
 def test_window_of_a_session_keeps_its_clock():
+    """The engine reports contact in frames 8 to 10; the run begins at 0.05 s, and its seconds count from frame 0."""
     session = session_of_reports((8, "enter"), (11, "exit"))
     result = compute(session, detectors="recorded", oracle="exact", start=0.05)
     (contact,) = result.episodes["recorded"]
@@ -76,10 +77,16 @@ def test_window_of_a_session_keeps_its_clock():
 
 
 def test_engine_reports_of_unknown_bodies_are_counted_and_ignored():
+    """One contact of a and b, and the begin of another of a with Floor, which is no body of the session."""
     session = session_of_reports((4, "enter"), (4, "exit"))
     extra = LiveContact(0, "a", "Floor", "enter")
     result = compute(replace(session, live_contacts=(*session.live_contacts, extra)), detectors="recorded")
     assert result.detections["recorded"].work == {"reported": 1, "of_other_pairs": 1}
+
+
+def test_recorded_detector_refuses_an_unknown_setting():
+    """The engine reported one contact."""
+    session = session_of_reports((4, "enter"), (4, "exit"))
     with pytest.raises(AuditError, match="no setting 'nonsense'"):
         compute(session, detectors="recorded[nonsense=1]")
 
@@ -126,6 +133,7 @@ def engine_of(answer, step=2):
 
 @pytest.mark.slow
 def test_reports_are_compared_first_without_request():
+    """Compared are an engine's reports of the session's bodies, then the default detectors; a request replaces all."""
     session = session_of_reports((4, "enter"), (5, "exit"))
     usual = ["hull50", "mesh50", "paper"]
     assert [*compute(session).comparisons] == ["recorded", *usual]

@@ -25,6 +25,7 @@ VERDICTS = {
     ids=["near", "parted", "not begun", "not found", "lost pose", "unresolved", "again", "no contact"],
 )  # fmt: skip
 def test_contact_lasts_while_samples_are_near(samples, near, expected):
+    """A letter a sample: c contact, - clear, n not found, ? no pose, u unresolved; y: within the release distance."""
     verdict = np.array([[VERDICTS[letter]] for letter in samples], dtype=np.uint8)
     # Every second frame is sampled; of the others nothing is asked.
     is_near = np.array([[letter == "y"] for letter in near for _ in range(2)])

@@ -16,6 +16,7 @@ def assembly_of_cubes(frames=50):
 
 
 def test_detection_reports_its_settings_and_times():
+    """The motion has 50 frames; ``containment`` is a setting that was not requested."""
     reported = []
     run = run_detector(
         parse_detector("discrete[rate_hz=10]"), assembly_of_cubes(), seed=0, faces=False, advance=reported.append
@@ -27,6 +28,7 @@ def test_detection_reports_its_settings_and_times():
 
 
 def test_processor_fraction_covers_the_samples_alone(monkeypatch):
+    """The clock of processor time stands still; only a live run is timed sample by sample."""
     monkeypatch.setattr(detecting, "process_time", lambda: 100.0)  # a process that waits all the time
     requested = {"seed": 0, "faces": False, "advance": lambda done: None}
     assert run_detector(parse_detector("sphere"), assembly_of_cubes(), live=True, **requested).processor_fraction == 0.0
@@ -45,6 +47,10 @@ def test_processor_fraction_divides_worked_by_elapsed_seconds(monkeypatch):
 
 
 def test_mean_leaves_out_the_time_of_other_programs():
+    """Detecting took 0.4 s, of which the processor worked 0.1 s for this process: that counts where it is known.
+
+    More processor time than 0.4 s, of threads beside, leaves 0.4 s.
+    """
     run = run_detector(parse_detector("sphere"), assembly_of_cubes(), seed=0, faces=False, advance=lambda _: None)
     frames = len(run.detection.times)
     busy = replace(run, detect=0.4, processor_seconds=0.1)
@@ -57,7 +63,7 @@ def test_mean_leaves_out_the_time_of_other_programs():
 
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
 def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, spec):
-    """50 frames are 7 blocks of 7 and a rest of 1."""
+    """50 frames in calls of at most 7 are seven blocks of 7 and one of 1."""
     whole = run_detector(parse_detector(spec), assembly_of_cubes(), seed=0, faces=True, advance=lambda done: None)
     monkeypatch.setattr(detecting, "MOST_FRAMES_PER_CALL", 7)
     reported = []
@@ -69,6 +75,7 @@ def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, spec):
 
 
 def test_warm_up_frames_are_few_and_span_the_motion():
+    """``count``: frames of a motion; first and last are always among those that warm up."""
     for count in (1, 2, 100, 1000, 54_000):
         frames = detecting.warm_frames(count)
         assert frames[0] == 0 and frames[-1] == count - 1
@@ -77,7 +84,8 @@ def test_warm_up_frames_are_few_and_span_the_motion():
 
 @pytest.mark.parametrize(("spec", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])
 def test_run_seed_reaches_random_detectors_without_their_own(spec, seed):
-    assert make_detector(parse_detector(spec), assembly_of_cubes(), 7).settings.seed == seed
+    """The run's seed is 7; a seed among the settings comes before it."""
+    assert make_detector(parse_detector(spec), assembly_of_cubes(), seed=7).settings.seed == seed
 
 
 def test_search_is_traced_again_except_for_hours_of_motion(monkeypatch):

@@ -46,7 +46,10 @@ def test_motion_holds_bodies_with_a_mesh_and_names_the_others():
 
 
 def test_path_is_known_without_gap_teleport_or_missing_pose():
-    """Body 0 teleports in frame 2 and is lost in 7; steps of 31 ms are gaps, of 30 ms not."""
+    """Body 0 teleports in frame 2 and is lost in 7; steps of 31 ms are gaps, of 30 ms not.
+
+    ``linked``: whether the motion from the frame before is known; frame 0 has none before.
+    """
     steps = np.array([10, 10, 10, 30, 31, 10, 10, 10]) * MILLISECOND_NS
     stamps = np.concatenate([[0], np.cumsum(steps)])
     status = np.ones((9, 2))
@@ -134,6 +137,10 @@ def partly_meshed(meshed, bare, positions):
     ],
 )
 def test_session_without_pairs_is_refused_with_the_reason(session, text):
+    """Bodies with a letter have a mesh, b0 to b24 have none.
+
+    Positions [0, 0] are two frames at rest, [0, 1] a move of 1 m.
+    """
     with pytest.raises(AssemblyError, match=text):
         assemble(session)
 
@@ -149,6 +156,7 @@ def test_window_without_frames_is_refused_with_its_ends(start, end, text):
 
 
 def test_body_that_is_always_lost_leaves_no_pair():
+    """Two bodies, of which b is lost in all of the 12 frames."""
     status = np.ones((12, 2))
     status[:, 1] = int(Status.LOST)
     with pytest.raises(AssemblyError, match="no pair to replay: b has no pose that is not lost; `replay doctor` says"):
@@ -156,6 +164,7 @@ def test_body_that_is_always_lost_leaves_no_pair():
 
 
 def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
+    """The scene fixes b at z = 9 m; the recording moves it from 3 m on, by 0.01 m a frame, and that counts."""
     session = session_with_jump(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", fixed=Pose((9.0, 9.0, 9.0))),)))
     assembly = assemble(session)
     assert assembly.names == ("a", "b")
@@ -164,6 +173,10 @@ def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
 
 
 def test_engine_reports_naming_unknown_bodies_are_noted():
+    """Bodies are a and b, and three of four reports name 'B' or 'Bench'.
+
+    Of more than MOST_UNKNOWN_NAMES unknown names the rest is a number; reports of known bodies are no note.
+    """
     reports = (("a", "b"), ("a", "Bench"), ("b", "B"), ("b", "Bench"))
     contacts = tuple(LiveContact(0, first, second, "enter") for first, second in reports)
     notes = assemble(dataclasses.replace(session_with_jump(np.ones((12, 2))), live_contacts=contacts)).notes
@@ -209,7 +222,7 @@ def messy_session(seed, frames=60, bodies=3):
 @given(st.integers(0, 10_000), st.integers(1, 13))
 @settings(max_examples=6, deadline=None)
 def test_the_size_of_blocks_changes_no_bit(seed, size):
-    """A session with lost poses and gaps is read whole and in blocks of 1 to 13 frames."""
+    """A session with lost poses, gaps and jumps is read whole and in blocks of 1 to 13 frames."""
     session = messy_session(seed)
     whole, blocks = assemble(session), dataclasses.replace(session, source=Blocks(session.frames, size))
     cut = assemble(blocks)
@@ -220,6 +233,7 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
 
 @pytest.mark.slow
 def test_runs_of_a_session_use_the_same_meshes(monkeypatch):
+    """Assembled twice, the bodies share their meshes; when the session and both are gone, so are the meshes."""
     monkeypatch.setattr(assembling, "TriangleMesh", TriangleMesh)  # tests share meshes between sessions and keep them
     session = unit_cubes_on_x({"a": [0.0, 0.1], "b": [3.0, 3.1]})
     first, again = (assemble(session).bodies for _ in range(2))

@@ -29,16 +29,18 @@ def hand_and_glass():
 
 
 def test_members_of_a_group_are_named_with_it(hand_and_glass):
-    """Contacts of two members are named by the members alone."""
+    """Pairs are thumb and glass, thumb and index, index and glass; between two members the group is not named."""
     assert [hand_and_glass.pair_name(pair) for pair in range(3)] == ["hand-glass", "thumb-index", "hand-glass"]
     names = [hand_and_glass.fault_names(pair) for pair in range(3)]
     assert names == [("hand (thumb)", "glass"), ("thumb", "index"), ("hand (index)", "glass")]
 
 
 def test_contacts_of_a_group_are_counted_in_its_first_column(hand_and_glass):
+    """Columns 0 and 2 are of a finger and the glass, both the hand's; column 1 is of the two fingers."""
     assert hand_and_glass.contact_columns.tolist() == [0, 1, 0]
     assert [hand_and_glass.columns_of_contact(pair) for pair in range(3)] == [[0, 2], [1], [0, 2]]
 
 
 def test_second_zero_is_the_first_stamp_less_its_time(hand_and_glass):
+    """The only frame has the stamp of 7 s and the time of 2 s."""
     assert hand_and_glass.first_ns == 5 * SECOND_NS

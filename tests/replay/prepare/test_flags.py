@@ -8,7 +8,10 @@ from sessions.model.scene import SceneBody
 
 
 def test_flag_of_a_body_covers_children_pairs_and_gaps():
-    """Flags as bits; the cut begins with frame 2, so that frames 4 and 5 are rows 2 and 3. Body b is carried by c."""
+    """c is frozen in frames 4 and 5, b, which it carries, in 5 and 6 as well; all bodies have a gap in frame 5.
+
+    The cut begins with frame 2, so that frame 4 is row 2, and the teleport in frame 1 is not in it. Flags are bits.
+    """
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="c"), SceneBody("c")))
     assembly = assemble(
         unit_cubes_on_x({"a": range(10), "b": [9] * 10, "c": [4] * 10}, scene=scene), start=2 * STEP_NS / 1e9

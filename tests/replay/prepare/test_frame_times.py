@@ -24,4 +24,5 @@ def test_frame_lasts_until_the_next_unless_a_gap_follows(times, ends):
 
 
 def test_frame_rate_is_that_of_the_typical_step():
+    """Steps of 0.02 s are 50 a second; a single frame has no step."""
     assert frame_rate(np.array([0.0, 0.02, 0.04])) == pytest.approx(50.0) and frame_rate(np.zeros(1)) == np.inf

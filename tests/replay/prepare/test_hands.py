@@ -63,7 +63,7 @@ def run_of_finger(tmp_path_factory):
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize(("side", "finger"), [*zip(["left", "right"] * 3, FINGERS, strict=False)])
 def test_first_touch_is_of_the_planted_finger_in_its_frame(run_of_finger, side, finger):
-    """The contact is one of the hand, with the finger's tip as its member."""
+    """The glass is placed so that the tip of this finger is in it first in frame TOUCH; the contact is the hand's."""
     result = run_of_finger(side, finger)
     assembly, verdict = result.assembly, result.detections["exact"].verdict
     contact = counts_as_contact(verdict)
@@ -76,6 +76,7 @@ def test_first_touch_is_of_the_planted_finger_in_its_frame(run_of_finger, side, 
 
 
 def test_python_fcl_agrees_on_every_capsule(run_of_finger):
+    """Every fifth frame: in which pairs the meshes meet, by exact and by python-fcl in the same poses."""
     result = run_of_finger("left", "thumb")
     assembly, contact = result.assembly, counts_as_contact(result.detections["exact"].verdict)
     meshes, motion = FclMeshes([body.mesh for body in assembly.bodies]), assembly.motion

@@ -26,6 +26,7 @@ SMALLER_REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
     ids=["one", "apart", "crossing", "nested", "hollow"],
 )
 def test_crossing_and_nested_pieces_are_named(mesh, codes):
+    """Two parts apart are sound, and so is a smaller one inside that is reversed: a hollow."""
     assert [finding.code for finding in containment_findings("m", mesh)] == codes
 
 
@@ -38,6 +39,7 @@ def test_crossing_and_nested_pieces_are_named(mesh, codes):
     ],
 )
 def test_doctor_finds_crossing_open_and_duplicate_faces(tmp_path, capsys, mesh, code):
+    """Two boxes that cross, a box that lacks a face and a box with a face twice, read from an OBJ file."""
     lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices.tolist()]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces.tolist()]
     file = tmp_path / "block.obj"

@@ -73,5 +73,6 @@ def test_interpolation_is_straight_and_rotates_as_scipys_slerp(seed):
 
 
 def test_recording_without_frames_is_filled_with_nothing():
+    """No block of frames, and one block without a frame."""
     empty_block = session_of_frames([], np.zeros((0, 1))).source
     assert list(fill_frames([])) == list(fill_frames([empty_block])) == []

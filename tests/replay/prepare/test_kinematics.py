@@ -48,6 +48,10 @@ def test_child_offset_and_fixed_body_compose_as_matrices_do():
 
 
 def test_child_has_poses_only_where_its_parent_has():
+    """Rows are the origins of glass and label, both carried by the hand: 1 recorded, 2 last pose held, 0 none.
+
+    The hand has no pose in frame 1 and a held one in frame 3; the glass itself has none in frame 2.
+    """
     origin = RECORDED.copy()
     origin[[1, 2, 3], [0, 1, 0]] = PoseOrigin.NONE, PoseOrigin.NONE, PoseOrigin.HELD
     scene = Scene(bodies=(SceneBody("glass", parent="hand"), SceneBody("label", parent="hand", fixed=Pose())))

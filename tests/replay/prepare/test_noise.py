@@ -24,6 +24,7 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
     ],
 )
 def test_noise_size_has_units_and_defaults_to_vive(text, size):
+    """Units of length, angle and time in any order, each at most once; what is not stated is that of TrackerNoise."""
     assert parse_noise(text).usual == size
     assert parse_noise([f"cup={text[0]}"]).noise_of_body == {"cup": size}
 
@@ -69,7 +70,10 @@ def test_noisy_copy_is_independent_of_blocks_and_bodies():
 
 
 def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
-    """In each of three copies the rod keeps its place in the hand, and the bench its own."""
+    """In each of three copies the rod keeps its place in the hand, and the bench its own.
+
+    So noise brings hand and rod no nearer to each other (reach 0), rod and bench it does.
+    """
     poses = {name: along_x([at, at + 0.1, at, at]) for name, at in (("hand", 1.0), ("rod", 0.5))}
     bodies = (
         SceneBody("hand"),

@@ -28,12 +28,13 @@ MOVING = {
     ],
 )
 def test_pairs_come_from_request_scene_or_relative_motion(scene, moves, requested, expected):
-    """Moves: bodies that move beside hand and glass; a request comes before the scene."""
+    """Without a request the scene's pairs are taken, else all that move against each other. ``moves`` adds to MOVES."""
     actual = chosen_pairs(scene, NAMES, MOVES | moves, requested).tolist()
     assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in actual} == expected and actual == sorted(actual)
 
 
 def test_grasped_pairs_are_parent_child_and_hand_group():
+    """Grasped are a parent and its child, and a hand and a thing of one group; not two things, not two hands."""
     hands = (SceneBody(name, group="g", tags=("hand",)) for name in ("hand", "ghand"))
     scene = Scene(
         bodies=(*hands, SceneBody("rod", group="g"), SceneBody("cup"), SceneBody("lid", parent="cup", group="g"))
@@ -63,17 +64,20 @@ LINKS = ("thumb", "index", "glass", "table")
     ],
 )
 def test_pairs_of_groups_and_patterns_expand_to_member_pairs(requested, expected):
+    """The group "hand" is thumb and index, both tagged "finger"; ``*`` stands for any letters of a name."""
     moves = dict.fromkeys(LINKS, True)
     actual = chosen_pairs(UNITED, LINKS, moves, requested).tolist()
     assert {f"{LINKS[i]}-{LINKS[j]}" for i, j in actual} == expected
 
 
 def test_unknown_body_in_a_pair_is_refused_listing_names():
+    """A pair of the group "hand" with "glas", which is no name."""
     with pytest.raises(AssemblyError, match=r"pair hand-glas names 'glas'.*there are: hand, thumb, index"):
         chosen_pairs(UNITED, LINKS, {}, [("hand", "glas")])
 
 
 @pytest.mark.parametrize("pair", [("glass",), ("glass", "glass"), ("hand", "glass", "table")])
 def test_pair_of_other_than_two_bodies_is_refused(pair):
+    """A single name, a body with itself, and three names."""
     with pytest.raises(AssemblyError, match="is no pair; name two different bodies"):
         chosen_pairs(UNITED, LINKS, {}, [pair])

@@ -6,10 +6,12 @@ from sessions.doctor.finding import CODES
 
 
 def test_every_policy_kind_is_a_doctor_code():
+    """A policy acts on findings of the doctor, which are named by their codes."""
     assert ACTIONS_BY_KIND.keys() <= CODES.keys()
 
 
 def test_every_kind_has_its_default_without_a_policy():
+    """The default is the first action of a kind; an action without seconds has DEFAULT_LIMIT_S."""
     policy = parse_policy()
     assert policy.as_json() == {kind: actions[0] for kind, actions in ACTIONS_BY_KIND.items()}
     assert policy.rule("mesh-open").action == "keep"
@@ -20,6 +22,7 @@ def test_every_kind_has_its_default_without_a_policy():
     "text", [["frozen=interpolate:0.2", "gap=refuse"], {"frozen": "interpolate:0.2", "gap": "refuse"}]
 )
 def test_strings_and_mappings_change_the_kinds_they_name(text):
+    """Frozen poses are interpolated over at most 0.2 s, and gaps refused; a teleport keeps its default."""
     policy = parse_policy(text)
     assert policy.rule("frozen") == PolicyRule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
     assert policy.rule("teleport").action == "keep"
@@ -40,6 +43,7 @@ def test_strings_and_mappings_change_the_kinds_they_name(text):
     ],
 )
 def test_policy_with_a_wrong_kind_action_or_limit_is_refused(override):
+    """Wrong are: no action, limits beyond 0 to 86,400 s (a day), a limit of ``drop``, an unknown kind or action."""
     with pytest.raises(PolicyError):
         parse_policy([override])
     assert parse_policy(["frozen=hold:86400"]).rule("frozen").limit == 86400.0

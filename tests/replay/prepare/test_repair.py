@@ -15,6 +15,7 @@ from sessions import Frames, MeshData, ScalarTrack, Status
 
 
 def test_losses_flagged_by_the_tracker_need_no_repair():
+    """Frames 100 to 109 of the left hand are lost by the tracker's own word."""
     draft = clean_draft()
     draft.arrays["status"][100:110, 1] = Status.LOST
     session = draft.session()
@@ -33,6 +34,7 @@ def test_repair_reports_held_and_dropped_samples_per_interval():
 
 
 def test_the_frame_after_a_gap_is_flagged():
+    """A gap of 1 s is planted before frame 400."""
     draft = clean_draft()
     FAULTS["1 s gap"](draft, body=1, frame=400)
     (span,) = (item for item in repair_session(draft.session(), parse_policy()).spans if item.kind == "gap")
@@ -42,6 +44,7 @@ def test_the_frame_after_a_gap_is_flagged():
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", ["frozen pose", "1 s gap", "time backwards", "mirrored mesh", "millimetres"])
 def test_refusal_of_the_policy_stops_the_run_with_a_sentence(name):
+    """A fault planted at frame 400 of the second body is only found by default; with ``refuse`` it ends the run."""
     draft = clean_draft()
     planted = FAULTS[name](draft, body=1, frame=400)
     assert repair_session(draft.session(), parse_policy()).findings
@@ -86,6 +89,7 @@ def repaired_session(draft, *words):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("size", [1, 7, 64, 900])
 def test_the_frames_do_not_depend_on_blocks(size):
+    """A repaired session is read in blocks of ``size`` frames and whole."""
     session = repaired_session(lost_hand(), "identity-while-lost=interpolate:1")
     assert_same_frames(Frames.join([*session.blocks(size)]), Frames.join([*session.blocks(10_000)]))
 
@@ -133,12 +137,14 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
 
 @pytest.mark.parametrize("action", ["hold:9", "interpolate:9"])
 def test_losses_before_the_first_good_sample_stay_lost(action):
+    """The body is lost in frames 0 to 19: nothing comes before to hold or to begin a bridge."""
     draft = clean_draft()
     FAULTS["identity while lost"](draft, body=0, frame=0)
     assert (repaired_session(draft, f"identity-while-lost={action}").frames.status[:20, 0] == LOST).all()
 
 
 def test_no_bridge_leads_beyond_the_last_good_sample():
+    """The body is lost from frame 880 to the last, 899."""
     draft = clean_draft()
     FAULTS["identity while lost"](draft, body=0, frame=880)
     assert (repaired_session(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()

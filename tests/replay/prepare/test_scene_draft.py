@@ -40,6 +40,7 @@ def bench_session(scene=None, **more):
 
 
 def test_drafted_scene_contains_near_pairs_and_groups():
+    """The cup stands on the top, the lamp comes near it; the rod moves along 11 cm below the hand: a group."""
     session, near = bench_session(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
     draft = draft_scene(session)
     assert {*map(frozenset, draft.near_pairs)} == near and draft.held == (("hand-right", "rod"),)
@@ -62,6 +63,10 @@ def test_body_that_rotates_in_a_hand_is_not_grouped():
 
 
 def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
+    """The scene has a name, an effect, ignored pairs, a radius and colliders; its file of the cup's mesh is dropped.
+
+    A scene's own pairs are kept, and where it has effects none are added.
+    """
     bodies = (SceneBody("top", fixed=Pose()), SceneBody("cup", mesh="gone.glb", tags=("glass",), extra={"mass": 0.1}))
     effects = (SceneEffect("contact", {"between": ["cup", "top"]}),)
 
@@ -93,6 +98,7 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
 
 
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
+    """Five bodies are recorded in 200 frames; there is room for half of their poses."""
     monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
     draft = draft_scene(bench_session())
     assert "first" in draft.examined_text and f"# Looked at: {draft.examined_text}" in draft_text(

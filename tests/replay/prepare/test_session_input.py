@@ -26,6 +26,7 @@ REMOTE = SimpleNamespace(joinpath=None)
     ],
 )
 def test_session_or_its_path_is_accepted(given, path, hint):
+    """``path``: whether a path is allowed too. A wrong argument gets a hint of the function that makes a session."""
     if hint is None:
         require_session(given, path=path)
     else:
@@ -34,6 +35,7 @@ def test_session_or_its_path_is_accepted(given, path, hint):
 
 
 def test_path_of_a_run_folder_is_accepted():
+    """A text becomes a path, a remote path stays; a number is refused."""
     assert require_folder("run") == Path("run") and require_folder(REMOTE) is REMOTE
     with pytest.raises(WrongInputError, match="path of a run folder"):
         require_folder(3)

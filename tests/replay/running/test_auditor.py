@@ -19,7 +19,7 @@ def two_session_files(tmp_path):
 
 @pytest.mark.slow
 def test_audit_of_two_sessions_sums_their_counts():
-    """Each session has two contacts, of one and of three frames."""
+    """Each session has two contacts, of one and of three frames: together 4 contacts of 8 frames."""
     result = replay.audit(
         [unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)], detectors=[SLOW, "hybrid"]
     )
@@ -32,6 +32,7 @@ def test_audit_of_two_sessions_sums_their_counts():
 
 
 def test_detectors_have_a_common_run_folder_and_sessions_separate(two_session_files, tmp_path):
+    """One session by two detectors, then the sessions p and q by one."""
     replay.audit(two_session_files[0], detectors=[SLOW, "hybrid"], out=tmp_path / "one", picture=False)
     assert (tmp_path / "one" / "summary.json").is_file()
     matches = replay.audit(two_session_files, detectors=SLOW, out=tmp_path / "two", picture=False)
@@ -39,6 +40,7 @@ def test_detectors_have_a_common_run_folder_and_sessions_separate(two_session_fi
 
 
 def test_existing_or_shared_folder_is_refused_before_any_work(two_session_files, tmp_path):
+    """Both sessions called p would be written to one folder; of p and q the folder of q exists, and p is not begun."""
     with pytest.raises(AuditError, match="two sessions are called 'p'"):
         replay.audit(["a/p.mcap", "b/p.mcap"], out=tmp_path / "x")
     (tmp_path / "out" / "q").mkdir(parents=True)
@@ -48,7 +50,10 @@ def test_existing_or_shared_folder_is_refused_before_any_work(two_session_files,
 
 
 def test_limits_hold_for_all_sessions_together():
-    """Two sessions, one without a contact; a limit is a fraction, so that 50 is refused."""
+    """One of two sessions has no contact, so the other's misses decide: fewer than 0.9 and more than 0.4 of all.
+
+    A limit is a fraction, so that 50 is refused.
+    """
     sessions = [
         unit_cubes_on_x(MEET_IN_4_AND_8_TO_10),
         unit_cubes_on_x({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]}),

@@ -26,14 +26,20 @@ def three_session_files(tmp_path):
 
 @pytest.mark.slow
 def test_two_processes_give_the_digest_of_a_single_process(three_session_files, tmp_path):
-    item = run_batch(three_session_files, tmp_path / "one", settings=SETTINGS)
-    two = run_batch(three_session_files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
-    assert item.digest == two.digest != "" and item.done == two.done == ("s0", "s1", "s2")
-    assert not item.failed and not item.kept
+    """Two processes get the files in reverse order.
+
+    No run was there before, so none is kept; the digest is not empty.
+    """
+    by_single_process = run_batch(three_session_files, tmp_path / "one", settings=SETTINGS)
+    by_two_processes = run_batch(three_session_files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
+    assert by_single_process.digest == by_two_processes.digest != ""
+    assert by_single_process.done == by_two_processes.done == ("s0", "s1", "s2")
+    assert not by_single_process.failed and not by_single_process.kept
 
 
 @pytest.mark.slow
 def test_finished_session_is_kept_and_incomplete_is_rerun(three_session_files, tmp_path):
+    """The run s2 of a first batch is removed. In its place are a file and a folder of a write that was broken off."""
     out = tmp_path / "runs"
     first = run_batch(three_session_files, out, settings=SETTINGS)
     when = (out / "s0" / "summary.json").stat().st_mtime_ns
@@ -41,13 +47,17 @@ def test_finished_session_is_kept_and_incomplete_is_rerun(three_session_files, t
     (out / ".s2.deadbeef.partial").touch()
     (out / ".s2.deadbeef.folder").mkdir()
     on_done = []
-    again = run_batch(three_session_files, out, settings=SETTINGS, on_done=lambda *one: on_done.append(one))
+    again = run_batch(three_session_files, out, settings=SETTINGS, on_done=lambda *outcome: on_done.append(outcome))
     assert again.digest == first.digest and again.kept == ("s0", "s1")
     assert on_done == [("s0", "kept"), ("s1", "kept"), ("s2", "done")]
     assert (out / "s0" / "summary.json").stat().st_mtime_ns == when and not list(out.glob(".s2.*"))
 
 
-def test_pictures_can_be_added_later_without_rerunning(three_session_files, tmp_path):
+def test_pictures_can_be_added_later_with_the_same_answers(three_session_files, tmp_path):
+    """The second batch draws pictures and keeps no run as it was; the digest is the same.
+
+    Later batches keep both runs.
+    """
     out = tmp_path / "runs"
     first = run_batch(three_session_files[:2], out, settings=SETTINGS)
     drawn = run_batch(three_session_files[:2], out, settings={**SETTINGS, "picture": True})
@@ -58,6 +68,7 @@ def test_pictures_can_be_added_later_without_rerunning(three_session_files, tmp_
 
 
 def test_changed_session_reruns_after_a_killed_batch(three_session_files, tmp_path, monkeypatch):
+    """The session s1 is written anew. A batch is interrupted before its first run, and the next one runs s1 alone."""
     first = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
     write_session(unit_cubes_on_x({"a": [0.0] * 20, "b": [0.5] * 20}), three_session_files[1])
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
@@ -68,7 +79,7 @@ def test_changed_session_reruns_after_a_killed_batch(three_session_files, tmp_pa
 
 
 def test_session_with_a_lost_reply_is_accepted(three_session_files, tmp_path):
-    """A second run with the same request keeps the result; another request computes it anew."""
+    """A second run with the same request ("asked") keeps the files of the first; another request writes them anew."""
     result = []
     for after in ("", "kept"):
         assert run_session(three_session_files[0], tmp_path / "s0", SETTINGS, "asked") == after
@@ -79,6 +90,7 @@ def test_session_with_a_lost_reply_is_accepted(three_session_files, tmp_path):
 
 
 def test_batch_folder_is_refused_after_its_scene_file_changed(tmp_path):
+    """The scene's path is the same, what it says is another name."""
     scene, runs = tmp_path / "scene.toml", tmp_path / "runs"
     settings = {**SETTINGS, "scene": str(scene)}
     scene.write_text('[scene]\nname = "one"\n')
@@ -90,6 +102,7 @@ def test_batch_folder_is_refused_after_its_scene_file_changed(tmp_path):
 
 @pytest.mark.slow
 def test_failure_is_reported_and_ends_no_other_session(three_session_files, tmp_path):
+    """The file of s1 is no session; a batch with a failure has no digest."""
     three_session_files[1].write_bytes(b"no session")
     batch = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
     assert set(batch.failed) == {"s1"} and batch.done == ("s0", "s2") and batch.digest == ""
@@ -97,6 +110,7 @@ def test_failure_is_reported_and_ends_no_other_session(three_session_files, tmp_
 
 
 def test_unrelated_folder_and_equal_file_names_are_refused(three_session_files, tmp_path):
+    """A folder with a text of somebody's, and two files s0.mcap in different folders."""
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):
@@ -109,6 +123,7 @@ def test_unrelated_folder_and_equal_file_names_are_refused(three_session_files, 
 
 @pytest.mark.parametrize("name", ["..mcap", "batch.json.mcap", "Batch.Tables.mcap"])
 def test_session_named_like_a_batch_file_is_refused(name, tmp_path):
+    """The run folder has the file's name without .mcap, which here is one the batch writes itself, or is no name."""
     with pytest.raises(OutputError, match="a run folder cannot be called"):
         run_batch([tmp_path / name], tmp_path / "runs", settings=SETTINGS)
 

@@ -92,6 +92,7 @@ def test_written_pieces_are_convex_and_hold_their_mesh(session, unity_fix):
 
 
 def test_printed_figures_match_a_run_of_the_written_colliders(unity_fix):
+    """False contact and misses as written to the folder's JSON, and of a run of its session with its colliders."""
     reported = json.loads((unity_fix.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))
     assert reported["after"]["false"] <= MOST_FALSE < reported["before"]["false"] and reported["reached"]
     again = replay.run(read_session(unity_fix.folder / "session.mcap"), detectors=f"it={unity_fix.setting}")
@@ -102,6 +103,10 @@ def test_printed_figures_match_a_run_of_the_written_colliders(unity_fix):
 
 
 def test_fewer_pieces_fall_short_and_more_are_not_written(session, unity_fix, tmp_path):
+    """At most 0.3 may be false: that takes several pieces of the beaker, one of each convex body.
+
+    Where all may be false (1.0), the beaker too keeps one.
+    """
     pieces = {row["body"]: row["after"]["pieces"] for row in unity_fix.bodies}
     assert 1 < pieces["beaker"] <= 8 and pieces["rod"] == pieces["cube*"] == 1
     free = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(false=1.0))
@@ -122,6 +127,7 @@ class Stages:
 
 
 def test_collider_search_out_of_time_writes_single_hulls(session, tmp_path):
+    """No false contact is allowed, and no time: a hull a body is written. The progress is in percent, 100 at most."""
     stages = Stages()
     made = fix_colliders(
         session, tmp_path / "made", engine="mujoco", limits=Limits(false=0.0), time_limit=0.0, progress=stages
@@ -136,6 +142,10 @@ def test_collider_search_out_of_time_writes_single_hulls(session, tmp_path):
 
 @pytest.mark.slow
 def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_path, capsys):
+    """The number behind --max-false is the fraction that may be false: 0.3 is reached (exit code 0), 0 is not (1).
+
+    Without an engine a report is written and no mesh; a folder that exists is not replaced without --force.
+    """
     file = tmp_path / "s.mcap"
     write_session(session, file)
     arguments = ["fix", str(file), "--engine", "unity", "-o", str(tmp_path / "made"), "--max-false"]
@@ -154,6 +164,7 @@ def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_pat
 
 
 def test_front_is_better_with_every_more_pieces(unity_fix):
+    """Rows of the front in order of pieces; each has less false contact than the one before."""
     assert [row["pieces"] for row in unity_fix.front] == sorted({row["pieces"] for row in unity_fix.front})
     assert all(more["false"] < less["false"] for less, more in pairwise(unity_fix.front))
 
@@ -175,6 +186,7 @@ def test_every_method_has_a_card_or_its_time(session, monkeypatch, tmp_path):
 
 @pytest.mark.slow
 def test_mujoco_takes_the_written_model(session, tmp_path):
+    """The model has a geom a piece, and the piece in the OBJ is that of the written session, in metres."""
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     made = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(false=MOST_FALSE))
     model = mujoco.MjModel.from_xml_path(str(made.folder / "colliders.xml"))
@@ -186,6 +198,7 @@ def test_mujoco_takes_the_written_model(session, tmp_path):
 
 @pytest.mark.slow
 def test_mujoco_takes_bodies_of_a_tenth_of_a_millimetre(session, tmp_path):
+    """All is scaled by 0.005: the cube with an edge of 20 mm has 0.1 mm; a mesh a body is loaded."""
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     tiny = {name: MeshData(5e-3 * mesh.vertices, mesh.faces) for name, mesh in session.meshes.items()}
     poses = {name: (5e-3 * track.positions, track.quaternions_xyzw) for name, track in session.tracks.items()}
@@ -196,6 +209,7 @@ def test_mujoco_takes_bodies_of_a_tenth_of_a_millimetre(session, tmp_path):
 
 @pytest.mark.slow
 def test_godot_gets_nodes_that_become_collision_shapes(session, tmp_path):
+    """Godot takes nodes with the ending -convcolonly for convex shapes; its physics steps at 60 Hz."""
     made = fix_colliders(session, tmp_path / "made", engine="godot", limits=Limits(false=MOST_FALSE))
     assert made.step_hz == 60.0
     scene = trimesh.load(made.folder / "beaker.glb", force="scene", process=False)
@@ -203,6 +217,7 @@ def test_godot_gets_nodes_that_become_collision_shapes(session, tmp_path):
 
 
 def test_a_folder_of_something_else_is_not_replaced(session, tmp_path):
+    """The folder holds a text of somebody's; ``force`` replaces only folders that this program wrote."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("x", "utf-8")
     with pytest.raises(OutputError, match="is not replaced"):
@@ -319,6 +334,8 @@ def test_mujoco_geoms_lie_on_the_users_mesh(tmp_path):
 
 
 def test_names_with_control_characters_are_refused_before_cutting(session, tmp_path, monkeypatch):
+    """A body's name holds ESC [2J, which clears a terminal."""
+
     def no_search(*_):
         raise AssertionError("bodies were cut before the names were refused")
 
@@ -349,6 +366,7 @@ def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path)
 
 
 def test_remark_names_bodies_whose_joined_pieces_fill_hollows(unity_fix):
+    """The beaker's joined pieces reach 28.04 mm beyond its mesh, or 0 mm, which is no remark; the rod is a hull."""
     cut = {**unity_fix.bodies[0], "how": "sectors by height and angle, joined by motion"}
     cut["after"] = {**cut["after"], "reach_mm": 28.04}
     hull = unity_fix.bodies[1]
@@ -376,12 +394,14 @@ def dipped(session):
 
 @pytest.mark.slow
 def test_false_contact_is_mended_where_nothing_ever_touches(dipped):
+    """The rod goes into the beaker without touching it: for hulls that is all false contact, for pieces none."""
     fixed = fix_colliders(dipped(0.0), limits=Limits(false=0.2))
     assert fixed.before["false"] == 1.0 and not fixed.after["false"]
     assert fixed.before["missed"] == fixed.after["missed"] == 0
 
 
 def test_session_in_which_not_even_hulls_touch_is_refused(dipped):
+    """The rod passes 5 m from the middle of the beaker."""
     with pytest.raises(TradeoffError, match="nothing touches in this session, not even the hulls"):
         fix_colliders(dipped(5.0))
 
@@ -395,6 +415,7 @@ def test_session_in_which_not_even_hulls_touch_is_refused(dipped):
     ],
 )
 def test_remarks_state_missed_contact_that_changed_or_was_limited(unity_fix, limits, missed, sentence):
+    """``missed``: fraction of the contact time that the pieces do not report; the hulls report all of it."""
     before, after = unity_fix.before | {"not_reported": 0.0}, unity_fix.after | {"not_reported": missed}
     remarks = replace(unity_fix, limits=limits, before=before, after=after).remarks
     assert [remark for remark in remarks if remark.startswith("Missed contact")] == [sentence] * bool(sentence)

@@ -29,6 +29,7 @@ def log_100_s_ahead(tmp_path):
 
 
 def test_offset_of_another_clock_is_fitted(log_100_s_ahead):
+    """Four reports are exactly 100 s ahead of the contacts; the fifth, of Floor, has none to match."""
     session, fit = import_contacts(log_100_s_ahead, unit_cubes_on_x(POSITIONS))
     assert fit.seconds == pytest.approx(-100.0) and fit.residual == pytest.approx(0.0, abs=1e-9)
     assert (fit.matched, fit.reports) == (4, 5)
@@ -37,6 +38,7 @@ def test_offset_of_another_clock_is_fitted(log_100_s_ahead):
 
 
 def test_imported_reports_are_a_detector_that_misses_nothing(log_100_s_ahead, tmp_path):
+    """Reports are compared after a round trip through a file; unit cubes below 1 m are in contact, 4 frames."""
     session, _ = import_contacts(log_100_s_ahead, unit_cubes_on_x(POSITIONS))
     write_session(session, tmp_path / "s.mcap")
     result = compute(read_session(tmp_path / "s.mcap"), detectors="recorded", oracle="exact")
@@ -63,6 +65,7 @@ def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
 
 
 def test_without_a_partner_the_residual_is_unknown(tmp_path):
+    """Frames are 100 ms apart: contact is in 0.1 s, and the reports are of 0.3 s."""
     (tmp_path / "x.csv").write_text("0.3,a,b,begin\n0.31,a,b,end\n")
     world = unit_cubes_on_x({"a": [0] * 5, "b": [3, 0.9, 3, 3, 3]}, step_ns=100_000_000)
     session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
@@ -84,6 +87,10 @@ def test_without_a_partner_the_residual_is_unknown(tmp_path):
     ],
 )
 def test_reports_that_cannot_be_the_sessions_are_refused(tmp_path, rows, offset, message):
+    """The session lasts from 0 to 0.13 s. Shifted by ``offset`` all reports are after or before it, or begin before it.
+
+    Without an offset they last 300 times as long as the session, or name a body that it has not.
+    """
     (tmp_path / "x.csv").write_text(rows)
     with pytest.raises(AuditError, match=message):
         import_contacts(tmp_path / "x.csv", unit_cubes_on_x(POSITIONS), offset=offset)
@@ -105,6 +112,7 @@ def test_reports_outside_a_recording_from_5_s_are_refused(tmp_path, rows, offset
 
 
 def test_a_file_about_other_bodies_is_refused(tmp_path):
+    """The only report is of x and y; the session has a and b."""
     (tmp_path / "x.csv").write_text("0,x,y,begin\n")
     with pytest.raises(AuditError, match="names no body of the session, which has: a, b"):
         import_contacts(tmp_path / "x.csv", unit_cubes_on_x(POSITIONS))

@@ -46,6 +46,7 @@ def s3():
 
 
 def test_unreadable_url_is_refused_with_the_package_to_install(monkeypatch):
+    """A store of an unknown kind, and a known one (s3) where the package ``upath`` is not installed."""
     pytest.importorskip("upath")
     with pytest.raises(PlaceError, match=r"nonsense://a cannot be reached .*or name a folder"):
         path_of_place("nonsense://a")
@@ -80,6 +81,7 @@ REMOTE = SimpleNamespace(fs=None)
     ],
 )
 def test_only_foreign_errors_of_a_store_are_replaced(address, error, raised):
+    """An OSError becomes a PlaceError for a path of a store, and stays for a path of a disk; errors of ours stay."""
     with pytest.raises(raised) as caught, store_errors(address):
         raise error
     assert type(caught.value) is raised
@@ -91,6 +93,10 @@ STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytes
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
+    """Runs of sessions in a store have the same files and digest as on disk, and summary.json is put there last.
+
+    A run without that file counts as broken off and is made again; other settings are refused.
+    """
     given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
     here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
     existing = run_batch(given, f"{store}/runs", settings=SETTINGS)
@@ -109,6 +115,7 @@ def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
+    """The store has no session "gone": a batch reports it and does s0, a single run ends with code 1 and no folder."""
     batch = run_batch(
         [f"{store}/sessions/{name}.mcap" for name in ("s0", "gone")], tmp_path / "runs", settings=SETTINGS
     )
@@ -120,6 +127,7 @@ def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
+    """run (one session, again, with --force, a whole folder), info and doctor, with sessions and runs in a store."""
     text = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
     assert main(["run", *text, f"{store}/one"]) == 0
     assert f"{path_of_place(f'{store}/one')}/report.html" in capsys.readouterr().out
@@ -139,6 +147,7 @@ def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("store", ["file://{}/far", "s3"], indirect=True)
 def test_workers_of_a_cluster_fetch_and_put_by_themselves(store, tmp_path):
+    """Two processes run the sessions of a store into the store; the digest is that of runs on this disk."""
     given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
     here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
     existing = run_batch(given, f"{store}/runs", settings=SETTINGS, jobs=2)

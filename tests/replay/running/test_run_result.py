@@ -88,6 +88,7 @@ def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump, tmp_pa
 
 
 def test_markup_in_body_names_is_escaped_in_notebook_html():
+    """Bodies are called <b>a and b&: no element of the page stays open, and the name is read as text."""
     session = unit_cubes_on_x({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
     matches = replay.run(session, detectors=SLOW)
     for thing in (matches, matches.detections["slow"]):
@@ -96,6 +97,7 @@ def test_markup_in_body_names_is_escaped_in_notebook_html():
 
 
 def test_plot_draws_every_detector_over_cost_and_time(result_of_bump):
+    """An SVG of a scatter and a lane of contacts a detector, each an inner SVG or group, labelled by detector."""
     plot = result_of_bump.plot()
     assert repr(plot) == "Plot of 2 detectors: accuracy against cost, and contacts over time"
     tree = ElementTree.fromstring(plot._repr_svg_())
@@ -128,12 +130,14 @@ def test_plot_stacks_answer_scatter_legend_lanes_and_ticks(result_of_bump):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"])
 def test_plot_takes_any_name_as_text(name):
+    """Markup, the end of an XML section, and a sign that reverses text, as a body's name: the SVG is well-formed."""
     made = replay.run(unit_cubes_on_x({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
     assert ElementTree.fromstring(made.plot()._repr_svg_()).tag.endswith("svg")
 
 
 @pytest.mark.slow
 def test_a_written_run_is_that_run_with_a_folder(result_of_bump, tmp_path):
+    """Writing again to the same folder needs ``force``."""
     written = result_of_bump.write(tmp_path / "run", picture=False)
     assert written.out == tmp_path / "run" and (written.out / "report.html").is_file()
     assert written.detections["slow"].digest == result_of_bump.detections["slow"].digest
@@ -144,6 +148,7 @@ def test_a_written_run_is_that_run_with_a_folder(result_of_bump, tmp_path):
 
 @pytest.mark.skipif(find_spec("rerun_notebook") is None, reason="the extra notebook is not installed")
 def test_notebook_view_works_for_written_and_unwritten_runs(result_of_bump, tmp_path):
+    """``view`` gives Rerun's widget, of a size or without."""
     from rerun.notebook import Viewer
 
     assert isinstance(result_of_bump.view(), Viewer)
@@ -151,12 +156,14 @@ def test_notebook_view_works_for_written_and_unwritten_runs(result_of_bump, tmp_
 
 
 def test_missing_notebook_viewer_error_names_the_pip_command(result_of_bump, monkeypatch):
+    """``None`` in sys.modules makes the import fail."""
     monkeypatch.setitem(sys.modules, "rerun_notebook", None)
     with pytest.raises(replay.ReplayError, match=r'pip install "vrlab-replay\[notebook\]"'):
         result_of_bump.view()
 
 
 def test_two_runs_are_compared_and_shared_from_python(result_of_bump, tmp_path):
+    """A run is written twice: nothing changed between a and b, and both go to one shared page."""
     a, b = (result_of_bump.write(tmp_path / name, picture=False).out for name in "ab")
     assert not replay.diff(a, b).changed
     assert replay.share([a, b], tmp_path / "shared", anyway=True).name == "index.html"
@@ -214,6 +221,7 @@ WRONG_CALLS = {
 
 @pytest.mark.parametrize("case", WRONG_CALLS)
 def test_wrong_use_gets_a_sentence(case, result_of_bump, tmp_path):
+    """A row of WRONG_CALLS is a call with a run ``r`` and an empty folder ``p``, an error's type, and words of it."""
     use, kind, hint = WRONG_CALLS[case]
     with pytest.raises(kind) as output:
         use(result_of_bump, tmp_path)
@@ -224,11 +232,13 @@ def test_wrong_use_gets_a_sentence(case, result_of_bump, tmp_path):
 
 
 def test_a_keyword_misspelt_is_named(result_of_bump):
+    """ "detector" in place of "detectors"."""
     with pytest.raises(TypeError, match="detector"):
         replay.run(result_of_bump.session, detector="exact")
 
 
 def test_a_prompt_prints_nothing_but_the_result():
+    """A new Python process makes a session of three frames and prints it; standard error stays empty."""
     code = (
         "import numpy as np, replay;"
         "turns = np.tile([0, 0, 0, 1.0], (3, 1));"

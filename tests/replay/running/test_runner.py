@@ -15,6 +15,7 @@ POSITIONS = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]}
 
 
 def test_a_session_and_its_file_give_the_same_digests(tmp_path):
+    """The session itself, the path of its file and that path as text; nothing is written."""
     session = unit_cubes_on_x(POSITIONS)
     write_session(session, tmp_path / "s.mcap")
     results = [
@@ -25,6 +26,7 @@ def test_a_session_and_its_file_give_the_same_digests(tmp_path):
 
 
 def test_out_makes_a_run_folder_with_its_picture(tmp_path):
+    """run.rrd is the picture, and is absent where none is wanted."""
     result = replay.run(unit_cubes_on_x(POSITIONS), detectors="sphere", oracle="hybrid", out=tmp_path / "run")
     assert result.out == tmp_path / "run"
     assert (result.out / "run.rrd").stat().st_size > 1000 and (result.out / "summary.json").is_file()
@@ -33,6 +35,7 @@ def test_out_makes_a_run_folder_with_its_picture(tmp_path):
 
 
 def test_existing_folder_is_refused_before_any_work(tmp_path):
+    """The session's file is missing as well: with an existing folder the folder is the error, else the file."""
     with pytest.raises(OutputError, match="--force"):
         replay.run(tmp_path / "missing.mcap", out=tmp_path)
     with pytest.raises(SessionFileError):
@@ -41,6 +44,7 @@ def test_existing_folder_is_refused_before_any_work(tmp_path):
 
 @pytest.mark.slow
 def test_recording_of_a_run_is_matched_by_content(tmp_path):
+    """After the run its recording is renamed, and another file has its name: ``shrink`` takes the renamed one."""
     write_session(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), tmp_path / "s1.mcap")
     replay.run(tmp_path / "s1.mcap", detectors="slow=discrete[rate_hz=20]", out=tmp_path / "run", picture=False)
     (tmp_path / "s1.mcap").rename(tmp_path / "another_name.mcap")

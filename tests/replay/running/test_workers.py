@@ -28,6 +28,7 @@ def test_scheduler_that_does_not_answer_is_named():
 
 
 def test_missing_dask_is_a_clear_error(monkeypatch):
+    """``None`` in sys.modules makes the import of Dask's package fail; two processes are requested."""
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(WorkerError, match=r"--jobs and --scheduler need distributed, .*cluster"):
         do_all(str, {"a": ()}, 2)
@@ -62,6 +63,10 @@ class Slots:
 
 
 def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
+    """Task b always kills its worker, d once, c fails with a text; a and e are done.
+
+    Retried alone after all others, b dies last; failures are those of b and c, and each task is reported once.
+    """
     monkeypatch.setattr(workers, "Workers", Slots)
     reported, dead = [], []
     tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT_OUTCOME}
@@ -80,6 +85,7 @@ def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
 @pytest.mark.slow
 @needs_sigkill
 def test_cluster_names_a_dying_worker_and_raises_task_errors():
+    """Task b kills its process each of three times, on a worker with an address; what a task raises is raised here."""
     kill = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
     failed = do_all(exec, {"a": ("",), "b": (kill,)}, 2)
     assert failed.keys() == {"b"} and failed["b"].count("tcp://127.0.0.1:") == 3
@@ -89,6 +95,7 @@ def test_cluster_names_a_dying_worker_and_raises_task_errors():
 
 @pytest.mark.slow
 def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
+    """Tasks are max("b", "c") and max("b", "a"), whose texts are failures; a second scheduler has no worker for 1 s."""
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
@@ -118,6 +125,7 @@ def test_worker_with_another_version_is_refused_before_any_work(tmp_path, monkey
 @pytest.mark.slow
 @needs_sigkill
 def test_local_workers_killed_while_starting_come_back():
+    """Three processes are killed before a worker is ready; one is ready in the end, within 60 s."""
     from dask import config
 
     with Workers(1) as pool:
@@ -150,6 +158,7 @@ def test_failed_task_does_not_stop_the_remaining_tasks():
     ],
 )
 def test_workers_start_only_for_tasks_beside_this_process(monkeypatch, tasks, jobs, scheduler, needs_workers):
+    """Workers are needed for tasks with more than one job, or with a scheduler's address."""
     started = []
 
     class Counted(Slots):
@@ -238,11 +247,13 @@ class FakeTask:
     ("scheduler", "present", "scaled"), [(None, ["a"], [2]), (None, ["a", "b"], []), ("tcp://x", ["a"], [])]
 )
 def test_missing_workers_of_this_machine_are_started_again(monkeypatch, scheduler, present, scaled):
+    """Two workers are requested. Where one is missing, a cluster of this machine (no scheduler) is scaled to 2."""
     dask = FakeDask(monkeypatch, *present)
     assert Workers(2, scheduler).ready_workers() == present and dask.scaled == scaled
 
 
 def test_worker_of_another_version_is_named_with_both_versions(monkeypatch):
+    """Worker b has numpy 0.1, unlike worker a and this process."""
     dask = FakeDask(monkeypatch, "a", "b")
     dask.installed["b"] = {**workers.versions(), "numpy": "0.1"}
     with pytest.raises(WorkerError, match=r"the worker b has numpy 0\.1, this machine "):
@@ -265,6 +276,10 @@ def test_scheduler_without_a_worker_is_given_up_after_some_time(monkeypatch):
 
 
 def test_answers_come_from_done_tasks_and_lost_workers(monkeypatch):
+    """Worker "a" is there and "gone" is not, so its task is lost and cancelled; one still waits and has no answer.
+
+    Task "slow" times out once in handing over its result; a TimeoutError that the task itself raised is raised again.
+    """
     FakeDask(monkeypatch, "a")
     done, slow = FakeTask("x"), FakeTask(TimeoutError(), "late", status="pending")
     lost, waiting = FakeTask(is_done=False), FakeTask(is_done=False)
@@ -277,6 +292,7 @@ def test_answers_come_from_done_tasks_and_lost_workers(monkeypatch):
 
 @pytest.mark.parametrize(("error", "is_at_once"), [(None, False), (ValueError, False), (KeyboardInterrupt, True)])
 def test_workers_end_at_once_only_when_interrupted(monkeypatch, error, is_at_once):
+    """``error``: what ends the work; on KeyboardInterrupt a shorter time is allowed, and Dask does not wait."""
     dask = FakeDask(monkeypatch, "a")
     Workers(1).__exit__(error)
     assert dask.closed[-1] == (workers.INTERRUPTED_CLOSING_S if is_at_once else workers.CLOSING_S)
