@@ -72,6 +72,7 @@ def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
 
 
 def test_a_pose_without_a_number_is_lost(tmp_path):
+    """The second of two poses lacks y."""
     broken = pose_row(stamp=3)
     del broken["position"]["y"]
     session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": [pose_row(stamp=1), broken]}}))
@@ -88,6 +89,7 @@ def test_a_pose_without_a_number_is_lost(tmp_path):
     ids=["two devices", "two recordings", "two lists"],
 )
 def test_duplicate_key_in_an_aframe_recording_is_refused(tmp_path, text, name):
+    """JSON keeps the last of two equal keys, which would lose the poses of the first in silence."""
     path = take_file(tmp_path, text % (json.dumps(pose_row(stamp=1)), json.dumps(pose_row(stamp=2))))
     assert_import_refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
 
@@ -115,6 +117,7 @@ def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
 
 
 def test_rotation_of_four_numbers_is_refused(tmp_path):
+    """A-Frame writes angles x, y, z; a rotation with a w is another program's."""
     rotated = {**pose_row(stamp=1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
     assert_import_refused(
         "aframe",
@@ -125,6 +128,10 @@ def test_rotation_of_four_numbers_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("angle", "text"), [(3.1, "guessed, not sure"), (31.0, "the format"), (0.0, "the format")])
 def test_angles_that_would_fit_radians_are_a_doubt(tmp_path, angle, text):
+    """``angle``: the largest of ten angles.
+
+    3.1 may be radians or degrees, 31 is no angle in radians, 0 is 0 in both.
+    """
     poses = [pose_row(k, (0.0, angle * k / 9, 0.0)) for k in range(10)]
     session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": poses}}))
     (unit,) = (row for row in assumptions_of(session.facts) if row.subject is Subject.ANGLE_UNIT)

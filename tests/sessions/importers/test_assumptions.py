@@ -26,6 +26,10 @@ def assumptions_by_subject(session):
     ("farthest", "confidence"), [(0.0, "open"), (0.019, "open"), (0.02, "sure"), (30.0, "sure"), (31.0, "open")]
 )
 def test_guessed_unit_is_open_for_implausible_room_size(farthest, confidence):
+    """``farthest``: how far from the origin poses are, in the guessed metres; rooms have 2 cm to 30 m.
+
+    A stated unit is sure.
+    """
     row = length_unit_assumption("m", farthest, "", ())
     assert (row.value, row.origin, row.confidence) == ("m", Origin.GUESS, Confidence(confidence))
     stated = SourceFrame.in_axes("openxr", "openxr", "mm", "clock")
@@ -33,6 +37,7 @@ def test_guessed_unit_is_open_for_implausible_room_size(farthest, confidence):
 
 
 def test_omitted_handedness_is_a_guess():
+    """The user says where x and y point, and not z."""
     frame = SourceFrame(convention("x right, y up"), "m", "clock", axes_origin=Origin.USER)
     rows = {row.subject: row for row in pose_assumptions(frame, [])}
     assert rows[Subject.HANDEDNESS].origin is Origin.GUESS and rows[Subject.POSE_AXES].origin is Origin.USER
@@ -40,6 +45,7 @@ def test_omitted_handedness_is_a_guess():
 
 @pytest.mark.parametrize("kind", ["metres", "angles-xyz-centimetres"])
 def test_motive_states_unit_and_order_with_sure_axes(kind):
+    """A take's header states its unit and its kind of rotation: quaternions, or Euler angles in the order X, Y, Z."""
     rows = assumptions_by_subject(import_session("optitrack", TAKES / f"{kind}.csv"))
     assert rows[Subject.LENGTH_UNIT].origin is Origin.FILE
     axes = rows[Subject.POSE_AXES]
@@ -70,6 +76,7 @@ def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, pieces, nam
 
 
 def test_axes_of_foxglove_transforms_are_an_open_guess(tmp_path):
+    """Transforms are usually in axes of ROS, and nothing in the file says so."""
     write_transforms(tmp_path / "take.mcap", [("cup", 10**9, (0, 0, 1), (0, 0, 0, 1))])
     axes = assumptions_by_subject(import_session("mcap", tmp_path / "take.mcap"))[Subject.POSE_AXES]
     assert (axes.value, axes.confidence) == ("ros", Confidence.OPEN) and "unity" in axes.alternatives

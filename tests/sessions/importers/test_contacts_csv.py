@@ -30,12 +30,17 @@ def contacts_of(tmp_path, text):
     ],
 )
 def test_same_contacts_are_read_from_every_dialect(tmp_path, text):
+    """A contact of cup and rod from 0.5 to 1.25 s: without and with a header, other delimiters, units, decimal commas.
+
+    Unity's and Unreal's words for begin and end are known too.
+    """
     contacts, sentences = contacts_of(tmp_path, text)
     assert contacts == [(500_000_000, "cup", "rod", "enter"), (1_250_000_000, "cup", "rod", "exit")]
     assert sentences == []
 
 
 def test_repeated_reports_are_merged_and_booked(tmp_path):
+    """The third report is the first with its bodies exchanged."""
     contacts, sentences = contacts_of(tmp_path, "\n".join([*ROWS, "0.5,rod,cup,begin"]))
     assert len(contacts) == 2 and sentences == ["c.csv: 1 of 3 contacts merged: that repeat a report"]
 
@@ -55,5 +60,6 @@ def test_repeated_reports_are_merged_and_booked(tmp_path):
     ],
 )
 def test_wrong_header_or_row_is_refused_with_its_cause(tmp_path, text, message):
+    """A header of three or five names, an unknown unit, and rows that are no report of two bodies."""
     with pytest.raises(ImportFileError, match=message):
         contacts_of(tmp_path, text)

@@ -58,6 +58,7 @@ def assumptions_by_draft(folder, header, row, *changes, count=20):
     ],
 )
 def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, row, subject, value, origin):
+    """The header or a row below it may state a unit (FILE); else the draft guesses from the numbers (GUESS)."""
     assumption = assumptions_by_draft(tmp_path, header, row)[subject]
     assert (assumption.value, assumption.origin) == (value, origin)
 
@@ -72,6 +73,7 @@ def test_guessed_time_unit_is_sure_at_tracker_rates(tmp_path, row, confidence):
 
 
 def test_guess_removed_from_mapping_becomes_a_user_statement(tmp_path):
+    """A draft lists its guesses under "guessed"; the user who deletes the line says that the unit of time is right."""
     rows = assumptions_by_draft(
         tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('guessed = ["time.unit"]', "")
     )
@@ -115,6 +117,10 @@ def test_angles_below_two_pi_leave_their_unit_open(tmp_path, angle, change, orig
     [("rad", "170", True), ("rad", "7", False), ("deg", "3.14", True), ("deg", "2", False), ("deg", "170", False)],
 )
 def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, angle, is_doubtful):
+    """``angle``: the largest.
+
+    170 rad are 27 turns, and 3.14 deg would be half a turn in radians; 2 deg may be what they say.
+    """
     path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
     path.write_text(f"t,x,y,z,rx,ry,rz\n0,1,2,3,0,{angle},0\n0.1,1,2,3,0,0,0\n")
     mapping.write_text(
@@ -127,6 +133,7 @@ def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, angle, is_d
 
 @pytest.mark.parametrize(("column", "origin"), [("time", Origin.FILE), ("stage", Origin.USER)])
 def test_clock_is_stated_by_a_column_named_after_time(tmp_path, column, origin):
+    """A column "stage" is the clock because the user's mapping says so."""
     path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
     path.write_text(f"{column},x,y,z,{QUATERNION}\n0,1,2,3,0,0,0,1\n1,1,2,3,0,0,0,1\n")
     mapping.write_text(
@@ -138,12 +145,14 @@ def test_clock_is_stated_by_a_column_named_after_time(tmp_path, column, origin):
 
 
 def test_an_euler_order_that_the_convention_fixes_is_its_word(tmp_path):
+    """Unity applies angles as z, x, y."""
     axes = ('convention = "openxr"', 'convention = "unity"')
     rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0,90,0", axes)
     assert (rows[Subject.EULER_ORDER].value, rows[Subject.EULER_ORDER].origin) == ("zxy", Origin.FORMAT)
 
 
 def test_misspelt_guess_in_a_mapping_is_refused_with_a_suggestion(tmp_path):
+    """The list of guesses in the mapping holds time.unti."""
     with pytest.raises(ImportFileError, match=r"guessed holds 'time\.unti'; did you mean 'time\.unit'"):
         assumptions_by_draft(
             tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('"time.unit"', '"time.unti"')

@@ -25,6 +25,7 @@ BODIES = [
 
 @pytest.mark.parametrize("style", STYLES)
 def test_every_body_has_the_columns_of_its_name(style):
+    """For each set of BODIES seven columns a body are written in this style and found again by their names."""
     for names in BODIES:
         columns = {name: [name + ending for ending in STYLES[style]] for name in names}
         poses = plain_poses([column for of_body in columns.values() for column in of_body])
@@ -52,6 +53,7 @@ def test_bodies_with_similar_names_keep_their_positions(tmp_path, style):
 
 
 def test_prefix_of_an_axis_tells_the_kind_of_a_column():
+    """p is a position, q a quaternion, and v a velocity, which is no part of a pose."""
     positions, rotations = [f"cup_p_{axis}" for axis in "xyz"], [f"cup_q_{axis}" for axis in "xyzw"]
     poses = plain_poses([*positions, *rotations, *(f"cup_v_{axis}" for axis in "xyz")])
     assert list(poses) == ["cup"] and [*poses["cup"].position] == positions and [*poses["cup"].rotation] == rotations

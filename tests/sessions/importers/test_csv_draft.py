@@ -30,7 +30,10 @@ def copied_log(folder, kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_completed_draft_gives_written_poses(tmp_path, kind):
-    """A log with unknown columns is refused with a draft, in which a person answers the open questions."""
+    """A row of logs.toml: a log with unknown columns is refused with a draft, whose open questions a person answers.
+
+    Poses are those of poses.txt, from which the logs were written.
+    """
     case, path, mapping = KINDS[kind], copied_log(tmp_path, kind), tmp_path / "log.columns.toml"
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
@@ -72,6 +75,7 @@ def test_convention_option_completes_a_draft_lacking_only_axes(tmp_path, kind):
 
 
 def test_command_writes_a_draft_and_goes_on_from_it(tmp_path, capsys):
+    """Without axes the command ends with code 1 and a draft; with --convention it goes on, also from that draft."""
     path, out, draft = copied_log(tmp_path, "one-body"), tmp_path / "s.mcap", tmp_path / "log.columns.toml"
     assert main(["import", "csv", str(path), "-o", str(out)]) == 1
     output = " ".join(capsys.readouterr().err.split())
@@ -89,6 +93,7 @@ def test_command_writes_a_draft_and_goes_on_from_it(tmp_path, capsys):
 
 
 def test_command_offers_no_convention_where_more_is_unknown(tmp_path, capsys):
+    """The log "kitti" has no times, so that --convention alone would not be enough."""
     path = copied_log(tmp_path, "kitti")  # its rate is unknown too
     assert main(["import", "csv", str(path), "-o", str(tmp_path / "s.mcap")]) == 1
     assert "--convention" not in capsys.readouterr().err
@@ -106,6 +111,10 @@ def test_convention_that_fixes_the_order_of_angles_completes_a_draft(tmp_path, c
 
 
 def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
+    """The user's file has the name of the draft.
+
+    In the draft the order of angles, the unit and the axes are comments.
+    """
     path = tmp_path / "log.csv"
     path.write_text("t,x,y,z,yaw,pitch,roll\n" + "".join(f"{k / 90},1,2,3,0,0,0\n" for k in range(9)))
     draft = tmp_path / "log.columns.toml"
@@ -130,6 +139,7 @@ def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
     ],
 )
 def test_facts_missing_in_a_header_are_questioned(tmp_path, header, row, text):
+    """A file of five rows: ``row`` has its number at {}; ``text``: of a question, or of the draft."""
     (tmp_path / "log.csv").write_text("\n".join([header, *(row.format(k) for k in range(5)), ""]))
     with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
         import_session("csv", tmp_path / "log.csv")
@@ -181,12 +191,14 @@ def test_time_columns_named_as_in_game_engines_are_recognised(tmp_path, clock, s
 
 
 def test_a_column_that_increases_is_offered_as_the_clock(tmp_path):
+    """The name "Spalte1" says nothing: its numbers increase by 0.011, and then are all 1."""
     draft = draft_of_log(tmp_path, "Spalte1", [0.011 * k for k in range(20)])
     assert '# column = "Spalte1"   # in place of rate_hz, if it is the time: it increases' in draft
     assert "it increases" not in draft_of_log(tmp_path, "Spalte1", [1.0] * 20)
 
 
 def test_error_lists_at_most_24_columns():
+    """Columns c0 to c23 are listed; with c24 the list ends in dots."""
     for count, listed in ((24, "c22, c23;"), (25, "c22, c23, ...;")):
         columns = [f"c{number}" for number in range(count)]
         assert f"{listed} describe them" in str(UnknownColumnsError(Path("log.csv"), columns, draft="", unknown=[]))

@@ -136,7 +136,10 @@ def test_matrices_become_quaternions_and_non_rotations_are_lost(import_by_mappin
 
 
 def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(write_csv, tmp_path):
-    """The glTF exporter flips X, the poses flip Z; both reverse the winding."""
+    """The glTF exporter flips X, the poses flip Z; both reverse the winding.
+
+    The tool's mesh is named by the caller or, half as large, by the scene; the box is a shape, which no exporter turns.
+    """
     inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
     rotation, position = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     path = write_csv(HEADER, pose_line(time=0.0, body="tool", numbers=(*position, *rotation.as_quat())))
@@ -156,6 +159,7 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(write_csv, tmp_path):
 
 
 def test_a_column_of_numbers_taken_for_names_is_refused(write_csv):
+    """1,001 rows name 1,001 bodies, 0 to 1000."""
     path = write_csv(HEADER, *(pose_line(time=0.0, body=f"{k}") for k in range(1001)))
     assert_import_refused("csv", path, r"column 'body' names 1,001 bodies; is it the column of names\?")
 
@@ -173,12 +177,17 @@ def test_unity_script_output_is_read_in_any_locale(write_csv, delimiter, decimal
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
 def test_ragged_non_utf_8_row_is_refused_in_a_sentence(tmp_path):
+    """The 502nd line is two cells, the second a byte of Latin-1."""
     rows = [pose_line(0.01 * k) for k in range(500)]  # beyond a block of the header
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
     assert_import_refused("csv", tmp_path / "take.csv", r"no CSV text in UTF-8 .*; save it as UTF-8")
 
 
 def test_empty_short_and_bad_cells_are_accounted_for(write_csv):
+    """Three rows: a whole one, one of three cells, which is dropped, and one whose y is nan, which is a lost pose.
+
+    A fourth with a letter for a number is refused. Poses are in Unity's axes, so that z changes its sign.
+    """
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked"
     lines = [head, "pose,0,cup,1,2,3,0,0,0,1,1", "", "pose,1,cup", "pose,2,cup,1,nan, 3 ,0,0,0,1,1"]
     session = import_session("csv", write_csv(*lines))
@@ -264,6 +273,7 @@ def test_non_pose_rows_become_triggers_events_or_unknown_kinds(write_csv):
 
 
 def test_contact_rows_become_reports_sorted_to_the_nanosecond(write_csv):
+    """The later report, at nine decimals, stands first."""
     path = write_csv("time,a,b,what", "1700000000.123456789,rod,beaker,end", "", " 0.5 , rod, beaker, Begin")
     assert read_contacts(path, Ledger(path)) == (
         LiveContact(500_000_000, "rod", "beaker", "enter"),
@@ -273,5 +283,6 @@ def test_contact_rows_become_reports_sorted_to_the_nanosecond(write_csv):
 
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_of_contacts_end_in_reports_or_a_sentence(write_csv, count):
+    """Twenty reports; ``count`` random changes of the file's bytes are tried one after another."""
     path = write_csv("time,a,b,what", *(f"{k / 8},rod,beaker,begin" for k in range(20)))
     tried(path, count, lambda: read_contacts(path, Ledger(path)))

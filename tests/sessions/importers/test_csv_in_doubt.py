@@ -36,6 +36,7 @@ def rows_of(times, *before):
 
 
 def test_two_clocks_of_other_rates_are_asked_about(tmp_path):
+    """One clock runs 1.5 times as fast as the other: which is it? With equal rates the question is needless."""
     times = np.arange(60) / 60
     header = ("device_time", "time", *(f"cup_{name}" for name in POSE))
     with pytest.raises(UnknownColumnsError) as raised:
@@ -51,6 +52,7 @@ def test_two_clocks_of_other_rates_are_asked_about(tmp_path):
     ("absent", "missing"), [("cup_z", "its position has no z"), ("cup_qy", "its quaternion has no y")]
 )
 def test_pose_that_lacks_a_column_is_asked_about(tmp_path, absent, missing):
+    """Rod and cup have seven columns each, but for one of the cup's."""
     header = ("time", *(f"{body}_{name}" for body in ("rod", "cup") for name in POSE))
     rows = [(k / 60, 0.001 * k, 1, 0, 0, 0, 0, 1, 0.002 * k, 1, 0, 0, 0, 0, 1) for k in range(60)]
     column = header.index(absent)
@@ -61,6 +63,7 @@ def test_pose_that_lacks_a_column_is_asked_about(tmp_path, absent, missing):
 
 
 def test_position_and_rotation_of_two_names_are_asked_about(tmp_path):
+    """ "rod" has a position alone, "arm" a rotation alone; the cup has both."""
     header = (
         "time",
         *(f"cup_{name}" for name in POSE),
@@ -75,6 +78,7 @@ def test_position_and_rotation_of_two_names_are_asked_about(tmp_path):
 
 
 def test_rows_in_no_order_of_time_are_refused(tmp_path):
+    """60 rows in random order: most would be lost as going back in time."""
     times = np.random.default_rng(0).permutation(60) / 60
     rows = [("cup", *row) for row in rows_of(times)]
     (tmp_path / "m.toml").write_text(MAPPING)
@@ -94,12 +98,14 @@ def test_points_of_thousands_beside_decimal_commas_are_refused(tmp_path):
 
 
 def test_vectors_in_a_cell_are_refused_by_name(tmp_path):
+    """Position and rotation are one cell each, as "(0.000, 1.000, 0.000)"."""
     rows = [(k / 60, f'"({0.001 * k:.3f}, 1.000, 0.000)"', '"(0, 0, 0, 1)"') for k in range(9)]
     with pytest.raises(ImportFileError, match=r"line 2: '\(0.000, 1.000, 0.000\)' is several numbers in one cell"):
         imported(tmp_path, ("time", "cup_position", "cup_rotation"), rows)
 
 
 def test_recordings_in_one_table_are_told_from_bodies(tmp_path):
+    """Two students' recordings stand one below the other, with the same times."""
     header = ("participant", "time", *(f"cup_{name}" for name in POSE))
     rows = [(student, *row) for student in ("S01", "S02") for row in rows_of(np.arange(60) / 60)]
     mapping = MAPPING.replace('[body]\nname = "name"', "[bodies.cup]")
@@ -111,6 +117,7 @@ def test_recordings_in_one_table_are_told_from_bodies(tmp_path):
 
 
 def test_names_that_differ_in_case_are_named_as_two_bodies(tmp_path):
+    """Rows are of "rod" and "Rod" in turn."""
     rows = [(("rod", "Rod")[k % 2], *row) for k, row in enumerate(rows_of(np.arange(60) / 60))]
     (tmp_path / "m.toml").write_text(MAPPING)
     session = imported(tmp_path, ("name", "time", *POSE), rows, mapping=tmp_path / "m.toml")
@@ -146,6 +153,10 @@ def test_missing_numbers_are_lost_poses(tmp_path, cell, first):
     ],
 )
 def test_sentinel_is_far_off_all_other_numbers(values, sentinel):
+    """A value of nines is a sentinel where it is far beyond all others: 999 beside 300, and not beside 400.
+
+    999 alone may be a length, 9999 alone may not; nan: there is none.
+    """
     assert sentinel_of(np.array(values, dtype=float)) == pytest.approx(sentinel, nan_ok=True)
 
 
@@ -159,6 +170,7 @@ def test_decimal_commas_beside_missing_numbers_are_read(tmp_path):
 
 
 def test_time_of_a_sentinel_is_missing(tmp_path):
+    """Row 7 (line 9 of the file) has the time -9999."""
     rows = [[-9999 if k == 7 else k / 60, 0.001 * k, 1, 0.5, 0, 0, 0, 1, "cup"] for k in range(60)]
     (tmp_path / "m.toml").write_text(MAPPING)
     with pytest.raises(ImportFileError, match="line 9, column 'time': the time is missing, for it is -9999; remove"):

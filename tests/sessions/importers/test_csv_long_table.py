@@ -79,6 +79,7 @@ def test_six_objects_are_six_bodies_from_the_first_draft(tmp_path, ids, pose, mo
     ],
 )
 def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, more, cure):
+    """60 of 240 rows stand twice with other numbers, or two cameras have all rows at the same stamps."""
     path = long_table(tmp_path / "six.csv", **more)
     error = unknown_columns(path)
     assert any(re.search(cure, gap) for gap in error.unknown)
@@ -101,6 +102,7 @@ def test_bodies_whose_stamps_all_differ_are_separated(tmp_path, column, names):
 
 
 def test_alternating_column_of_a_single_body_is_no_name(tmp_path):
+    """The column "parity" is 0 and 1 in turn; times never repeat, so it names no body."""
     path = tmp_path / "log.csv"
     lines = [f"{step / 90:.6f},{step % 2},{step / 900},1,0,0,0,0,1" for step in range(MOMENTS)]
     path.write_text("\n".join(["time,parity,x,y,z,qx,qy,qz,qw", *lines, ""]))
@@ -108,6 +110,7 @@ def test_alternating_column_of_a_single_body_is_no_name(tmp_path):
 
 
 def test_body_columns_of_a_wide_table_keep_their_name(tmp_path):
+    """Columns head_x ... are of a body "head", although a column "device" has two values, one after the other."""
     path = tmp_path / "wide.csv"
     rows = (f"HMD{moment // 20},{moment * STEP_NS},{moment},0,0,1,0,0,0" for moment in range(MOMENTS))
     path.write_text("device,time_ns,head_x,head_y,head_z,head_qw,head_qx,head_qy,head_qz\n" + "\n".join(rows) + "\n")
@@ -115,6 +118,7 @@ def test_body_columns_of_a_wide_table_keep_their_name(tmp_path):
 
 
 def test_two_cameras_make_the_rate_of_their_moments(tmp_path):
+    """The second camera stamps 0.1 ms later; a step is that between moments, 33 ms."""
     from sessions.doctor.timing import typical_step
 
     path = long_table(tmp_path / "six.csv", cameras=(0, 93_847))

@@ -70,27 +70,23 @@ def import_with(folder, mapping, **recording):
 @pytest.mark.sampled(12)
 @pytest.mark.parametrize("column", METRES_OF_A_UNIT)
 def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
-    path, out = (
-        write_recording(tmp_path / "log.csv", axes=headings_of_axes(column), metres=METRES_OF_A_UNIT[column]),
-        tmp_path / "s.mcap",
-    )
+    """The command imports POSITION, written in the unit of headings as "x (mm)", and it is in metres again."""
+    axes, out = headings_of_axes(column), tmp_path / "s.mcap"
+    path = write_recording(tmp_path / "log.csv", axes=axes, metres=METRES_OF_A_UNIT[column])
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert_track_is_that_of_the_constants(read_session(out))
 
 
 @pytest.mark.parametrize("column", METRES_OF_A_UNIT)
-def test_lengths_use_the_unit_in_csv_headings(tmp_path, column):
-    assert_track_is_that_of_the_constants(
-        import_with(
-            tmp_path,
-            mapping_text(headings_of_axes(column)),
-            axes=headings_of_axes(column),
-            metres=METRES_OF_A_UNIT[column],
-        )
-    )
+def test_a_mapping_leaves_the_unit_to_the_heading(tmp_path, column):
+    """A mapping names the columns and no unit: POSITION, written in that of the heading, is in metres again."""
+    axes, metres = headings_of_axes(column), METRES_OF_A_UNIT[column]
+    session = import_with(tmp_path, mapping_text(axes), axes=axes, metres=metres)
+    assert_track_is_that_of_the_constants(session)
 
 
 def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
+    """Unreal's lengths are in centimetres, those of the headings in metres; its axes change no distance."""
     path = write_recording(tmp_path / "log.csv", axes=headings_of_axes("x (m)"))
     (tmp_path / "map.toml").write_text(mapping_text(headings_of_axes("x (m)"), 'convention = "unreal"'))
     (track,) = import_session("csv", path, mapping=tmp_path / "map.toml").tracks.values()
@@ -110,6 +106,7 @@ def test_lengths_and_times_use_the_row_of_units(tmp_path, units):
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize("column", SECONDS_OF_A_UNIT)
 def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
+    """The command imports SECONDS, written in the unit of headings as "time_ms", and they are seconds again."""
     out = tmp_path / "s.mcap"
     path = write_recording(tmp_path / "log.csv", time=column, seconds=SECONDS_OF_A_UNIT[column])
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
@@ -117,6 +114,7 @@ def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
 
 
 def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
+    """ANGLE, in radians as the headings say, is a rotation about x; angles are degrees where nobody says."""
     euler = 'euler = {x = "rx [rad]", y = "ry [rad]", z = "rz [rad]"}\norder = "XYZ"'
     assert_track_is_that_of_the_constants(
         import_with(tmp_path, mapping_text("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]")
@@ -132,6 +130,7 @@ def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
     ],
 )
 def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, columns, stated):
+    """A unit that no recorder has, an unknown one, and two units in one position; --convention is no answer to that."""
     path, out = write_recording(tmp_path / "log.csv", axes=columns), tmp_path / "s.mcap"
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
@@ -141,6 +140,7 @@ def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, columns, state
 
 @pytest.mark.parametrize("column", ["time (frames)", "time [0.1ms]", "time (m)"])
 def test_draft_guesses_no_unit_of_time_beside_a_stated_unit(tmp_path, column):
+    """Frames, tenths of a millisecond and metres are no known unit of time."""
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", write_recording(tmp_path / "log.csv", time=column))
     assert "the unit of time" in refusal.value.unknown
@@ -160,11 +160,13 @@ def test_draft_guesses_no_unit_of_time_beside_a_stated_unit(tmp_path, column):
     ],
 )
 def test_mapping_that_contradicts_the_headings_is_refused(tmp_path, mapping, recording, message):
+    """Headings say mm and the mapping m, or ms and s; those of one position say m and mm, or an unknown unit."""
     with pytest.raises(ImportFileError, match=message):
         import_with(tmp_path, mapping, **recording)
 
 
 def test_mapping_that_names_the_columns_decides_alone(tmp_path):
+    """The header, which says mm, is skipped; the mapping gives each column a name, and metres."""
     axes = ["a", "b", "c"]
     lines = 'skip_lines = 1\nunits = "m"\ncolumns = ["time", "a", "b", "c", "qx", "qy", "qz", "qw"]'
     assert_track_is_that_of_the_constants(
@@ -173,6 +175,7 @@ def test_mapping_that_names_the_columns_decides_alone(tmp_path):
 
 
 def test_open_unit_of_lengths_is_reported_even_without_contacts(tmp_path, capsys):
+    """Positions of 300 to 1250 without a unit may be millimetres; they are taken for metres, as the command says."""
     path, out = write_recording(tmp_path / "log.csv", metres=1e-3), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert "unit of lengths: m; guessed, not sure" in " ".join(capsys.readouterr().err.split())

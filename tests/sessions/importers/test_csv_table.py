@@ -129,6 +129,7 @@ def test_single_row_with_decimal_commas_refuses_the_file(import_csv, row, line, 
 
 @pytest.mark.parametrize("row", ["0.5,1,2,3,0,0,0,1,,", "a,b,c,d,e,f,g,h,i", "0,1,2"])
 def test_rows_of_wrong_length_are_counted(import_csv, row):
+    """After 30 rows of eight cells one of ten, of nine or of three."""
     session = import_csv(csv_text(rows=[*ROWS, [row]]), MAPPING % "")
     assert ledger_text(session) == "1 of 31 rows dropped: with too few or too many cells"
 
@@ -189,6 +190,10 @@ SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
     ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", *ROTATED],
 )
 def test_unnamed_quaternion_order_is_a_question(tmp_path, content, likely):
+    """Columns q1 to q4 say no order.
+
+    A first or last number near 1 makes one likely; the draft leaves it to a person.
+    """
     error = draft_of(tmp_path / "log.csv", content)
     assert "the order of the quaternion (quaternion_xyzw or quaternion_wxyz)" in error.unknown
     assert likely in error.draft and not any(line.startswith("quaternion") for line in error.draft.splitlines())
@@ -229,6 +234,7 @@ def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
 
 
 def test_long_table_without_body_column_is_drafted_as_comment(tmp_path):
+    """30 times with three rows each and no column that tells them apart: 60 of 90 rows would be lost."""
     error = draft_of(tmp_path / "log.csv", csv_text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS]))
     assert any("60 of 90 rows are dropped" in unknown for unknown in error.unknown)
     assert "\n[bodies" not in error.draft and '\n# [bodies."log"]' in error.draft
@@ -245,12 +251,14 @@ def test_mapping_selects_its_table_of_a_file_with_two(import_csv, position):
 
 
 def test_missing_table_is_refused_with_all_names(import_csv):
+    """The mapping names 'Segment' for 'Segments'."""
     content = "\n".join([*SEGMENTS[1:], *TRAJECTORIES, ""])
     with pytest.raises(ImportFileError, match="no table 'Segment'; there are: 'Segments', 'Trajectories'"):
         import_csv(content, MAPPING % 'table = "Segment"\nskip_lines = 2')
 
 
 def test_unnamed_second_table_is_a_loss_with_its_cure(import_csv):
+    """Below the table of poses another begins, of which no mapping speaks."""
     session = import_csv(csv_text(below=TRAJECTORIES), MAPPING % "")
     assert ledger_text(session) == ANOTHER
     assert 'the mapping may name one: table = "TITLE"' in session.facts["conversions"]
@@ -293,6 +301,7 @@ position = ["x", "y", "z"]
 
 
 def test_roll_pitch_yaw_draft_leaves_axes_to_the_convention(tmp_path):
+    """Pitch is about another axis in each convention, so the draft names roles in place of axes."""
     rows = [[f"{k / 50:.2f}", *"123", "1.5", "2.5", "3.5"] for k in range(9)]
     content = csv_text(head=("Time", "LocX", "LocY", "LocZ", "Roll", "Pitch", "Yaw"), rows=rows)
     (tmp_path / "log.csv").write_text(content)

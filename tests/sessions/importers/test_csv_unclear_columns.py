@@ -102,6 +102,7 @@ def test_table_of_loggers_is_drafted_and_read(tmp_path, change):
     ],
 )
 def test_number_of_two_readings_is_refused(tmp_path, cells, text):
+    """Two rows begin with ``cells``, time and x; decimals have commas where the delimiter is a semicolon."""
     path, delimiter = tmp_path / "log.csv", ";" if ";" in cells[0] else ","
     rest = delimiter.join(["1", "0", "0", "0", "0", "1"])
     rows = [f"{delimiter.join([cell, rest])}" for cell in cells]
@@ -170,6 +171,7 @@ def test_columns_that_are_not_read_are_named(tmp_path):
 
 
 def test_columns_that_are_all_read_are_not_named(tmp_path):
+    """A time and a pose."""
     rows = [csv_row(SECONDS[step], pose(step)) for step in range(COUNT)]
     assert "not read" not in import_csv(tmp_path, f"time,{POSE}", *rows).facts["conversions"]
 
@@ -208,6 +210,7 @@ def test_columns_named_twice_by_pandas_are_a_second_body(tmp_path):
 
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-32-le", "utf-32"])
 def test_utf16_without_a_byte_order_mark_is_named(tmp_path, encoding):
+    """A table in Latin letters has a zero in every second byte, or three of four."""
     path = tmp_path / "log.csv"
     path.write_bytes(
         "\n".join([f"time,{POSE}", *(csv_row(SECONDS[k], pose(k)) for k in range(COUNT))]).encode(encoding)
@@ -323,7 +326,7 @@ def test_draft_asks_about_columns_whose_meaning_varies_by_row(tmp_path, column, 
     ],
 )
 def test_draft_asks_for_the_unit_of_a_line_above(tmp_path, line, unit):
-    """ "min" and "m." in the last line are no units of length."""
+    """``line`` stands above the header; "min" and "m." in the last are no units of length."""
     rows = [csv_row(SECONDS[step], pose(step)) for step in range(COUNT)]
     asked = "the unit of lengths (a line above the header says "
     unknown = refused_draft(tmp_path, line, f"time,{POSE}", *rows).unknown

@@ -231,12 +231,14 @@ def test_lengths_use_the_unit_of_the_convention_by_default(tmp_path):
     ],
 )
 def test_contradicting_choices_of_a_body_are_refused(tmp_path, option, texts, message):
+    """An option is given twice: for the tool, or for all bodies."""
     source = csv_of_pose(tmp_path, convention="openxr", orientation=Rotation.identity(), translation=np.zeros(3))
     given = {"meshes": {"tool": mesh_file(tmp_path, "obj", VERTICES, FACES)}, option: texts}
     assert_import_refused("csv", source, message, mapping=tmp_path / "map.toml", **given)
 
 
 def test_body_that_is_given_two_meshes_is_refused(tmp_path, capsys):
+    """--mesh tool=FILE stands twice: a usage error, exit code 2."""
     source = csv_of_pose(tmp_path, convention="openxr", orientation=Rotation.identity(), translation=np.zeros(3))
     mesh = mesh_file(tmp_path, "obj", VERTICES, FACES)
     options = ["--mapping", str(tmp_path / "map.toml"), "--mesh", f"tool={mesh}", "--mesh", f"tool={mesh}"]

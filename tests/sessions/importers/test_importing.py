@@ -43,6 +43,10 @@ def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
 
 
 def test_meshes_of_the_user_override_scene_and_stand_ins(tmp_path):
+    """A triangle of the user takes the place of the scene's sphere; where any mesh is given, no body gets a stand-in.
+
+    Where none is, heads and hands get one (camera, left), a table and a left wheel do not.
+    """
     scene = parse_scene('[[body]]\nid = "left"\nshape = "sphere"\nradius = 0.1\n')
     session = finish_import(
         session_of_bodies("left", "camera"),
@@ -58,6 +62,7 @@ def test_meshes_of_the_user_override_scene_and_stand_ins(tmp_path):
 
 
 def test_body_without_a_sample_is_named():
+    """The cup has two samples, the pen none."""
     nothing = PoseTable(np.zeros(0, dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 4)))
     cup = PoseTable(np.arange(2), np.zeros((2, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)))
     frame = SourceFrame.in_axes("openxr", "openxr", "m", "ns")
@@ -66,6 +71,7 @@ def test_body_without_a_sample_is_named():
 
 
 def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
+    """Five quaternions (0, 0, 0, 0); with one of them mended the recording is read."""
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
     log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind,tracked", *(f"{row},pose,1" for row in rows), ""]))
@@ -104,6 +110,7 @@ def outside(monkeypatch):
 
 
 def test_importer_of_another_package_is_listed_like_others(outside, tmp_path):
+    """Names are this program's, ``auto`` and those of entry points; ``number`` is a setting of the other's reader."""
     (tmp_path / "x").touch()
     assert importer_names() == [*IMPORTERS, "auto", "broken", "falls", "outside"]
     session = import_session("outside", tmp_path / "x", number=2, meshes={"cup": TRIANGLE})
@@ -117,6 +124,7 @@ def test_importer_of_another_package_is_listed_like_others(outside, tmp_path):
 
 
 def test_unloadable_importer_is_reported_and_hides_no_other(outside, tmp_path):
+    """ "broken" cannot be loaded, "csv" of another package does not replace ours, "falls" raises a KeyError."""
     (tmp_path / "x").touch()
     assert_import_refused("broken", tmp_path / "x", r"importer 'broken' failed .ModuleNotFoundError")
     assert_import_refused("csv", tmp_path / "none", "does not exist or is no file")

@@ -18,6 +18,7 @@ REASONS = st.dictionaries(st.sampled_from(["torn", "twice", "ragged"]), st.integ
 
 @given(st.lists(st.tuples(st.sampled_from(["rows", "samples"]), st.sampled_from("ab"), COUNTS, REASONS, REASONS)))
 def test_accounts_add_up_and_come_back_from_text(accounts):
+    """Random accounts (kind, body, rows kept, reason -> rows dropped, reason -> rows merged)."""
     ledger = Ledger("log.csv")
     for kind, body, kept, dropped, merged in accounts:
         read = kept + sum(dropped.values()) + sum(merged.values())
@@ -30,6 +31,10 @@ def test_accounts_add_up_and_come_back_from_text(accounts):
 
 @pytest.mark.parametrize(("read", "kept", "dropped"), [(3, 2, {}), (3, 3, {"torn": 1}), (2, 3, {"torn": -1})])
 def test_an_account_that_does_not_add_up_is_never_booked(read, kept, dropped):
+    """Rows read are those kept and dropped: 3 are not 2, nor 3 and 1, and no count is negative.
+
+    Text with such an account is read as no ledger.
+    """
     with pytest.raises(AssertionError):
         Ledger("log").book("rows", read=read, kept=kept, dropped=dropped)
     assert ledger_of({FACT: json.dumps([["rows", "", read, kept, dropped, {}]])}) is None
@@ -39,6 +44,7 @@ def test_an_account_that_does_not_add_up_is_never_booked(read, kept, dropped):
     "text", ["", "[", "{}x", "3", '[["rows"]]', '[["rows","",1,true,{},{}]]', '[["x","",1,1,{},{}]]', "[" * 9999]
 )
 def test_malformed_import_ledger_is_read_as_absent(text):
+    """No JSON, JSON of another form, a truth value for a count, an unknown kind, and JSON nested too deeply."""
     assert ledger_of({FACT: text}) is None
 
 
@@ -59,6 +65,7 @@ def pose_at_second(time, body="cup"):
 
 @pytest.mark.parametrize(("short", "warns"), [(2, False), (3, True)])
 def test_only_losses_above_1_percent_are_findings(tmp_path, short, warns):
+    """2 or 3 of 200 rows are cut short; the ledger has both, the doctor reports 1.5 % and not 1 %."""
     rows = [pose_at_second(0.1 * k) for k in range(200)]
     session = import_session("csv", write_log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
     assert ledger_text(session) == f"{short} of 200 rows dropped: with too few or too many cells"

@@ -63,6 +63,7 @@ EVERY_ANSWER = [
 
 @pytest.mark.parametrize("line_break", ["\n", "\r\n"])
 def test_forgetting_answers_restores_the_mapping_byte_by_byte(tmp_path, line_break):
+    """Seven answers change six lines: those of five keys, and the list "guessed"."""
     path = tmp_path / "map.toml"
     before = DRAFT.replace("\n", line_break).encode()
     path.write_bytes(before)
@@ -75,6 +76,7 @@ def test_forgetting_answers_restores_the_mapping_byte_by_byte(tmp_path, line_bre
 
 
 def test_answer_for_a_body_keeps_units_of_others(tmp_path):
+    """All meshes are in cm by the mapping; the answer says mm of the rod."""
     path = tmp_path / "map.toml"
     path.write_text('mesh_units = "cm"\n' + DRAFT)
     write_answers(path, [(assumption(Subject.MESH_UNIT, "rod"), "mm")])
@@ -92,6 +94,7 @@ def test_answer_for_a_body_keeps_units_of_others(tmp_path):
     ids=["no last line break", "a table alone", "a comment alone"],
 )
 def test_answer_is_written_above_all_tables(tmp_path, text, answered):
+    """``text``: the mapping before. A key below [time] would belong to that table."""
     path = tmp_path / "map.toml"
     path.write_text(text)
     write_answers(path, [(assumption(Subject.COLLIDER_AXES, "cup"), "gltf")])
@@ -100,6 +103,7 @@ def test_answer_is_written_above_all_tables(tmp_path, text, answered):
 
 
 def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):
+    """Cup and rod are y-up, and then the rod has its body's axes."""
     path = tmp_path / "map.toml"
     path.write_text(DRAFT)
     write_answers(path, [(assumption(Subject.MESH_AXES, "cup", "rod"), "y-up")])
@@ -108,6 +112,7 @@ def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):
 
 
 def test_multi_line_key_of_a_mapping_is_not_rewritten(tmp_path):
+    """The user's list of mesh_axes is over three lines."""
     path = tmp_path / "map.toml"
     text = 'mesh_axes = [\n  "cup=body",\n]\n' + DRAFT
     path.write_text(text)
@@ -118,6 +123,7 @@ def test_multi_line_key_of_a_mapping_is_not_rewritten(tmp_path):
 
 @pytest.mark.parametrize("kind", ["glb", "stl"])
 def test_the_next_import_by_the_mapping_asks_nothing(tmp_path, kind):
+    """Axes of meshes are the only open question; once "gltf" is written to the mapping, none is open."""
     write_scene(tmp_path, "ros", kind)
     meshes = {name: tmp_path / f"{name}.{kind}" for name in ("tool", "plate")}
     again = lambda: import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)  # noqa: E731
@@ -129,6 +135,7 @@ def test_the_next_import_by_the_mapping_asks_nothing(tmp_path, kind):
 
 
 def test_mesh_axes_option_overrides_the_mapping(tmp_path):
+    """The mapping says y-up, the option of the import body."""
     write_scene(tmp_path, "ros", "stl")
     (tmp_path / "map.toml").write_text('mesh_axes = ["y-up"]\n' + (tmp_path / "map.toml").read_text())
     meshes = {name: tmp_path / f"{name}.stl" for name in ("tool", "plate")}

@@ -147,6 +147,7 @@ def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text
 
 
 def test_requested_roots_form_a_single_world(tmp_path):
+    """a is in the frame map, b in the frame room; the user requests both topics."""
     rows = [
         (topic, FRAME, k, transform(parent, topic[1:], stamp=k, body=k, row=k))
         for k in (1, 2)
@@ -183,7 +184,10 @@ STAMPED = {
 
 @pytest.mark.parametrize("kind", STAMPED)
 def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
-    """Expected are stamps in ns or the message of a refusal."""
+    """A row of STAMPED: the timestamp of message k, 1 or 2, and stamps in ns or words of the refusal.
+
+    Messages are logged at 101 and 102 ns, which counts where they have no stamp.
+    """
     stamp, expected = STAMPED[kind]
     rows = [("/t", FRAME, 100 + k, {**transform("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
     path = write_json_mcap(tmp_path / "a.mcap", rows)
@@ -285,6 +289,7 @@ def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", body=0):
     ids=["apart", "once", "later", "static"],
 )
 def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
+    """The cup is in messages of two topics, once or often, at the same times or later. One topic alone is read."""
     path = write_json_mcap(tmp_path / "a.mcap", messages)
     assert_import_refused("mcap", path, text)
     assert import_session("mcap", path, topics=[messages[-1][0]]).names == ("cup",)
@@ -307,6 +312,7 @@ def test_transforms_dropped_for_bad_stamps_are_counted(tmp_path, stamp, kept, te
 
 
 def test_unordered_messages_lose_no_pose(tmp_path):
+    """The second half of 20 messages stands first in the file; their log times are in order."""
     messages = transforms("/tf")
     session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
     assert len(session.tracks["cup"]) == 20 and ledger_text(session) == ""
@@ -344,6 +350,10 @@ def damaged_file(path, *, chunked, cut=0, broken=0, crc=True):
     ids=["no chunks, cut", "chunks, cut", "a bad chunk", "no index", "no checksums"],
 )
 def test_torn_foreign_file_is_recovered_by_the_import(tmp_path, how):
+    """60 messages, cut or damaged (``how``); imported are those that the format's own library reads before the damage.
+
+    ``replay recover`` and reading as a session refuse the file and name the import; the doctor does not offer recovery.
+    """
     path = damaged_file(tmp_path / "a.mcap", **how)
     whole = {message.log_time for message in whole_messages(path)}
     session = import_session("mcap", path)
@@ -429,12 +439,14 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, capfd):
+    """A row of BROKEN: a function that writes the file, and words of the refusal."""
     write, sentence = BROKEN[name]
     assert_import_refused("mcap", write(tmp_path / "a.mcap"), sentence)
     assert capfd.readouterr() == ("", "")
 
 
 def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch):
+    """``None`` in sys.modules makes the import of mcap_ros2 fail."""
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     assert_import_refused(
         "ros2",
@@ -453,6 +465,10 @@ def frame_messages_at(*stamps, logged=None, child="cup"):
 
 
 def test_topics_that_are_not_read_are_named(tmp_path):
+    """Beside /tf are a scene and an IMU; of more than NAMED_TOPICS the rest is a number.
+
+    A chosen topic asks for no others.
+    """
     others = [("/scene", "foxglove.SceneUpdate", 1, {"entities": []}), ("/imu", "sensor_msgs/msg/Imu", 2, {})]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *others]))
     unread = "topics that are not read: /scene (foxglove.SceneUpdate), /imu (sensor_msgs/msg/Imu)"
@@ -495,6 +511,7 @@ def test_odometry_is_a_pose_of_its_topic(tmp_path):
 
 
 def test_late_logging_costs_no_transform_whose_stamps_increase(tmp_path):
+    """Log times are up to 30 ms off, so out of order at steps of 11 ms; stamps are not."""
     logged = STAMPS + (30_000_000 * np.sin(np.arange(COUNT))).astype(np.int64)
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*STAMPS, logged=logged)))
     assert session.tracks["cup"].times_ns.tolist() == STAMPS.tolist()
@@ -508,7 +525,8 @@ def table_of_transforms(stamps, logged):
     return tree.tables()[0]["cup"].times_ns.tolist()
 
 
-def test_transforms_follow_their_log_where_neither_order_is_the_files():
+def test_transforms_follow_their_log_unless_stamps_increase():
+    """Stamps and log times, in the order of the file: that counts where stamps increase in it, else that of the log."""
     increasing, swapped, falling = [10, 20, 30], [20, 10, 30], [30, 20, 10]
     assert table_of_transforms(increasing, swapped) == increasing
     assert table_of_transforms(swapped, swapped) == increasing
@@ -517,6 +535,7 @@ def test_transforms_follow_their_log_where_neither_order_is_the_files():
 
 
 def test_stamps_of_zero_among_others_are_dropped(tmp_path):
+    """Every fifth of 25 stamps is 0, which stands for none."""
     stamps = STAMPS.copy()
     stamps[::5] = 0
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*stamps, logged=STAMPS)))
@@ -526,6 +545,7 @@ def test_stamps_of_zero_among_others_are_dropped(tmp_path):
 
 
 def test_simulation_that_begins_at_zero_keeps_its_first_transform(tmp_path):
+    """The first stamp is 0 and the others follow in steps of 11 ms."""
     stamps = STAMPS - STAMPS[0]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*stamps)))
     assert session.tracks["cup"].times_ns.tolist() == stamps.tolist()

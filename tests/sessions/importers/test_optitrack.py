@@ -27,6 +27,7 @@ UNITS = {
 
 @pytest.mark.parametrize("kind", UNITS)
 def test_rigid_bodies_arrive_in_metres_at_take_times(kind):
+    """Five takes of the same eight poses of two bodies (poses.txt), in other units, rotations and versions."""
     session = import_session("optitrack", FOLDER / f"{kind}.csv")
     assert set(session.names) == set(POSES)
     for name, poses in POSES.items():
@@ -39,6 +40,7 @@ def test_rigid_bodies_arrive_in_metres_at_take_times(kind):
 
 
 def test_frames_without_a_pose_are_lost(tmp_path):
+    """Frames 3 and 4 have a number and a time, and empty cells."""
     lines = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
     blank = [3, 4]
     for frame in blank:
@@ -53,6 +55,7 @@ def test_frames_without_a_pose_are_lost(tmp_path):
 
 
 def test_rows_that_are_too_short_are_dropped_and_counted(tmp_path):
+    """A ninth row ends after its time."""
     take = (FOLDER / "metres.csv").read_text("utf-8").rstrip()
     too_short = "8,0.2"  # a frame and its time, without a pose
     (tmp_path / "take.csv").write_text(f"{take}\r\n{too_short}", newline="")
@@ -88,6 +91,7 @@ def take(path, bodies):
     ids=["two IDs", "one ID", "a bone", "three and a number"],
 )
 def test_bodies_of_equal_name_are_numbered_and_kept(tmp_path, bodies, names):
+    """``bodies``: kind, name and ID of each, whose x is its number in the file."""
     session = import_session("optitrack", take(tmp_path / "take.csv", bodies))
     assert list(session.names) == names
     assert [track.positions[0, 0] for track in session.tracks.values()] == [*map(float, range(len(bodies)))]
@@ -96,6 +100,7 @@ def test_bodies_of_equal_name_are_numbered_and_kept(tmp_path, bodies, names):
 
 @pytest.mark.parametrize("line", [",Type", "Frame"])
 def test_take_without_a_line_of_its_header_is_refused(tmp_path, line):
+    """The line that names kinds of bodies is removed, or the one that names columns."""
     lines = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
     (tmp_path / "take.csv").write_text("\n".join(text for text in lines if not text.startswith(line)))
     with pytest.raises(ImportFileError, match="no lines that begin with ',Type' and 'Frame' name the columns"):
@@ -103,6 +108,7 @@ def test_take_without_a_line_of_its_header_is_refused(tmp_path, line):
 
 
 def test_line_of_empty_cells_above_the_header_is_passed_over(tmp_path):
+    """The second line is four empty cells, as a spreadsheet writes an empty line."""
     first, *others = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
     (tmp_path / "take.csv").write_text("\n".join([first, ",,,", *others]))
     assert {*import_session("optitrack", tmp_path / "take.csv").names} == {*POSES}

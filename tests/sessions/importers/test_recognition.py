@@ -44,6 +44,7 @@ def test_samples_are_recognised_and_mutants_end_in_session_or_sentence(tmp_path,
 
 @pytest.mark.slow
 def test_binary_mutants_of_usd_end_in_session_or_sentence(tmp_path):
+    """20 mutants of a binary USD file; each is tried in a process of its own, which may die."""
     pytest.importorskip("pxr")
     source = tmp_path / "lid.usdc"
     shutil.copy(HERE / "samples/lid.usdc", source)
@@ -56,12 +57,17 @@ def test_binary_mutants_of_usd_end_in_session_or_sentence(tmp_path):
     [("take.txt", b"\xef\xbb\xbftime;x;y\r\n", "csv"), ("trial_results.csv", b"experiment,ppid\n", "uxf")],
 )
 def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known):
+    """A text of three cells in its first line is a CSV, whatever its name; UXF's files have names of their own."""
     (tmp_path / file).write_bytes(data)
     name, why = recognised_format(tmp_path / file)
     assert name == known and ("3 cells" in why or known != "csv")
 
 
 def test_uxf_folder_is_recognised_by_tracker_and_trial_files(tmp_path):
+    """A folder with another CSV is none of UXF's.
+
+    With files of a tracker and of trials it is, and so are their folders.
+    """
     (tmp_path / "notes.csv").write_text("time,pos_x\n")
     with pytest.raises(ImportFileError, match="is a folder, but not one of UXF; name a file"):
         import_session("auto", tmp_path)
@@ -80,6 +86,7 @@ def test_uxf_folder_is_recognised_by_tracker_and_trial_files(tmp_path):
 
 @pytest.mark.parametrize("start", [b"#ROSBAG V2.0\n", b"SQLite format 3\x00"])
 def test_other_bags_are_refused_with_the_converting_command(tmp_path, start):
+    """Bags of ROS 1 and of ROS 2 in SQLite, and then the folder of a bag of ROS 2."""
     (tmp_path / "x.bag").write_bytes(start + bytes(100))
     with pytest.raises(ImportFileError, match=r"bags? of ROS .*rosbags-convert --src BAG .* --dst-storage mcap"):
         recognised_format(tmp_path / "x.bag")
@@ -101,6 +108,7 @@ def test_other_bags_are_refused_with_the_converting_command(tmp_path, start):
     ],
 )
 def test_files_that_are_no_text_are_named(tmp_path, kind, start, text):
+    """``start``: the first bytes of a file that is called log.csv."""
     (tmp_path / "log.csv").write_bytes(start)
     with pytest.raises(ImportFileError, match=text):
         import_session(kind, tmp_path / "log.csv")

@@ -189,6 +189,7 @@ WRITERS = {
 
 
 def test_every_importer_has_a_writer_here():
+    """WRITERS has all importers but three, whose files have no row a body and time."""
     # A motion of joints has one row for all bodies, a capsule of a hand two joints, and time samples are no rows.
     assert WRITERS.keys() == IMPORTERS.keys() - {"mjcf", "hands", "usd"}
 
@@ -234,6 +235,7 @@ def test_row_mutants_report_every_loss_above_1_percent(tmp_path, name, count):
 
 @pytest.mark.parametrize("count", MUTANTS)
 def test_of_row_mutants_of_contacts_every_row_arrives(tmp_path, count):
+    """Random edits of a file of contacts: all different reports arrive, and equal ones once."""
     path = tmp_path / "engine.csv"
 
     @settings(max_examples=count, database=None, deadline=None, suppress_health_check=[*HealthCheck])

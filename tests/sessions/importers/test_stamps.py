@@ -24,6 +24,7 @@ def longest_increase(values):
 
 @given(st.lists(st.integers(0, 12), max_size=25))
 def test_longest_increasing_subsequence_stays(values):
+    """Up to 25 random stamps; the recurrence gives the length of the longest increasing selection."""
     stamps = np.array(values, dtype=np.int64)
     keep = longest_increasing(stamps)
     assert (np.diff(stamps[keep]) > 0).all()
@@ -68,12 +69,14 @@ def test_a_clock_that_starts_again_is_refused(stamps):
 
 
 def test_equal_stamps_keep_a_single_sample_and_count_others():
+    """90 samples at 5 ns."""
     keep, ledger = rows_and_ledger(np.full(90, 5, dtype=np.int64))
     assert np.flatnonzero(keep).tolist() == [0]
     assert ledger.sentences() == ["cup: 89 of 90 samples dropped: with the stamp of another sample"]
 
 
 def test_a_state_takes_the_last_value_of_each_stamp():
+    """Stamps 3, 1, 3, 2, 1: rows 4, 3 and 2 are the last of 1, 2 and 3; two rows are lost."""
     rows = last_of_each_stamp("trigger", np.array([3, 1, 3, 2, 1]), ledger := Ledger("log"))
     assert rows.tolist() == [4, 3, 2] and [entry.lost for entry in ledger] == [2]
 
@@ -89,10 +92,12 @@ def test_a_state_takes_the_last_value_of_each_stamp():
     ],
 )
 def test_a_date_keeps_its_nanoseconds(text, expected):
+    """``expected``: nanoseconds since 1970 in UTC, which is meant where no zone is written."""
     assert wall_clock_ns(text) == expected
 
 
 def test_times_of_day_go_on_past_midnight():
+    """A minute before midnight, and a minute after it: ``days`` are added where that makes the steps short."""
     late, early = DAY_NS - 60_000_000_000, 60_000_000_000
     for times, days in (([late, early, early], [0, 1, 1]), ([early, late, early], [1, 0, 1]), ([early, early], [0, 0])):
         assert past_midnight(np.array(times)).tolist() == [t + d * DAY_NS for t, d in zip(times, days, strict=True)]
@@ -106,11 +111,13 @@ def test_times_of_day_go_on_past_midnight():
         ("02.01.1971 00:00:01.5", "%d.%m.%Y %H:%M:%S.%f", 366 * DAY_NS + 1_500_000_000),  # 1970 has 365 days
     ],
 )
-def test_time_of_day_without_date_counts_from_midnight(text, form, expected):
+def test_time_in_a_form_counts_from_midnight_or_1970(text, form, expected):
+    """``expected``: nanoseconds from midnight, or from 1970 on where there is a date."""
     assert wall_clock_ns(text, form) == expected
 
 
 def test_dates_and_times_differ_from_other_texts():
+    """Dates in three forms, a time, and both; a word, numbers, and a date of mixed signs are none."""
     moments = ("2026-03-28", "28.03.2026", "3/28/26", "12:00:01", "2026-03-28T12:00:01")
     assert all(map(is_date_or_time, moments))
     assert not any(map(is_date_or_time, ("cup", "12", "1.5", "2026-03.28", "")))

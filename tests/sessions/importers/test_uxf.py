@@ -42,6 +42,7 @@ def test_objects_arrive_from_unitys_euler_angles_over_all_trials(uxf_folder):
 
 
 def test_trials_that_ended_are_intervals_with_their_results(uxf_folder):
+    """The first trial lasts from 4.1 to 5.25 s and has a score of 7, the second has none; others did not end."""
     first, second = import_session("uxf", uxf_folder).intervals
     assert (first.start_ns, first.end_ns, first.kind, first.name) == (4_100_000_000, 5_250_000_000, "task", "trial 1")
     assert first.data["score"] == "7" and first.data["ppid"] == "p01"
@@ -50,12 +51,17 @@ def test_trials_that_ended_are_intervals_with_their_results(uxf_folder):
 
 
 def test_trials_without_numbers_are_counted_in_their_order(uxf_folder):
+    """The column trial_num is renamed."""
     path = uxf_folder / "trial_results.csv"
     path.write_text(path.read_text().replace("trial_num", "attempt"))
     assert [interval.name for interval in import_session("uxf", uxf_folder).intervals] == ["trial 1", "trial 2"]
 
 
 def test_other_columns_of_trackers_are_scalars_over_all_trials(uxf_folder):
+    """Columns "pupil" of numbers and "state" of words are added to the head's; a heart belt has a file without a pose.
+
+    The belt's second sample goes back in time, so that one of its three is dropped; an empty cell is nan.
+    """
     for trial in (1, 2):
         path = uxf_folder / "trackers" / f"head_movement_T00{trial}.csv"
         lines = path.read_text().splitlines()
@@ -103,12 +109,14 @@ BROKEN = [
 
 @pytest.mark.parametrize(("change", "text"), BROKEN, ids=map(str, range(len(BROKEN))))
 def test_broken_folder_is_refused_in_a_sentence(uxf_folder, change, text):
+    """A row of BROKEN: a change of the folder, and words of the refusal."""
     change(uxf_folder)
     assert_import_refused("uxf", uxf_folder, text)
 
 
 @pytest.mark.parametrize("data", [b"", "time,pos_x\n".encode("utf-16")])
 def test_uxf_tracker_file_without_known_columns_is_reported(uxf_folder, data):
+    """The head's file of the first trial is empty, or in UTF-16; the poses of the second trial, COUNT, are read."""
     (uxf_folder / HEAD).write_bytes(data)
     session = import_session("uxf", uxf_folder)
     text = "head_movement_T001.csv: 1 of 1 files dropped: whose first line does not name time"
@@ -116,6 +124,7 @@ def test_uxf_tracker_file_without_known_columns_is_reported(uxf_folder, data):
 
 
 def test_torn_last_line_costs_a_single_row(uxf_folder):
+    """The head's second file loses its last letter, which may be a digit, and then its last cell."""
     path = uxf_folder / "trackers" / "head_movement_T002.csv"
     text = path.read_text().rstrip("\n")
     path.write_text(text[:-1])
@@ -148,6 +157,7 @@ def test_tracker_with_four_rotations_writes_quaternions(uxf_folder):
 
 
 def test_angles_of_trackers_that_would_fit_radians_are_a_doubt(uxf_folder):
+    """All angles are written in radians, and then none is too large to be either."""
     whole = import_session("uxf", uxf_folder)
     for path in (uxf_folder / "trackers").glob("*_movement_*.csv"):
         head, *lines = path.read_text().splitlines()

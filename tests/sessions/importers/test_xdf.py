@@ -180,6 +180,7 @@ def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
 
 
 def test_rows_of_confidence_0_are_lost(tmp_path):
+    """The eighth channel, Confidence, is 0 and 1 in turn."""
     rod_poses = rows_of_both_bodies()[:, :7]
     confidence = np.arange(COUNT) % 2  # 0, 1, 0, 1 ...
     rows = np.column_stack([rod_poses, confidence])
@@ -259,6 +260,7 @@ SEPARATE = {
 
 @pytest.mark.parametrize("kind", SEPARATE)
 def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
+    """A row of SEPARATE: streams at once, or of other names or kinds, are other bodies called Cup."""
     streams, names = SEPARATE[kind]
     pieces = [piece for number, first, last, more in streams for piece in chunks_of_cup(number, first, last, **more)]
     session = import_session("xdf", xdf_file(tmp_path, *pieces))
@@ -268,6 +270,7 @@ def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
 
 
 def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
+    """Two streams "Mocap" last equally long, the second 4 ms later."""
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace("Controllers", "Mocap"))
     pieces = [*chunks_of_cup(number=1, first=0, last=COUNT), *chunks_of_cup(number=2, first=0, last=COUNT, shift=0.004)]
     with pytest.raises(ImportFileError, match="2 streams are called 'Mocap' and differ in channels or overlap in time"):
@@ -303,12 +306,17 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_file_is_refused_in_a_sentence(tmp_path, name):
+    """A row of BROKEN: a function that makes the chunks of a file, and words of the refusal."""
     pieces, text = BROKEN[name]
     assert_import_refused("xdf", xdf_file(tmp_path, *pieces()), text)
 
 
 @pytest.mark.parametrize("ending", [".xdfz", ".xdf.gz"])
 def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending, monkeypatch):
+    """The file, packed by gzip, gives the same poses.
+
+    With 1 MB of zeros behind it, and 1,000 bytes allowed, it is refused.
+    """
     path = xdf_file(tmp_path, *mocap_chunks())
     expected, packed = import_session("xdf", path), path.with_suffix(ending)
     packed.write_bytes(gzip.compress(path.read_bytes()))
@@ -322,6 +330,7 @@ def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending
 
 
 def test_other_files_and_missing_library_are_refused_in_a_sentence(tmp_path, monkeypatch):
+    """A CSV called x.xdf; then ``None`` in sys.modules makes the import of pyxdf fail."""
     path = tmp_path / "x.xdf"
     path.write_text("time,x,y\n")
     assert_import_refused("xdf", path, "is no whole XDF file")
@@ -348,12 +357,14 @@ def test_lengths_use_the_unit_stated_by_xdf_channels(tmp_path, unit, scale):
 
 
 def test_mapping_that_contradicts_the_units_of_channels_is_refused(tmp_path):
+    """Channels say mm, the mapping m."""
     (tmp_path / "map.toml").write_text('units = "m"' + CUP_MAP)
     with pytest.raises(ImportFileError, match='channels state lengths in mm, and the mapping says units = "m"'):
         import_session("xdf", xdf_file(tmp_path, *mocap_chunks(unit="mm")), mapping=tmp_path / "map.toml")
 
 
 def test_positions_in_mixed_units_are_refused(tmp_path):
+    """The channel of the rod's y says mm, all others metres."""
     described = channel_headers()
     described[1]["unit"] = "mm"
     path = xdf_file(
@@ -363,6 +374,7 @@ def test_positions_in_mixed_units_are_refused(tmp_path):
 
 
 def test_channels_beside_poses_that_are_not_read_are_named(tmp_path):
+    """The cup's x is of another object, so that the rod alone has a whole pose."""
     described = channel_headers()
     described[7]["object"] = "Other"  # of the cup's place X, so that neither has a whole pose
     path = xdf_file(

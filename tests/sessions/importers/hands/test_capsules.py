@@ -50,6 +50,7 @@ def test_capsules_are_inscribed_in_the_hull_of_two_spheres(length, radius, paren
 
 
 def test_capsule_without_radius_is_refused():
+    """The sphere at the joint has a radius of 0, that at its parent 1 cm."""
     with pytest.raises(SceneError, match="give radii above 0"):
         capsule_mesh(length=0.03, radius=0.0, parent_radius=0.01)
 

@@ -95,7 +95,7 @@ def write_export(exporter, path, hands):
     ],
 )
 def test_exporters_write_the_same_hands(tmp_path, exporter, bones):
-    """``bones``: how many of a hand an exporter's joints make."""
+    """``bones``: how many of a hand an exporter's joints make. Finger tips come back to 0.1 um, and no row is lost."""
     hands = moving_hands()
     path = write_export(exporter, tmp_path / "take.csv", hands)
     assert recognised_format(path)[0] == "hands"
@@ -117,6 +117,7 @@ def test_exporters_write_the_same_hands(tmp_path, exporter, bones):
 
 
 def test_a_csv_of_hands_needs_no_name_of_its_format(tmp_path):
+    """It is imported as any CSV and taken for hands by the names of its columns."""
     session = import_session("csv", write_wide(tmp_path / "take.csv", TIMES, left_hand()))
     assert session.facts["taken_for"].startswith("hands, because its columns")
 
@@ -134,6 +135,7 @@ def write_in_axes(path, hands, axes, unit):
 @pytest.mark.slow
 @pytest.mark.parametrize(("axes", "unit"), [("unreal", "cm"), ("ros", "mm")])
 def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
+    """The user names the axes; the unit follows from the size of the hands. Positions are in metres again."""
     hands = moving_hands()
     session = import_session(
         "hands", write_in_axes(tmp_path / "take.csv", hands=hands, axes=axes, unit=unit), convention=axes
@@ -145,6 +147,7 @@ def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
 
 
 def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
+    """Columns of positions are called ..._Px (cm) and so on."""
     take = write_in_axes(tmp_path / "take.csv", hands=left_hand(), axes="openxr", unit="cm")
     names, _, rows = take.read_text().partition("\n")
     take.write_text(re.sub(r"(_P[xyz])", r"\1 (cm)", names) + "\n" + rows)
@@ -157,6 +160,7 @@ def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
     ("axes", "alternatives"), [("unity", {"unity", "unreal"}), ("openxr", {"openxr", "ros", "z-up"})]
 )
 def test_bending_fingers_say_the_handedness_of_the_axes(tmp_path, axes, alternatives):
+    """The left hand is in axes that nobody names, Unity's (left-handed) or OpenXR's; so are all alternatives."""
     session = import_session("hands", write_in_axes(tmp_path / "take.csv", hands=left_hand(), axes=axes, unit="m"))
     guess = assumption_about(session, Subject.POSE_AXES)
     assert guess.origin is Origin.GUESS
@@ -167,6 +171,7 @@ def test_bending_fingers_say_the_handedness_of_the_axes(tmp_path, axes, alternat
 
 
 def test_straight_fingers_leave_the_axes_open(tmp_path):
+    """Fingers that are bent by 0.02 rad do not say to which side they bend."""
     straight = {"left": made_hand(np.full(len(TIMES), 0.02), side="left")}
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, straight))
     assert assumption_about(session, Subject.POSE_AXES).confidence is Confidence.OPEN
@@ -174,6 +179,7 @@ def test_straight_fingers_leave_the_axes_open(tmp_path):
 
 @pytest.mark.parametrize(("convention", "mirrored"), [("unity", True), ("openxr", False)])
 def test_axes_that_mirror_the_hands_are_named(tmp_path, convention, mirrored):
+    """The hand is written in OpenXR's axes; read in Unity's, which are left-handed, its fingers bend backwards."""
     path = write_wide(tmp_path / "take.csv", TIMES, left_hand())
     session = import_session("hands", path, convention=convention)
     assert ("bend backwards" in session.facts.get("assumed", "")) == mirrored
@@ -194,6 +200,7 @@ def test_radii_are_the_files_or_a_guess_with_source(tmp_path):
 
 
 def test_impossible_radii_are_guessed(tmp_path):
+    """The file has radii of 8 mm, but 0 m, none and 5 m for three joints."""
     impossible = {"index tip": 0.0, "ring tip": float("nan"), "thumb tip": 5.0}
     radii = dict.fromkeys(JOINTS, 0.008) | impossible
     session = import_session("hands", write_long(tmp_path / "take.csv", TIMES, left_hand(), radii=radii))
@@ -202,6 +209,7 @@ def test_impossible_radii_are_guessed(tmp_path):
 
 
 def test_widths_of_leap_are_twice_the_radii(tmp_path):
+    """The file has widths of 16 mm, in millimetres as all its lengths, so that radii are 8 mm."""
     session = import_session("hands", write_leap(tmp_path / "leap.csv", TIMES, left_hand()))
     assert assumption_about(session, Subject.JOINT_RADII).origin is Origin.FILE
     assert session.meshes["left index tip"].vertices[:, 1].max() == pytest.approx(0.008, abs=1e-9)
@@ -209,6 +217,7 @@ def test_widths_of_leap_are_twice_the_radii(tmp_path):
 
 
 def test_bodies_beside_the_hands_come_along(tmp_path):
+    """Beside the 21 bones of a hand the CSV has a cup's position and quaternion."""
     path = [("cup_pos_x", TIMES), ("cup_pos_y", 1.0 + 0 * TIMES), ("cup_pos_z", 0 * TIMES)]
     path += [(f"cup_rot_{axis}", np.full(len(TIMES), float(axis == "w"))) for axis in "xyzw"]
     session = import_session("auto", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=path))
@@ -227,6 +236,7 @@ NOT_TAKEN = {
 
 
 def test_bodies_that_are_not_taken_beside_hands_are_named(tmp_path):
+    """NOT_TAKEN has the columns of each body, and the reason that the import gives."""
     columns = [(f"{body}_{name}", 0.1 + 0 * TIMES) for body, (names, _) in NOT_TAKEN.items() for name in names.split()]
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=columns))
     assert not {*NOT_TAKEN} & {*session.names}
@@ -235,6 +245,7 @@ def test_bodies_that_are_not_taken_beside_hands_are_named(tmp_path):
 
 
 def test_body_in_rows_of_joints_is_not_taken(tmp_path):
+    """A row is a joint and a time, so that a head's position would repeat in all rows of a time."""
     path = write_long(tmp_path / "take.csv", TIMES, left_hand())
     head, *rows = path.read_text().splitlines()
     path.write_text("\n".join([f"{head},head_pos_x,head_pos_y,head_pos_z", *(f"{row},0.1,0.1,0.1" for row in rows)]))
@@ -261,11 +272,13 @@ def still_hand(curl):
 
 @pytest.mark.parametrize("curl", CURLS)
 def test_joints_in_their_order_are_accepted(curl):
+    """``curl``: the angle of each joint of a finger; None: no two joints are exchanged."""
     assert exchanged_joints(still_hand(curl)) is None
 
 
 @pytest.mark.parametrize("number", range(len(SWAPS)), ids=lambda number: " and ".join(SWAPS[number]))
 def test_exchanged_joints_are_named(tmp_path, number):
+    """Columns of two joints (SWAPS) are exchanged in a hand that is straight, half bent or a fist."""
     (first, second), curl = SWAPS[number], CURLS[number % len(CURLS)]
     joints = still_hand(curl)
     joints[first], joints[second] = joints[second], joints[first]
@@ -289,12 +302,17 @@ def without_joints(hand, *parts):
 
 
 def test_joint_is_stuck_only_beside_a_moving_wrist():
+    """The index tip is at the origin in all samples. Without a wrist, or in a hand at rest, no joint is stuck."""
     hand = moving_hand() | {"index tip": np.zeros((len(TIMES), 3))}
     assert stuck_joint(hand) == "index tip"
     assert stuck_joint(without_joints(hand, "wrist")) == stuck_joint(still_hand(curl=0.6)) == ""
 
 
 def test_side_and_size_need_two_fingers_and_a_root():
+    """Wherever a hand is, the bend of its fingers says its side: with four tips, and with metacarpals and no wrist.
+
+    Without tips, without any root, or without a sample it says none, and no size is known.
+    """
     hand = still_hand(curl=0.6)
     for offset in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]):
         assert side_by_bend({joint: positions + offset for joint, positions in hand.items()}) == "left"
@@ -307,6 +325,7 @@ def test_side_and_size_need_two_fingers_and_a_root():
 
 
 def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
+    """The tip of the index finger is at the origin in all samples."""
     hands = left_hand()
     hands["left"]["index tip"] = np.zeros_like(hands["left"]["wrist"])
     path = write_wide(tmp_path / "take.csv", TIMES, hands)
@@ -315,6 +334,7 @@ def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("lost", "is_named"), [(TIMES > 0.2, True), (TIMES < 0, False)])
 def test_column_of_confidence_is_named_as_unread(tmp_path, lost, is_named):
+    """A confidence of 0 after 0.2 s would say that the hand is lost; one that is always 1 says nothing."""
     more = [("left_confidence", np.where(lost, 0.0, 1.0))]
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=more))
     assert ("and are not read: left_confidence" in session.facts["conversions"]) == is_named
@@ -327,6 +347,7 @@ def test_two_hands_of_the_same_side_are_refused(tmp_path):
 
 
 def test_joints_without_a_position_end_no_capsule(tmp_path):
+    """The left index tip has no number in any row; the right hand has no columns of its ring distal joint."""
     joints_of = moving_hands()
     joints_of["left"]["index tip"] = np.full_like(joints_of["left"]["index tip"], np.nan)
     del joints_of["right"]["ring distal"]
@@ -365,6 +386,7 @@ def test_hand_of_sentinels_is_lost(tmp_path):
 
 
 def test_a_hand_that_is_not_tracked_is_lost(tmp_path):
+    """The left hand's flag is 0 up to 0.1 s, the right hand's is always 1."""
     flag = [("left_is_tracked", (TIMES > 0.1).astype(int).astype(str)), ("right_is_tracked", ["1"] * len(TIMES))]
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, moving_hands(), more=flag))
     assert (session.tracks["left thumb tip"].valid == (TIMES > 0.1)).all()
@@ -380,6 +402,7 @@ def test_hands_of_no_human_size_are_refused(tmp_path, scale):
 
 
 def test_positions_in_a_picture_are_refused(tmp_path):
+    """The hand grows from 0.5 to 2 times its size, as in a picture when it comes nearer."""
     joints_of = {
         side: {joint: points * np.linspace(0.5, 2.0, len(TIMES))[:, None] for joint, points in joints.items()}
         for side, joints in left_hand().items()
@@ -400,12 +423,17 @@ def test_columns_of_a_joint_are_its_first_three_axes():
 
 
 def test_message_lists_some_unknown_joints_and_counts_the_rest():
+    """MOST_LISTED names are listed; there are three more, and then none."""
     names = [f"IndexFoo{number}" for number in range(MOST_LISTED + 3)]
     assert f"{names[MOST_LISTED - 1]!r} and 3 more are no known joints" in unknown_joints(names)
     assert "more" not in unknown_joints(names[:MOST_LISTED])
 
 
 def test_mapping_names_joints_that_the_importer_does_not_know(tmp_path):
+    """The index tip is called IndexFoo: the draft of a mapping asks for it. Answered, all 21 bones are there.
+
+    Answered with "" its 20 rows are dropped; a misspelt joint is refused.
+    """
     name = lambda joint: "IndexFoo" if joint == "index tip" else camel(joint)  # noqa: E731
     path = write_long(tmp_path / "take.csv", TIMES, left_hand(), name=name)
     with pytest.raises(UnknownColumnsError) as caught:
@@ -424,6 +452,7 @@ def test_mapping_names_joints_that_the_importer_does_not_know(tmp_path):
 
 
 def test_file_without_time_is_read_with_a_rate(tmp_path):
+    """The first column, the times, is removed; the mapping says 90 Hz."""
     path = write_wide(tmp_path / "take.csv", TIMES, left_hand())
     lines = path.read_text().splitlines()
     path.write_text("\n".join(line.partition(",")[2] for line in lines) + "\n")
@@ -436,6 +465,7 @@ def test_file_without_time_is_read_with_a_rate(tmp_path):
 
 
 def test_names_of_no_exporter_are_mapped(tmp_path):
+    """Joints are called left_j01, left_j02 ...; a mapping says which they are."""
     joints = JOINTS[1:]
     path = write_wide(
         tmp_path / "take.csv", TIMES, left_hand(), name=lambda side, joint: f"{side}_j{JOINTS.index(joint):02d}"

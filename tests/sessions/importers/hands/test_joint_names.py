@@ -55,6 +55,7 @@ EXPORTERS = {
     [("{}", ""), ("left_{}", "left"), ("R_{}", "right"), ("{}_L", "left"), ("RightHand_{}", "right")],
 )
 def test_every_joint_of_every_exporter_is_known(pattern, side):
+    """Eight exporters' names (EXPORTERS), alone and with a side before or behind them."""
     assert len(EXPORTERS["mano"]) == len(EXPORTERS["mediapipe"]) == 21 == min(map(len, EXPORTERS.values()))
     for joint, written in (row for names in EXPORTERS.values() for row in names.items()):
         known = joint_of(tokens_of(pattern.format(written)))
@@ -78,11 +79,13 @@ def test_every_joint_of_every_exporter_is_known(pattern, side):
     ],
 )
 def test_names_of_objects_are_not_read_as_hand_joints(name):
+    """Names that hold a finger's or a segment's word, and no joint."""
     assert joint_of(tokens_of(name)) is None
 
 
 @pytest.mark.parametrize("name", ["Hand_Thumb0", "ForearmStub", "left_elbow"])
 def test_joints_that_no_capsule_needs_are_known(name):
+    """A joint "" is one that is known and left out."""
     assert joint_of(tokens_of(name)).joint == ""
 
 
