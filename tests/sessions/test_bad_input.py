@@ -86,6 +86,7 @@ def test_bad_file_is_refused_in_a_sentence_with_its_cure(tmp_path, case):
 
 @pytest.mark.parametrize("reader", TABLE["good"])
 def test_unchanged_originals_of_wrong_files_are_read(tmp_path, reader):
+    """The good file of each reader, in which the cases change a piece."""
     name, read = READERS[reader]
     (tmp_path / name).write_bytes(TABLE["good"][reader].encode())
     assert read(tmp_path / name)
@@ -111,6 +112,7 @@ CALLS = {
 
 @pytest.mark.parametrize("case", TABLE["call"], ids=lambda case: f"{case['of']}: {case['words'][:40]}")
 def test_invalid_arguments_are_refused_in_a_sentence(tmp_path, case):
+    """A row of bad_input.toml: a call (``of``; behind "record" a recorder's method), arguments, words of its error."""
     call, _, do = case["of"].partition("record ")
     calls = CALLS | {
         "": partial(recorded, tmp_path, do),

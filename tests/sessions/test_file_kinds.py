@@ -51,6 +51,7 @@ READ = {("answers", "UTF-16"), ("answers", "empty")}
 
 @pytest.mark.parametrize("noun", FILES)
 def test_every_reader_names_a_file_of_another_kind(tmp_path, noun):
+    """The message has the kind, the file's name and, behind a semicolon, what to do."""
     for reader, (name, read) in READERS.items():
         if (reader, noun) in READ:
             continue
@@ -63,6 +64,7 @@ def test_every_reader_names_a_file_of_another_kind(tmp_path, noun):
 
 @pytest.mark.parametrize("noun", ["an HTML page", "an error message of a server in JSON"])
 def test_doctor_refuses_a_page_in_place_of_a_file(tmp_path, noun):
+    """A session, a mesh and a scene that hold what a server sent instead."""
     for name in ("s.mcap", "m.glb", "s.toml"):
         (tmp_path / name).write_bytes(FILES[noun])
         with pytest.raises(SessionError, match=f"file .*{name} is {noun}"):
@@ -70,6 +72,7 @@ def test_doctor_refuses_a_page_in_place_of_a_file(tmp_path, noun):
 
 
 def test_line_of_json_above_a_table_is_no_json_file(tmp_path):
+    """A CSV whose first line is {"unit": "m"} is no file in JSON: what it lacks is a mapping of its columns."""
     rows = "".join(f"{k / 60:.4f},{k / 60:.4f},1,0,0,0,0,1\n" for k in range(30))
     (tmp_path / "log.csv").write_text('{"unit": "m"}\ntime,cup_x,cup_y,cup_z,cup_qx,cup_qy,cup_qz,cup_qw\n' + rows)
     with pytest.raises(SessionError, match="describe them with --mapping"):

@@ -46,6 +46,7 @@ READ = {
     ],
 )
 def test_value_is_taken_as_written_or_refused(kind, taken, refused):
+    """A row is a ``kind`` of READ, TOML of values -> what is read, and TOML of values that are refused by their key."""
     for text, value in taken.items():
         assert READ[kind](parse_toml(f"key = {text}", "scene.toml", SceneError)) == value
     for text in refused:
@@ -54,12 +55,14 @@ def test_value_is_taken_as_written_or_refused(kind, taken, refused):
 
 
 def test_absent_tables_are_none_and_absent_values_defaults():
+    """The TOML is empty; a default is the second argument, of ``texts`` an empty tuple."""
     table = parse_toml("", "scene.toml", SceneError)
     assert (table.table("key"), table.tables("key"), table.named_tables("key")) == (None, None, {})
     assert (table.text("key", "auto"), table.texts("key"), table.vector("key", (1.0, 2.0))) == ("auto", (), (1.0, 2.0))
 
 
 def test_unknown_key_is_refused_with_the_nearest_known_key():
+    """Keys that were queried ("group", "mass") are known when ``done`` is called, and those that it is given."""
     table = parse_toml("mas = 1\ngroup = 'a'", "scene.toml", SceneError)
     assert "group" in table and "mass" not in table
     with pytest.raises(SceneError, match="unknown key 'mas'; did you mean 'mass'"):
@@ -68,6 +71,7 @@ def test_unknown_key_is_refused_with_the_nearest_known_key():
 
 
 def test_collected_faults_leave_defaults_and_reading_goes_on():
+    """Collected are text for a number, and numbers for a flag and for text; nothing is raised."""
     faults = []
     table = parse_toml("a = 'x'\n[b]\nc = 2\nd = 1", "scene.toml", SceneError, faults)
     within = table.table("b")
@@ -80,6 +84,7 @@ def test_collected_faults_leave_defaults_and_reading_goes_on():
 
 
 def test_nearest_name_is_searched_among_few():
+    """Up to MOST_NAMED names are compared; of more only the number is said, of few unlike ones all names."""
     names = [f"body {number}" for number in range(MOST_NAMED)]
     assert nearest("body 7x", names) == "; did you mean 'body 7'?"
     assert nearest("body 7x", [*names, "last"]) == f"; there are {MOST_NAMED + 1} others"
@@ -87,11 +92,13 @@ def test_nearest_name_is_searched_among_few():
 
 
 def test_numbers_are_finite_and_not_truth_values():
+    """10**300 fits a double, 10**400 does not."""
     assert all(map(is_number, (0, -1.5, 10**300)))
     assert not any(map(is_number, (True, 10**400, float("nan"), "1", None)))
 
 
 def test_quoted_value_stays_on_a_line():
+    """With its quotes a value has 80 characters at most; a longer one is cut after 76 letters."""
     for length, quoted in ((78, "'" + "x" * 78 + "'"), (79, "'" + "x" * 76 + "...")):
         with pytest.raises(SceneError) as raised:
             parse_toml(f"key = '{'x' * length}'", "scene.toml", SceneError).flag("key")
@@ -99,6 +106,7 @@ def test_quoted_value_stays_on_a_line():
 
 
 def test_text_in_another_encoding_is_refused(tmp_path):
+    """Zero bytes may be a quarter of a CSV, as in "a\\0bc", and not a third; in UTF-16 every second byte is one."""
     check_encoding(tmp_path, b"t,x\n" * 60 + 60 * b"\0")
     check_encoding(tmp_path, b"a\0bc")
     for data in ("t,x\n".encode("utf-16-le"), "t,x".encode("utf-16"), b"PK\x03\x04", b"a\0b"):
@@ -107,6 +115,7 @@ def test_text_in_another_encoding_is_refused(tmp_path):
 
 
 def test_line_ends_of_text_become_line_feeds(tmp_path):
+    """A byte order mark, then lines that end in CR LF, CR and LF."""
     (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
     assert read_text(tmp_path / "scene.toml", "scene", SceneError) == "a\nb\nc\n"
 
@@ -125,12 +134,14 @@ def test_folder_is_no_regular_file(tmp_path):
     ],
 )
 def test_text_that_cannot_be_read_is_named(tmp_path, data, message):
+    """A scene in Latin-1, in UTF-16, and of a blank and a line feed."""
     (tmp_path / "scene.toml").write_bytes(data)
     with pytest.raises(SceneError, match=message):
         read_text(tmp_path / "scene.toml", "scene", SceneError)
 
 
 def test_blank_text_is_read_where_it_may_be_empty(tmp_path):
+    """A file of a space and a line feed."""
     (tmp_path / "scene.toml").write_bytes(b" \n")
     assert read_text(tmp_path / "scene.toml", "scene", SceneError, may_be_empty=True) == " \n"
 
@@ -139,6 +150,7 @@ def test_blank_text_is_read_where_it_may_be_empty(tmp_path):
     ("error", "reason"), [(OSError(5, "Input/output error"), "Input/output error"), (OSError("torn"), "torn")]
 )
 def test_failed_read_says_what_the_system_says(tmp_path, error, reason):
+    """An error of the system with a number and a text, or with a text alone, while the file is open."""
     (tmp_path / "scene.toml").write_bytes(b"name = 'cup'")
     with (
         pytest.raises(SceneError, match=rf"cannot be read \({reason}\); check"),

@@ -11,6 +11,7 @@ TRIANGLE = [[0, 0, 0], [3, 0, 0], [0, 4, 0]]
 
 
 def test_negative_zeros_become_zeros():
+    """A triangle with the coordinate -0.0 in each vertex."""
     vertices = MeshData([[-0.0, 0, 0], [3, -0.0, 0], [0, 4, -0.0]], [[0, 1, 2]]).vertices
     assert not np.signbit(vertices).any()
 
@@ -29,12 +30,13 @@ def test_negative_zeros_become_zeros():
     ],
 )
 def test_wrong_row_of_a_mesh_is_named(vertices, faces, message):
+    """TRIANGLE has the vertices 0 to 2; a coordinate of 1e39 does not fit single precision."""
     with pytest.raises(MeshFileError, match=message):
         MeshData(vertices, faces)
 
 
 def test_smallest_face_and_bounds_of_its_faces():
-    """No face has the vertex that is moved from (9, 9, 9)."""
+    """Legs of 3 and 0.5 m make the smallest face, 0.75 m2. No face has the vertex that is moved from (9, 9, 9)."""
     vertices = np.add([*TRIANGLE, [0, 0, 0.5], [9, 9, 9]], [1, 2, 3])
     mesh = MeshData(vertices, [[0, 1, 2], [0, 1, 3]])
     assert least_area(mesh) == pytest.approx(0.75)
@@ -43,6 +45,7 @@ def test_smallest_face_and_bounds_of_its_faces():
 
 @pytest.mark.parametrize("side", [2.0, -2.0])
 def test_stretched_or_mirrored_mesh_still_faces_outwards(side):
+    """A cube is stretched by 2 along X, or mirrored too, and moved by 3.3 km: the volume doubles and stays positive."""
     unit, matrix = cube(), np.diag([side, 1.0, 1.0, 1.0])
     matrix[:3, 3] = away = np.array([1e4, -5.0, 7.0]) / 3.0
     posed = unit.transformed(matrix)
@@ -51,6 +54,7 @@ def test_stretched_or_mirrored_mesh_still_faces_outwards(side):
 
 
 def test_joined_meshes_keep_their_faces_in_order():
+    """A closed cube and a single triangle, which leaves the whole open."""
     first, second = cube(), MeshData(TRIANGLE, [[0, 1, 2]])
     both = concatenated_meshes([first, second])
     np.testing.assert_array_equal(both.triangles, [*first.triangles, *second.triangles])

@@ -35,6 +35,10 @@ def written(tmp_path_factory):
 @pytest.mark.skipif(not shutil.which("rerun"), reason="rerun is not on the path")
 @pytest.mark.parametrize("which", ["written", "earlier"])
 def test_rerun_finds_nothing_wrong_with_a_session_file(written, which):
+    """``rerun mcap check`` prints a row a channel, at least four with "ok".
+
+    The second file is of an earlier version.
+    """
     path = written if which == "written" else EARLIER
     done = subprocess.run(["rerun", "mcap", "check", str(path)], capture_output=True, text=True, timeout=120)
     rows = [line.split() for line in done.stdout.splitlines() if "/" in line.rpartition(" ")[0] and "ok" in line]

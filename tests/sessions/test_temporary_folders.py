@@ -43,6 +43,7 @@ def killed_owner(temp):
 
 @pytest.mark.parametrize("ending", [None, ValueError, KeyboardInterrupt])
 def test_a_temporary_folder_is_gone_after_its_block(temp, ending):
+    """The block ends by itself, by an error or by an interrupt; the folder holds a file."""
     try:
         with temporary_folder() as folder:
             assert file_names(folder) == [] and temp in folder.parents
@@ -55,6 +56,7 @@ def test_a_temporary_folder_is_gone_after_its_block(temp, ending):
 
 
 def test_next_program_removes_leftovers_of_a_killed_program(temp):
+    """The killed program left a half written file; the next folder that is made removes all of it."""
     left = killed_owner(temp)
     assert (left / "files" / "pictures" / "run.rrd").exists()
     with temporary_folder() as folder:
@@ -63,6 +65,7 @@ def test_next_program_removes_leftovers_of_a_killed_program(temp):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no other user there")
 def test_leftover_folder_of_another_user_is_not_removed(temp, monkeypatch):
+    """This process takes another user's number than that of the folder."""
     left = killed_owner(temp)
     monkeypatch.setattr(os, "getuid", lambda: left.stat().st_uid + 1)
     remove_leftovers()
@@ -70,6 +73,7 @@ def test_leftover_folder_of_another_user_is_not_removed(temp, monkeypatch):
 
 
 def test_folders_in_use_and_foreign_folders_stay(temp):
+    """Foreign are a folder and a file with the names of leftovers, and links to folders in use or elsewhere."""
     (temp / "replay-notes").mkdir()
     (temp / "replay-notes" / "thesis.txt").write_text("three years")
     (temp / "replay-file").write_text("a file")

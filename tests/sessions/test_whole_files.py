@@ -51,15 +51,16 @@ def write(folder, word):
 
 
 def test_last_writer_to_finish_determines_the_file(tmp_path):
-    """Both write at the same time; ``two`` closes first."""
+    """Two write at the same time; the second closes first, so the file is the first writer's."""
     out = tmp_path / "out"
-    with whole_file(out, RefusalError) as item, whole_file(out, RefusalError) as two:
-        item.write(b"one" * 9)
-        two.write(b"two")
-    assert out.read_bytes() == b"one" * 9 and file_names(tmp_path) == ["out"]
+    with whole_file(out, RefusalError) as closed_last, whole_file(out, RefusalError) as closed_first:
+        closed_last.write(b"last" * 9)
+        closed_first.write(b"first")
+    assert out.read_bytes() == b"last" * 9 and file_names(tmp_path) == ["out"]
 
 
 def test_file_that_appears_meanwhile_is_replaced_only_on_request(tmp_path):
+    """Without ``overwrite`` the other program's file stays, and no temporary file is left."""
     out = tmp_path / "out"
     with pytest.raises(RefusalError, match="was written by another program meanwhile; name another"):  # noqa: SIM117
         with whole_file(out, RefusalError, overwrite=False) as stream:
@@ -86,7 +87,7 @@ def test_written_file_is_locked_until_renamed_to_its_final_name(tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no file is locked there")
 def test_only_files_that_nobody_holds_are_abandoned(tmp_path):
-    """A link is abandoned even if the file it leads to is held."""
+    """A link is abandoned even if the file it leads to is held; what is absent, or a folder, is not."""
     locked, link = tmp_path / "locked", tmp_path / "link"
     locked.touch()
     link.symlink_to(locked)
@@ -118,6 +119,7 @@ def test_temporary_file_removed_before_locking_is_created_again(tmp_path):
 
 
 def test_no_link_is_followed(tmp_path):
+    """Links to a precious file have the names that a writer uses: they are replaced, the file is not written."""
     (tmp_path / "precious").write_text("thesis")
     for name in ("out.writing", ".out.partial", ".out.12345678.partial", "out"):
         (tmp_path / name).symlink_to(tmp_path / "precious")
@@ -183,6 +185,7 @@ def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
 
 
 def test_unwritable_path_is_refused_in_a_sentence(tmp_path):
+    """A path below a file, a name of 300 letters, and a full disk; the file that was there stays."""
     (tmp_path / "file").write_text("")
     for target in (tmp_path / "file" / "out", tmp_path / ("x" * 300)):
         with pytest.raises(RefusalError, match="cannot be written"), whole_file(target, RefusalError):

@@ -21,6 +21,7 @@ def finding_codes(path):
 
 
 def test_unreadable_files_give_findings_instead_of_errors(tmp_path):
+    """An empty file, another text, the first eight bytes of a session, and meshes and a scene that cannot be read."""
     (tmp_path / "empty.mcap").write_bytes(b"")
     (tmp_path / "text.mcap").write_bytes(b"not an MCAP")
     (tmp_path / "magic.mcap").write_bytes(b"\x89MCAP0\r\n")
@@ -36,12 +37,14 @@ def test_unreadable_files_give_findings_instead_of_errors(tmp_path):
 
 
 def test_torn_file_finding_counts_unreadable_bytes(tmp_path):
+    """The first eight bytes of a session file, then 100 bytes that are no record."""
     (tmp_path / "torn.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\xff" * 100)
     torn = next(finding for finding in examine(tmp_path / "torn.mcap") if finding.code == "torn")
     assert torn.count == 100
 
 
 def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
+    """A cube and a scene with it: nothing is wrong."""
     (tmp_path / "cube.glb").write_bytes(mesh_to_glb(cube(edge=0.1), "cube"))
     (tmp_path / "scene.toml").write_text('[[body]]\nid = "cube"\nmesh = "cube.glb"\n')
     assert finding_codes(tmp_path / "cube.glb") == [] == finding_codes(tmp_path / "scene.toml")
@@ -65,6 +68,7 @@ def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
 
 
 def test_memory_and_file_give_the_same_findings(tmp_path):
+    """A position in frame 300 is no number."""
     draft = clean_draft()
     draft.arrays["position"][300, 1] = float("nan")
     assert examine(draft.session()) == examine(draft.write(tmp_path / "a.mcap"))
@@ -76,6 +80,10 @@ def scene_codes(scene, names, meshes):
 
 
 def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
+    """Declared are a, b and c, and d in a pair; recorded are a and e; a and c have a mesh.
+
+    Fixed c is carried by a lost body.
+    """
     scene = Scene(
         bodies=(SceneBody("a", proxy=True), SceneBody("b"), SceneBody("c", parent="gone", fixed=Pose())),
         pairs=(("a", "d"),),
@@ -95,6 +103,7 @@ def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
     [("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr"), ("/vive", "it has no poses")],
 )
 def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, text):
+    """A ROS 2 bag in MCAP, with poses (/tf) in ROS's own coding or without, and a bag of ROS 1."""
     body = b"\x00\x01\x00\x00" + b"\x01" * 80
     messages = [(10 * k, 10 * k, body) for k in range(20)]
     reported = {"topic": topic, "schema": "tf2_msgs/msg/TFMessage", "encoding": "cdr", "profile": "ros2"}

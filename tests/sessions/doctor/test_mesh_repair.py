@@ -12,6 +12,7 @@ FACES = np.array(BALL.faces)
 
 
 def test_repair_leaves_a_closed_mesh_unchanged():
+    """The ball as trimesh makes it."""
     mesh = MeshData(BALL.vertices, FACES)
     mended, done = repaired_mesh(mesh)
     assert done == [] and np.array_equal(mended.triangles, mesh.triangles)
@@ -48,6 +49,7 @@ def test_split_vertices_are_joined_and_touching_components_are_not():
 
 
 def test_a_face_by_itself_and_nothing_but_flat_faces_stay():
+    """One triangle with an area, and one whose corners are on a line."""
     alone = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert np.array_equal(repaired_mesh(alone)[0].triangles, alone.triangles) and repaired_mesh(alone)[1] == []
     flat = MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
@@ -55,7 +57,10 @@ def test_a_face_by_itself_and_nothing_but_flat_faces_stay():
 
 
 def test_a_rim_that_touches_itself_is_two_holes():
-    """Squares on a grid of three by three, but for a corner and the middle, which share a point."""
+    """Squares on a grid of three by three, but for a corner and the middle, which share a point.
+
+    The middle and the outer rim, which touch in that point, are the two holes.
+    """
     grid = np.array([[x, y, 0.0] for y in range(4) for x in range(4)])
     cells = [(x, y) for y in range(3) for x in range(3) if (x, y) not in ((0, 0), (1, 1))]
     faces = [(k, k + a, k + b) for x, y in cells for k in [4 * y + x] for a, b in ((1, 5), (5, 4))]

@@ -17,6 +17,7 @@ def count_by_code(mesh):
 
 @pytest.mark.parametrize("name", ["beaker_250", "erlenmeyer_flask", "hand_left"])
 def test_the_glass_of_the_bench_has_nothing_above_a_note(name):
+    """Instruments as they are shipped, with 500 faces: no warning and no error."""
     result = [*mesh_findings(name, made_instrument(name, 500).mesh)]
     assert [item for item in result if item.severity > Severity.NOTE] == []
 
@@ -34,6 +35,7 @@ def test_each_fault_of_a_mesh_is_counted():
 
 
 def test_vertices_that_an_exporter_split_are_merged():
+    """A cube of 12 faces whose 36 corners are vertices of their own has no finding."""
     mesh = cube()
     split = MeshData(mesh.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
     assert count_by_code(split) == {}
@@ -46,6 +48,8 @@ def test_only_faces_with_collinear_corners_are_degenerate():
 
 
 def test_mesh_that_cannot_be_loaded_is_reported_by_the_doctor():
+    """``Broken`` has the mesh of a body a, which raises an error when it is read."""
+
     class Broken(dict):
         def __getitem__(self, name):
             raise MeshFileError("the mesh is gone; find it")
@@ -56,6 +60,7 @@ def test_mesh_that_cannot_be_loaded_is_reported_by_the_doctor():
 
 @given(st.lists(st.tuples(*[st.sampled_from([-1.0, -0.0, 0.0, 2.0])] * 3), max_size=30))
 def test_equal_rows_alone_have_equal_numbers(rows):
+    """Rows are equal where numpy's unique counts them as one (-0.0 is 0.0); numbers go from 0 without a gap."""
     array = np.array(rows, dtype=np.float64).reshape(-1, 3)
     numbers = row_numbers(array)
     _, expected = np.unique(array + 0.0, axis=0, return_inverse=True)

@@ -10,6 +10,7 @@ from sessions.model.scene import SceneBody
 
 
 def test_only_heads_and_hands_are_recognised_by_name():
+    """Role -> column of the body. A strap and a beaker are none, and neither is a headset that another body carries."""
     roles = roles_of(("camera", "leftHand", "right", "beaker-left", "head-strap"), Scene())
     assert roles == {"head": 0, "left": 1, "right": 2}
     roles = roles_of(("flask", "hand-right", "headset"), Scene(bodies=(SceneBody("headset", parent="flask"),)))
@@ -17,6 +18,7 @@ def test_only_heads_and_hands_are_recognised_by_name():
 
 
 def test_facts_that_admit_a_left_handed_source_are_believed():
+    """A recording from left-handed axes is reported, unless its facts say that it was mirrored."""
     outcome = run_pose_pass([clean_draft().session().frames])
     assert [item.code for item in scale_findings(outcome, Scene(), {"handedness": "left"})] == ["handedness"]
     reported = {"handedness": "left", "conversions": "handedness mirrored along Z"}
@@ -58,6 +60,7 @@ def test_two_alternating_sources_are_no_wrong_unit(gap, codes):
 
 @pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
 def test_head_with_constant_z_is_reported_in_any_axes(height, away, codes):
+    """``away``: the axis along which the head keeps ``height``. Upright it is Y; at 0 m nothing can be said."""
     outcome = run_pose_pass([head_of_height(height, away).frames])
     result = [*scale_findings(outcome, Scene(), {})]
     assert [item.code for item in result] == codes

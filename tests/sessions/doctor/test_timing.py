@@ -43,6 +43,7 @@ def test_pause_of_the_recording_is_no_gap_of_a_body():
 
 
 def test_body_at_a_third_of_rate_has_no_gap():
+    """The body has a pose in every third frame."""
     draft = clean_draft()
     draft.arrays["status"][np.arange(FRAMES) % 3 > 0, 1] = Status.ABSENT
     assert time_findings_of(draft) == []
@@ -73,6 +74,7 @@ def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
     ("count", "step_ns", "expected"), [(FEW_FRAMES, 10**10, True), (FEW_FRAMES - 1, 10**10, False), (FRAMES, 0, False)]
 )
 def test_few_frames_and_equal_stamps_say_no_unit(count, step_ns, expected):
+    """A frame in 10 s is a wrong unit from FEW_FRAMES frames on; equal stamps have no rate."""
     session = session_of_frames(step_ns * np.arange(count), np.full((count, 1), Status.VALID))
     codes = {item.code for item in time_findings(run_pose_pass([session.frames]))}
     assert ("clock-unit" in codes) == expected
@@ -94,6 +96,7 @@ IN_FIRST_HALF = np.arange(FRAMES) < FRAMES // 2
     ],
 )
 def test_body_without_a_pose_in_most_frames_is_named(rows, expected):
+    """``rows``: the frames in which it has a pose."""
     draft = clean_draft()
     draft.arrays["status"][~rows, 1] = Status.ABSENT
     reported = [item for item in time_findings_of(draft) if item.code == "often-missing"]

@@ -39,6 +39,7 @@ def test_points_an_ulp_from_a_line_are_on_their_side(i, j):
 
 
 def test_float64_alone_would_be_wrong_about_such_points():
+    """256 points up to 15 ulps from (0.5, 0.5), by the usual determinant in doubles."""
     ulp, (bx, by), (cx, cy) = 2.0**-53, (12.0, 12.0), (24.0, 24.0)
     grid = [(0.5 + i * ulp, 0.5 + j * ulp) for i in range(16) for j in range(16)]
     rounded = [sign((x - cx) * (by - cy) - (y - cy) * (bx - cx)) for x, y in grid]
@@ -46,6 +47,7 @@ def test_float64_alone_would_be_wrong_about_such_points():
 
 
 def test_rational_arithmetic_alone_gives_the_side():
+    """50 triangles of whole coordinates from -9 to 9, by the function that is slow and exact."""
     for points in np.random.default_rng(6).integers(-9, 10, (50, 3, 2)).tolist():
         assert exact_orientation(*points) == sign(determinant(*points))
 

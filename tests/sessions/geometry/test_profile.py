@@ -19,6 +19,7 @@ from sessions.geometry.profile import (
 
 
 def test_root_is_exact_to_the_last_bits():
+    """The root of 2, and rounded to three decimals."""
     assert solve_rising(lambda x: x * x - 2.0, lower=0.0, upper=2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
     assert solve_rising(lambda x: x * x - 2.0, lower=0.0, upper=2.0, decimals=3) == 1.414
 
@@ -30,7 +31,10 @@ def test_segments_are_shared_among_lines_by_their_length():
 
 
 def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
-    """Radius 1 up to height 2, growing to 2 at height 3, and 2 up to 4; volumes in units of pi."""
+    """Radius 1 up to height 2, growing to 2 at height 3, and 2 up to 4; volumes in units of pi.
+
+    The profile is also clipped at a level between its corners, and its wall and floor offset by 0.1.
+    """
     cup = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [2.0, 3.0], [2.0, 4.0]])
     for level, volume in ((0.5, 0.5), (2.0, 2.0), (2.5, 2.0 + (1.5**3 - 1.0) / 3.0), (3.5, 2.0 + 7.0 / 3.0 + 2.0)):
         assert volume_below(cup, level) == pytest.approx(np.pi * volume, rel=1e-14)
@@ -72,6 +76,7 @@ def test_products_rotations_and_inverses_agree_with_scipy(seed):
 
 @given(seeds)
 def test_matrices_and_vectors_give_their_rotation(seed):
+    """A random rotation as a matrix and as a rotation vector, by SciPy; w of the quaternion is not negative."""
     rotation = random_scipy_rotations(seed, count=1)[0]
     from_matrix = rotations.quaternion_from_matrix(rotation.as_matrix())
     np.testing.assert_allclose(Rotation.from_quat(from_matrix).as_matrix(), rotation.as_matrix(), atol=1e-13)
@@ -93,7 +98,7 @@ def test_slerp_takes_the_shorter_arc_as_scipy_does(angle, sign):
 
 
 def test_facing_rotates_minus_z_forward_and_keeps_up_up():
-    """The axis x stays level; straight up has no such rotation."""
+    """Facing (1, -0.4, 0.3): -Z turns there, Y stays nearly up and X level. Straight up has no such rotation."""
     q = rotations.quaternion_facing((1.0, -0.4, 0.3))
     forward = np.array([1.0, -0.4, 0.3]) / np.linalg.norm([1.0, -0.4, 0.3])
     np.testing.assert_allclose(rotations.rotated_vectors(q, (0.0, 0.0, -1.0)), forward, atol=1e-14)

@@ -16,7 +16,10 @@ CASES = {
 @pytest.mark.parametrize("shape", SIZES)
 @pytest.mark.parametrize("faces", [48, 500, 5000])
 def test_shape_is_closed_outward_and_within_its_size(shape, faces):
-    """A mesh of few faces lies within the shape, and lacks volume in inverse proportion to them."""
+    """A row of CASES: sizes, the volume in closed form, and half of the extent. A mesh lies within its shape.
+
+    It lacks volume in inverse proportion to its faces; a box lacks none.
+    """
     size, volume, half = CASES[shape]
     mesh = make_shape(shape, size, faces)
     assert has_consistent_winding(mesh)

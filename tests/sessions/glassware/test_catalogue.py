@@ -33,6 +33,7 @@ def closed_meshes(instrument):
 
 @pytest.mark.sampled(5)
 def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made_glassware):
+    """Every face has an area, no face is there twice, every vertex has a face, and coordinates fit single precision."""
     meshes = [*closed_meshes(made_glassware)]
     assert meshes
     for mesh in meshes:
@@ -45,12 +46,14 @@ def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made_glassware):
 
 
 def test_mesh_is_connected(made_glassware):
+    """By SciPy's components of the graph of edges."""
     start, end = made_glassware.mesh.faces.ravel(), np.roll(made_glassware.mesh.faces, -1, axis=1).ravel()
     size = len(made_glassware.mesh.vertices)
     assert connected_components(coo_matrix((np.ones(len(start)), (start, end)), (size, size)))[0] == 1
 
 
 def test_instrument_is_described_and_near_its_requested_face_count(made_glassware, faces):
+    """Within a quarter of the faces; tags, and a mass from 0.1 g to 200 kg."""
     assert 0.75 * faces < len(made_glassware.mesh.faces) < 1.25 * faces
     assert made_glassware.name in INSTRUMENTS and made_glassware.tags and 1e-4 < made_glassware.mass < 200
 
@@ -68,6 +71,7 @@ def test_instruments_equal_the_reviewed_instruments(snapshot):
 
 
 def test_liquid_up_to_the_mark_is_the_nominal_capacity(made_glassware):
+    """The volume above the floor less that above the mark, of the liquid's mesh; other instruments hold no liquid."""
     if not {"vessel", "dropper"} & set(made_glassware.tags):
         assert made_glassware.cavity is None
         return
@@ -78,6 +82,7 @@ def test_liquid_up_to_the_mark_is_the_nominal_capacity(made_glassware):
 
 
 def test_glassware_mesh_stands_centred_on_its_origin(made_glassware):
+    """Its lowest point is at 0; its middle is within a fifth of its largest size. ELSEWHERE have other origins."""
     if made_glassware.name not in ELSEWHERE:
         assert made_glassware.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
         assert (

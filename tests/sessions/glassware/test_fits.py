@@ -38,6 +38,7 @@ def test_the_stopper_fits_the_bottle_without_touching_its_neck():
 
 @pytest.mark.parametrize(("quarter_rotations", "shut"), [(0.0, True), (1.0, False)])
 def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_rotations, shut):
+    """A ray from 1 m down the axis of the burette meets glass or the stopcock's key (shut), or passes (open)."""
     meshes = placed("burette", 3000), placed("burette_stopcock", 3000, 0.1, quarter_rotations)
     down = ([[1e-5, 1.0, 1e-5]], [[0.0, -1.0, 0.0]])
     assert any(len(distances_along_rays(mesh.triangles, *down)[0]) for mesh in meshes) == shut
@@ -86,5 +87,6 @@ def test_hands_of_every_scene_use_a_shipped_grip():
 
 @pytest.mark.parametrize("detail", ["", "_coarse"])
 def test_device_with_shipped_face_count_is_the_shipped_mesh(detail):
+    """The wand is a file in two sizes; made with as many faces as the file has, it is that mesh."""
     shipped = load_mesh(FOLDER / f"wand{detail}.glb")
     assert np.array_equal(placed("proxy_wand", len(shipped.faces)).triangles, shipped.triangles)

@@ -29,6 +29,7 @@ def test_bend_of_a_path_is_an_arc_of_its_radius():
 
 
 def test_path_is_divided_into_pieces_of_the_spacing():
+    """0.4 m up and 0.2 m aside, in pieces of 0.1 m."""
     path = divided_path(np.array([(1.0, 1.0), (1.0, 1.4), (1.2, 1.4)]), 0.1)
     np.testing.assert_allclose(path[:5], [(1.0, 1.0 + 0.1 * k) for k in range(5)])
     np.testing.assert_allclose(path[5:], [(1.1, 1.4), (1.2, 1.4)])

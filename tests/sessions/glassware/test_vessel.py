@@ -33,7 +33,8 @@ def wall_thicknesses(instrument, seed):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("faces", SIZES)
 @pytest.mark.parametrize("name", VESSELS)
-def test_wall_is_uniform_and_1_to_2_mm_thick(name, faces):
+def test_wall_is_uniform_and_about_1_to_2_mm_thick(name, faces):
+    """Rays through the glass: the median is 0.8 to 2.5 mm, and no wall is further than 10 % from the middle of all."""
     walls = wall_thicknesses(make_instrument(name, faces), faces)
     assert 0.8e-3 <= np.median(walls) <= 2.5e-3
     assert walls == pytest.approx((walls.min() + walls.max()) / 2, rel=0.10)

@@ -12,6 +12,7 @@ text, times = st.text('a"\\\n\0ä\u202e杯🙂', max_size=5), st.integers(0, 2**
 
 @given(st.lists(st.tuples(times, times, text, text, st.dictionaries(text, text, max_size=2)), max_size=4))
 def test_any_intervals_come_back_in_order(given_spans):
+    """Up to four random intervals, as messages and back; text may hold quotes, zeros and signs beyond Latin."""
     spans = tuple(Interval(min(s, e), max(s, e), kind, name, data) for s, e, kind, name, data in given_spans)
     payloads = [a.interval_message(span)[2] for span in spans]
     assert a.read_intervals(payloads, 0) == spans

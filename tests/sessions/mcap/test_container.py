@@ -24,6 +24,7 @@ def session_file(tmp_path):
 
 
 def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
+    """``channels`` of a region are those of its index; None: any."""
     from mcap.writer import IndexType
 
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=1)), index_types=IndexType.NONE)
@@ -31,6 +32,7 @@ def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
 
 
 def test_tear_is_at_first_incomplete_record(session_file):
+    """The file is cut 70 bytes into its second chunk, and then before its last byte."""
     data = session_file.read_bytes()
     chunk = read_catalogue(session_file).regions[1]
     session_file.write_bytes(data[: chunk.span.start + 70])
@@ -45,6 +47,7 @@ def test_tear_is_at_first_incomplete_record(session_file):
     [("chunk", "CHUNK_LIMIT_BYTES"), ("attachment", "RECORD_LIMIT_BYTES"), ("message", "CHUNK_LIMIT_BYTES")],
 )
 def test_oversized_declarations_are_refused_before_reading(session_file, tmp_path, monkeypatch, kind, limit):
+    """The limit of a kind of record is lowered to 5 bytes (500 of an attachment); every such record declares more."""
     if kind == "message":
         session_file = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=1)), use_chunking=False)
     monkeypatch.setattr(module, limit, 500 if kind == "attachment" else 5)

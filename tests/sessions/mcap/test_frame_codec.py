@@ -109,6 +109,10 @@ def test_note_adds_no_sample_or_unknown_status():
 
 
 def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
+    """The list of bodies is empty.
+
+    Two frames of "body 0" are decoded one by one; ``met`` is keyed by frame and body.
+    """
     frames, tolerant = random_frames(seed=0, count=2, bodies=1), decoder_of_frames((), strict=False)
     for publish, log, payload in protobuf_messages(frames):
         assert len([*tolerant.decode(frame_messages((1, 0, log, publish, payload)))]) == 1

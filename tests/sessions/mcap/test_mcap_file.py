@@ -29,6 +29,7 @@ def test_blocks_are_full_but_the_last(tmp_path, length):
 
 
 def test_channels_are_known_that_only_the_chunks_declare(tmp_path):
+    """Three chunks of a message each; the summary at the end of the file repeats no channel."""
     with (tmp_path / "s.mcap").open("wb") as stream:
         writer = Writer(stream, chunk_size=1, repeat_channels=False)
         writer.start()
@@ -45,6 +46,7 @@ TOPICS = ["/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live
 
 @pytest.mark.parametrize("topic", TOPICS)
 def test_descriptor_sets_alone_decode_every_channel(topic):
+    """A program without ours makes a channel's message from the descriptors in the file: it has the same fields."""
     spec = channel_spec(topic)
     files = descriptor_pb2.FileDescriptorSet.FromString(spec.descriptor_set).file
     pool = descriptor_pool.DescriptorPool()
@@ -56,6 +58,7 @@ def test_descriptor_sets_alone_decode_every_channel(topic):
 
 
 def test_field_numbers_of_files_that_exist_never_change():
+    """Numbers of fields in two messages, as in files that were written."""
     numbers = {f.name: f.number for f in message_class("Interval").DESCRIPTOR.fields}
     assert numbers == {"start": 1, "end": 2, "kind": 3, "name": 4, "data": 5}
     numbers = {f.name: f.number for f in message_class("TrackSamples").DESCRIPTOR.fields}
@@ -69,6 +72,7 @@ def entities_by_id(meshes, scene=None):
 
 
 def test_body_is_drawn_by_its_triangles():
+    """A tetrahedron, stretched and moved: points and faces are those of the mesh, in its body's frame, at 5 ns."""
     mesh = tetrahedron(size=1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
     entity = entities_by_id({"cup": mesh})["cup"]
     (piece,) = entity.triangles
@@ -79,7 +83,7 @@ def test_body_is_drawn_by_its_triangles():
 
 
 def test_bodies_are_drawn_up_to_a_limit_of_bytes(monkeypatch):
-    """A tetrahedron takes 4 points of 29 bytes and 12 indices of 4 bytes."""
+    """A tetrahedron takes 4 points of 29 bytes and 12 indices of 4 bytes, 164; two take 328."""
     meshes = {"cup": tetrahedron(), "lid": tetrahedron()}
     for limit, drawn in ((163, []), (164, ["cup"]), (327, ["cup"]), (328, ["cup", "lid"])):
         monkeypatch.setattr("sessions.mcap.scene_update.DRAWING_BYTES", limit)
@@ -88,6 +92,7 @@ def test_bodies_are_drawn_up_to_a_limit_of_bytes(monkeypatch):
 
 @pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])
 def test_fixed_body_is_drawn_at_its_pose(parent, frame):
+    """In the frame of the body that carries it, or of the world; glass is drawn transparent."""
     fixed = SceneBody("cup", parent=parent, fixed=Pose((1.0, 2.0, 3.0)), tags=("glass",))
     entity = entities_by_id({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
     (piece,) = entity.triangles

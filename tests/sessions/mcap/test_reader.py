@@ -30,13 +30,15 @@ BARE = {"use_statistics": False, "repeat_channels": False, "repeat_schemas": Fal
     [{"compression": CompressionType.LZ4}, {"compression": CompressionType.NONE}, {"use_chunking": False}, BARE],
 )
 def test_any_compression_is_read_with_or_without_chunks_and_index(tmp_path, options):
+    """200 frames of a foreign file, beside a plain loop over its messages."""
     messages = protobuf_messages(random_frames(seed=2, count=200, bodies=5, absent=0.3))
     path = write_foreign(tmp_path / "f.mcap", messages, chunk_size=1 << 14, **options)
     assert_same_frames(read_session(path).frames, read_frames_plainly(path))
     assert len(read_session(path).frames) == 200
 
 
-def test_foreign_file_is_identified_and_keeps_its_text(tmp_path):
+def test_foreign_file_is_identified_and_needs_poses(tmp_path):
+    """A file of poses of three bodies by another program states no handedness; one of log messages is refused."""
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=2)))
     session = read_session(path)
     assert session.facts["profile"] == "none" and session.facts["handedness"] == "not stated"
@@ -48,6 +50,7 @@ def test_foreign_file_is_identified_and_keeps_its_text(tmp_path):
 
 
 def test_stream_is_decoded_once_on_first_use(tmp_path, monkeypatch):
+    """Names of scalars are known without decoding; ``requested``: the streams that were decoded."""
     heart, requested = ScalarTrack([1, 2], [70, 71]), []
     write_session(session_of(random_frames(seed=1), scalars={"heart": heart}), tmp_path / "s.mcap")
     monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: requested.append(prefix) or heart)
@@ -72,12 +75,14 @@ def session_file(tmp_path):
 
 
 def test_flipped_chunk_byte_is_reported_and_not_read(session_file):
+    """The byte in the middle of the file is inverted."""
     damaged(session_file, session_file.stat().st_size // 2)
     with pytest.raises(SessionFileError, match=r"chunk at byte \d+ is damaged.*replay recover"):
         _ = read_session(session_file).frames
 
 
 def test_poses_missing_in_the_chunk_index_are_read(session_file):
+    """All message indexes of channel 1, the poses, are taken out of the file."""
     frames = read_session(session_file).frames
     of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
     session_file.write_bytes(
@@ -90,6 +95,7 @@ def test_poses_missing_in_the_chunk_index_are_read(session_file):
 
 
 def test_mesh_with_another_hash_is_reported(tmp_path, monkeypatch):
+    """The file is written with a hash of zeros for its mesh."""
     from sessions.mcap import writer
 
     class Wrong:
@@ -104,6 +110,7 @@ def test_mesh_with_another_hash_is_reported(tmp_path, monkeypatch):
 
 
 def test_missing_file_and_folder_are_refused_in_a_sentence(tmp_path):
+    """A file that does not exist, and the folder in place of a file."""
     with pytest.raises(SessionFileError, match=r"none.mcap.*does not exist.*check the path"):
         read_session(tmp_path / "none.mcap")
     with pytest.raises(SessionFileError, match="is a folder"):
@@ -112,13 +119,17 @@ def test_missing_file_and_folder_are_refused_in_a_sentence(tmp_path):
 
 @pytest.mark.parametrize(("profile", "text"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
 def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, text):
+    """Versions before (0) and after (2) this program's, and one that is no number."""
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=2)), profile=profile)
     with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{text}"):
         read_session(path)
 
 
 def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
-    """The second message holds two samples of each body in one frame."""
+    """Poses in "world" and then in "room" are refused.
+
+    A message that holds each body twice is read, with the first pose.
+    """
     frames = random_frames(seed=2)
     two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
     with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):
@@ -132,6 +143,7 @@ def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
 
 
 def test_torn_session_file_is_refused_with_the_recover_command(session_file):
+    """Cut after 60 % of its bytes, among the chunks, and after 99.9 %, at its end."""
     data = session_file.read_bytes()
     for fraction in (0.6, 0.999):
         session_file.write_bytes(data[: int(len(data) * fraction)])

@@ -115,7 +115,10 @@ def test_several_threads_lose_nothing(tmp_path):
 
 
 def test_open_recording_is_in_the_partial_file(tmp_path):
-    """A frame at 7 ns can be recovered before the recorder is closed."""
+    """A frame at 7 ns can be recovered before the recorder is closed; the partial file itself is refused as cut short.
+
+    A call with a wrong name changes nothing; closing twice is allowed, recording after it is not.
+    """
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(7, {"wand": UPRIGHT_POSE})
     session = session_once_written(tmp_path / "s.mcap.partial")
@@ -133,6 +136,10 @@ def test_open_recording_is_in_the_partial_file(tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there the system itself refuses to remove an open file")
 def test_two_recorders_never_write_the_same_file(tmp_path):
+    """The second is refused while the first records.
+
+    A link with the name of the partial file is replaced, not followed.
+    """
     path, precious = tmp_path / "s.mcap", tmp_path / "thesis"
     precious.write_text("years")
     (tmp_path / "s.mcap.partial").symlink_to(precious)
@@ -144,6 +151,7 @@ def test_two_recorders_never_write_the_same_file(tmp_path):
 
 
 def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
+    """A whole recording and a partial one are kept unless ``overwrite`` says so; a missing folder is refused."""
     path = tmp_path / "s.mcap"
     with Recorder(path) as recorder:
         recorder.poses(1, {"wand": UPRIGHT_POSE})
@@ -161,6 +169,7 @@ def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
 
 
 def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
+    """Each write takes 30 ms. Of 3,000 frames never more than 2 * FRAMES_WAITING wait, and none is lost."""
     written, waiting = [], []
     plain = recorder_module.SessionWriter.frames
 

@@ -77,6 +77,10 @@ DAMAGE = {
 
 @pytest.mark.parametrize("name", DAMAGE)
 def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole_file, tmp_path, name, snapshot):
+    """A row of DAMAGE. Sentences of the doctor and of the recovery, or its refusal, are in the snapshot.
+
+    Recovered frames are those of the whole file, the new file has no such damage, and its facts say what was lost.
+    """
     path, out, truth = tmp_path / "damaged.mcap", tmp_path / "out.mcap", read_session(whole_file).frames
     path.write_bytes(DAMAGE[name](whole_file.read_bytes()))
     reported = [f"{item.code} {item.body} {item.start}-{item.end} s: {item.message}" for item in examine(path)]
@@ -146,6 +150,7 @@ def test_foreign_file_is_recovered_with_its_channels(tmp_path):
     "data, text", [(b"", "it is empty"), (b"hello", "not an MCAP"), (b"\x89MCAP0\r\n", "no chunk")]
 )
 def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, text):
+    """Nothing, another text, and the first eight bytes of a session file."""
     with pytest.raises(SessionFileError, match=text):
         recover(damaged_file(tmp_path, data), tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
@@ -161,6 +166,10 @@ def test_recover_drops_an_undecodable_pose_message(tmp_path):
 
 
 def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole_file, tmp_path):
+    """The mesh's checksum is set to 0, which means none.
+
+    Then its last byte is changed; or its hash is of another kind too.
+    """
     data = bytearray(whole_file.read_bytes())
     end = next(end for opcode, _, end in records(data) if opcode == Opcode.ATTACHMENT)
     data[end - 4 : end] = bytes(4)
@@ -171,6 +180,7 @@ def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole_file, tmp_path):
 
 
 def test_the_damaged_file_is_not_overwritten(whole_file, tmp_path):
+    """Recovered to itself a file stays bit for bit; a file that is absent is refused."""
     digest = hashlib.sha256(whole_file.read_bytes()).hexdigest()
     with pytest.raises(SessionFileError, match="the damaged file itself"):
         recover(whole_file, whole_file, overwrite=True)

@@ -52,6 +52,7 @@ def test_small_tables_are_joined_without_reading_beyond_the_end(monkeypatch):
 
 @pytest.mark.parametrize("compression", COMPRESS)
 def test_chunk_of_undeclared_size_is_damaged(compression):
+    """The chunk states 0, 1, one too few and one too many bytes."""
     for size in (0, 1, len(TWO_MESSAGES) - 1, len(TWO_MESSAGES) + 1):
         with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
             unpacked_chunk(COMPRESS[compression](TWO_MESSAGES), compression, size)
@@ -87,6 +88,7 @@ def test_bad_checksum_compression_or_length_is_damage():
 
 
 def test_total_messages_are_limited_by_file_size():
+    """``before``: messages read so far. 100,000 are allowed; the chunk has two."""
     assert unpacked_chunk(TWO_MESSAGES, "", before=99_998).channel.tolist() == [1, 2]
     with pytest.raises(SessionFileError, match="more than 100,000 messages"):
         unpacked_chunk(TWO_MESSAGES, "", before=99_999)

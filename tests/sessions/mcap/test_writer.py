@@ -58,6 +58,7 @@ def full_session():
 
 
 def test_session_survives_its_file_and_rewrites_to_same_bytes(tmp_path):
+    """A session with something of every kind is written, read and written again, each time to the same bytes."""
     session = full_session()
     round_trips(session, tmp_path)
     again = read_session(tmp_path / "written.mcap")
@@ -75,6 +76,7 @@ def test_session_survives_its_file_and_rewrites_to_same_bytes(tmp_path):
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(any_frames())
 def test_frames_round_trip_bit_for_bit_as_with_protobuf(tmp_path, frames):
+    """Random frames, read by this package and by a plain loop over protobuf, of our file and of a foreign one."""
     path = tmp_path / "s.mcap"
     write_session(session_of(frames), path)
     assert_same_frames(read_session(path).frames, frames)
@@ -104,6 +106,7 @@ def test_bytes_do_not_depend_on_block_sizes(tmp_path):
 
 
 def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
+    """All frames at -5 ns, then an event at -1 ns."""
     frames = random_frames(seed=0)
     early = Frames(
         frames.names,
@@ -125,6 +128,7 @@ tags = ["glass"]
 
 
 def test_scene_text_survives_and_changed_scene_gets_new_text(tmp_path):
+    """The author's text is kept as long as it says the same scene; one more body makes a new text, also from none."""
     scene = parse_scene(SCENE)
     changed = replace(scene, bodies=(*scene.bodies, SceneBody("cup", shape="sphere", size={"radius": 0.1})))
     for item in (scene, changed, replace(changed, text="")):
@@ -135,9 +139,11 @@ def test_scene_text_survives_and_changed_scene_gets_new_text(tmp_path):
 
 
 def test_rewritten_file_states_itself_and_its_meshes_anew():
+    """Facts about the older file's format and mesh hashes are left out."""
     assert session_record({FORMAT: "older", f"{MESH_HASH}a": "0"}, {}) == session_record({}, {})
 
 
 def test_attachments_of_meshes_and_colliders_name_their_body():
+    """Names of files made of "a/b" give it back; other names give nothing."""
     assert mesh_name(mesh_file("a/b")) == "a/b" and mesh_name("scene.toml") is None
     assert collider_name(collider_file("a/b", 12)) == ("a/b", 12) and collider_name(mesh_file("a/b")) is None

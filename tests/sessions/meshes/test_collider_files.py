@@ -162,6 +162,7 @@ def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):
     ],
 )
 def test_file_without_colliders_is_refused_in_a_sentence(name, message, tmp_path):
+    """other.glb has a collider of a body c; torn.glb is its first 200 bytes; the bodies are a and b."""
     (tmp_path / "text.glb").write_bytes(b"no mesh")
     whole = write(tmp_path / "other.glb", ("UCX_c_00", BALL, translation(0, 0, 0))).read_bytes()
     (tmp_path / "torn.glb").write_bytes(whole[:200])
@@ -185,6 +186,7 @@ def test_an_import_accounts_for_every_node_of_its_colliders(tmp_path):
     ("convention", "axes", "is_open"), [("openxr", "", False), ("unity", "", True), ("unity", "canonical", False)]
 )
 def test_axes_of_colliders_are_open_where_several_are_possible(convention, axes, is_open, tmp_path):
+    """Poses are in axes as glTF's (OpenXR) or in Unity's; ``axes``: what the user says of the GLB of colliders."""
     write(tmp_path / "c.glb", ("UCX_cup_00", BOX, translation(0, 0, 0)))
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
     (tmp_path / "take.csv").write_text(f"{head}\npose,0,cup,0,0,0,0,0,0,1,1,,\n")

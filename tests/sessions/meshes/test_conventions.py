@@ -43,6 +43,7 @@ def test_conventions_convert_points_and_quaternions_as_tabled(name):
 
 @pytest.mark.parametrize("name", [*CONVENTIONS, *TEXTS])
 def test_a_rotated_point_is_the_same_in_both_frames(name):
+    """A random point is rotated and then converted, or converted and rotated by the converted quaternion."""
     rng, source = np.random.default_rng(3), convention(name)
     rotation = Rotation.random(random_state=5)
     point = rng.standard_normal(3)
@@ -54,6 +55,10 @@ def test_a_rotated_point_is_the_same_in_both_frames(name):
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_axes_as_text_point_in_the_stated_directions(text):
+    """A row of TEXTS.
+
+    Canonical axes have +Y up and -Z forward; the name of a convention is read as the same convention.
+    """
     handedness, forward, up = TEXTS[text]
     described = convention(text)
     assert described.handedness == handedness and described.points(axis(up)).tolist() == [0, 1, 0]
@@ -63,6 +68,7 @@ def test_axes_as_text_point_in_the_stated_directions(text):
 
 
 def test_handedness_is_assumed_only_where_two_axes_are_named():
+    """The third axis, or the handedness itself, may be named too."""
     assert convention("x forward, y up").assumed_handedness
     assert not convention("x forward, y up, left-handed").assumed_handedness
     assert not convention("x forward, y up, z right").assumed_handedness
@@ -80,6 +86,7 @@ def test_handedness_is_assumed_only_where_two_axes_are_named():
     ],
 )
 def test_unknown_axes_are_refused_with_the_cure(text, message):
+    """Misspelt, too few axes, one that is named twice, and three that are left-handed."""
     with pytest.raises(SessionError, match=message):
         convention(text)
 
@@ -100,5 +107,6 @@ def test_extrinsic_euler_order_equals_its_reversed_intrinsic_order(order, other)
 
 @pytest.mark.parametrize("order", ["", "xy", "xyzx", "xYz", "abc", "xxy", "XYY"])
 def test_euler_order_that_names_no_three_axes_is_refused(order):
+    """Too few or many letters, both cases in one order, other letters, and one axis twice in a row."""
     with pytest.raises(SessionError, match=f"no Euler order '{order}'"):
         quaternion_from_euler(np.zeros(3), order)

@@ -49,6 +49,7 @@ def tree_of_a_mesh(node, *primitives):
 
 @pytest.mark.parametrize("names", [("cup_LOD0", "cup_LOD1"), ("LOD2", "LOD0"), ("cup.lod1", "cup LOD 3")])
 def test_levels_of_detail_are_not_joined(names):
+    """Two children of a node "cup" are named as two levels of detail: one of them must be named to be read."""
     nodes = [{"name": "cup", "children": [1, 2]}, *({"name": name, "mesh": 0} for name in names)]
     data = glb_file(
         {"nodes": nodes, "scenes": [{"nodes": [0]}], "meshes": [{"primitives": [primitive_at()]}]}, TRIANGLE
@@ -255,6 +256,7 @@ def test_the_buffer_that_a_view_names_is_read():
 
 
 def test_appearance_and_redundant_data_are_ignored():
+    """Required are extensions of materials, textures and numbers; a Draco copy is there beside the plain positions."""
     draco = primitive_at(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
     required = {"extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]}
     data = glb_file({**tree_of_a_mesh({}, draco), **required}, TRIANGLE)
@@ -277,6 +279,7 @@ def with_version(version, length=0):
     ],
 )
 def test_another_version_and_a_cut_file_are_named(data, message):
+    """A file that states version 1, and one that states a byte more than it has."""
     with pytest.raises(MeshFileError, match=message):
         mesh_from_bytes(data, "glb")
 
@@ -333,6 +336,7 @@ def test_node_rotation_must_be_a_unit_quaternion(length):
 
 
 def test_named_node_of_scale_zero_is_refused():
+    """The node is scaled by (0, 1, 1): its mesh has no frame that it could be read in."""
     tree = tree_of_a_mesh({"name": "cup", "scale": [0.0, 1.0, 1.0]}, primitive_at())
     with pytest.raises(MeshFileError, match="a node has a scale of 0"):
         mesh_from_bytes(glb_file(tree, TRIANGLE), "glb", node="cup")
@@ -355,6 +359,7 @@ HIDDEN = {"extensions": {"KHR_node_visibility": {"visible": False}}}
     ],
 )
 def test_surface_of_a_hidden_node_is_not_joined_in_silence(nodes):
+    """The node "spare", or the node above it, is not visible; the other node with a mesh is."""
     data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive_at()]}]}, TRIANGLE)
     with pytest.raises(MeshFileError, match="'spare' is hidden"):
         mesh_from_bytes(data, "glb")
@@ -370,11 +375,13 @@ def test_collider_nodes_are_not_read_as_part_of_the_surface(prefix):
 
 
 def test_collider_node_below_its_body_is_not_surface():
+    """ "cup" and its child UCX_cup_00, a collider by its name, have a triangle each: one is read."""
     nodes = [{"mesh": 0, "name": "cup", "children": [1]}, {"mesh": 0, "name": "UCX_cup_00"}]
     data = glb_file({"nodes": nodes, "meshes": [{"primitives": [primitive_at()]}]}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb", node="cup").faces) == 1
 
 
 def test_glb_with_only_colliders_is_read_as_a_mesh():
+    """Two nodes with names of colliders have a triangle each: both are read."""
     data = two_nodes({"name": "UCX_cup_00"}, {"name": "UCX_cup_01"})
     assert len(mesh_from_bytes(data, "glb").faces) == 2

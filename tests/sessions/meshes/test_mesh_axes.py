@@ -30,6 +30,10 @@ def test_mesh_vertex_is_rotated_into_the_axes_of_poses(axes, poses):
 
 @pytest.mark.parametrize("file_type", ["glb", "obj", "stl", "ply"])
 def test_alternatives_rotate_meshes_differently_and_include_the_default(file_type):
+    """For poses of each convention the default is the first, no two rotate alike, and body and gltf are among them.
+
+    Poses in canonical axes leave a single alternative; the default is body but for GLB.
+    """
     for source in map(convention, (*CONVENTIONS, "x forward, y up", "z up, left-handed")):
         default = default_mesh_axes(file_type, source)
         names = mesh_axes_alternatives(default, source)
@@ -41,11 +45,13 @@ def test_alternatives_rotate_meshes_differently_and_include_the_default(file_typ
 
 
 def test_unknown_axes_of_meshes_are_refused_with_all_names():
+    """The axes "sideways" are neither a mesh's nor a convention."""
     with pytest.raises(SessionError, match=f"body, {', '.join(MESH_ROTATIONS)}, or no convention 'sideways'"):
         mesh_axes_matrix("sideways", CONVENTIONS["unity"])
 
 
 def test_axes_of_a_mesh_are_described_by_their_source():
+    """The body's axes have the description of its poses, a known rotation its own, a convention its name and that."""
     unity, unreal = CONVENTIONS["unity"], CONVENTIONS["unreal"]
     axes_name = convention("x forward, z up").name
     assert unity.name in mesh_axes_description(BODY, unity)

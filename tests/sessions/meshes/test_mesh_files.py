@@ -44,6 +44,7 @@ def test_any_mesh_survives_glb_bit_for_bit(vertex_count, face_count, seed):
 
 
 def test_trimesh_reads_a_written_glb_with_its_name():
+    """A box; the name is that of its node, with an umlaut, and coordinates are in single precision."""
     mesh = box_of((0.1, 0.2, 0.3))
     scene = trimesh.load_scene(io.BytesIO(mesh_to_glb(mesh, "Becherglas ä")), file_type="glb", process=False)
     (read,) = scene.geometry.values()
@@ -60,11 +61,13 @@ TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 
     ids=["open", "one face turned", "every face twice"],
 )
 def test_open_reversed_or_doubled_faces_are_not_closed(faces):
+    """A tetrahedron of four faces is closed; three of them, one reversed, or each twice are not."""
     assert has_consistent_winding(MeshData(*TETRAHEDRON))
     assert not has_consistent_winding(MeshData(TETRAHEDRON[0], faces))
 
 
 def test_a_mirroring_node_still_gives_an_outward_mesh():
+    """A unit ball (volume 4.2, of few faces over 3) below a node that mirrors Z."""
     scene = trimesh.Scene()
     scene.add_geometry(trimesh.creation.icosphere(1), transform=np.diag([1, 1, -1, 1.0]))
     mesh = mesh_from_bytes(scene.export(file_type="glb"), "glb")
@@ -73,6 +76,7 @@ def test_a_mirroring_node_still_gives_an_outward_mesh():
 
 
 def test_obj_keeps_vertex_and_face_order_across_materials():
+    """A red triangle, a blue one, a red quad (two triangles), and a triangle whose row goes on in the next line."""
     text = """mtllib none.mtl
 v 0 0 0
 v 1 0 0
@@ -97,6 +101,7 @@ f 1 2 \\
 
 @pytest.mark.parametrize("ascii_text", [True, False])
 def test_stl_keeps_face_order_and_merges_equal_corners(ascii_text):
+    """An STL states three corners for every face; the ball comes back with the vertices that it had."""
     solid = trimesh.creation.icosphere(2)
     data = trimesh.exchange.stl.export_stl_ascii(solid).encode() if ascii_text else solid.export(file_type="stl")
     mesh = mesh_from_bytes(data, "stl")
@@ -107,6 +112,7 @@ def test_stl_keeps_face_order_and_merges_equal_corners(ascii_text):
 
 @pytest.mark.parametrize("kind", ["ply", "off"])
 def test_ply_and_off_keep_vertices_and_faces(kind):
+    """A ball, written by trimesh."""
     solid = trimesh.creation.icosphere(1)
     data = solid.export(file_type=kind)
     mesh = mesh_from_bytes(data if isinstance(data, bytes) else data.encode(), kind)
@@ -126,6 +132,7 @@ def test_scale_is_applied_in_float64(tmp_path):
 
 
 def test_file_error_names_the_path_without_a_traceback(tmp_path):
+    """A missing file, an empty one, one that is cut and a folder; the text is a line without a name of a class."""
     (tmp_path / "empty.glb").write_bytes(b"")
     (tmp_path / "damaged.glb").write_bytes(mesh_to_glb(box_of((1, 1, 1)), "x")[:200])
     (tmp_path / "folder.glb").mkdir()
@@ -137,6 +144,7 @@ def test_file_error_names_the_path_without_a_traceback(tmp_path):
 
 
 def test_unions_and_differences_have_the_volume_of_the_solids():
+    """A plate of 4 x 1 x 4 and a bar of 1 x 3 x 1 through it share 1: 16 + 2, and 16 - 1."""
     plate, bar = box_of((4, 1, 4)), box_of((1, 3, 1))
     assert united_mesh([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
     assert subtracted_mesh(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
@@ -155,6 +163,7 @@ def test_refined_cube_of_a_tenth_millimetre_keeps_its_volume():
 @pytest.mark.parametrize("count", MUTANTS)
 @pytest.mark.parametrize("kind", FILE_TYPES)
 def test_mutants_end_in_a_mesh_or_a_sentence(tmp_path, kind, count):
+    """A box in each format; ``count`` random changes of its bytes are tried one after another."""
     data = trimesh.creation.box((0.1, 0.2, 0.3)).export(file_type=kind)
     path = tmp_path / f"box.{kind}"
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
@@ -171,5 +180,6 @@ def test_mutants_end_in_a_mesh_or_a_sentence(tmp_path, kind, count):
     [(b"\x89PNG\r\n\x1a\n", "glb", "a picture"), (b"glTF\2\0\0\0", "obj", "a GLB"), (b"glTF\2\0\0\0", "stl", "a GLB")],
 )
 def test_file_of_another_kind_is_refused_by_its_kind(data, kind, noun):
+    """A PNG called GLB, and a GLB called OBJ or STL."""
     with pytest.raises(MeshFileError, match=f"it is {noun}.*, no {kind.upper()}"):
         mesh_from_bytes(data + bytes(40), kind)

@@ -77,6 +77,7 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
 
 
 def test_body_with_two_matching_mesh_files_gets_neither(tmp_path):
+    """Two files are named like the body "glass"."""
     write_balls(tmp_path, glass_a=0.1, glass_b=0.1)
     result, note = match_meshes(tmp_path, ["glass"])
     assert not result
@@ -84,6 +85,7 @@ def test_body_with_two_matching_mesh_files_gets_neither(tmp_path):
 
 
 def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
+    """Balls of 5 cm radius at x = 0, 1 and 2 m, a node each. Flask and beaker are named like theirs, rod like none."""
     scene = trimesh.Scene()
     for k, name in enumerate(("Beaker", "Flask", "Shelf")):
         at = trimesh.transformations.translation_matrix([k, 0, 0])
@@ -103,6 +105,7 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
 
 
 def test_unmatched_and_damaged_files_are_refused_in_a_sentence(tmp_path):
+    """An empty folder, then a damaged GLB, named itself and found in the folder."""
     with pytest.raises(MeshFileError, match=r"holds no mesh; name a folder of glb, obj"):
         match_meshes(tmp_path, ["a"])
     (tmp_path / "a.glb").write_bytes(b"glTF????")
@@ -126,7 +129,10 @@ def test_unmatched_and_damaged_files_are_refused_in_a_sentence(tmp_path):
     ],
 )
 def test_likely_units_give_the_mesh_a_hand_held_size(size, taken, likely):
-    """``size`` is the longest side in metres if the unit ``taken`` is right."""
+    """``size``: the longest side, in the unit ``taken``. A beaker has 15 cm; a mesh of 1.5 m is ten times as long.
+
+    Likely is another unit if by it the mesh is at most three times as far from 15 cm, as a ratio.
+    """
     factor = UNITS[taken]
     mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
     assert likely_units(mesh, taken) == likely
@@ -145,8 +151,11 @@ def test_likely_units_give_the_mesh_a_hand_held_size(size, taken, likely):
         (0.0, "m", ("m",)),
     ],
 )
-def test_possible_units_give_a_size_that_fits_a_hand(size, taken, possible):
-    """``size``: in the file's unit; ``taken``: the unit guessed for it."""
+def test_possible_units_give_5_mm_to_5_m(size, taken, possible):
+    """``size``: the longest side, in the file's unit. The unit ``taken`` stays first, also for a mesh of no size.
+
+    499 units are 4.99 m in centimetres, 501 are too long; 0.3 units are 3 mm in centimetres, too short.
+    """
     factor = UNITS[taken]
     mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
     assert possible_units(mesh, taken) == possible

@@ -187,6 +187,7 @@ def test_prism_area_volume_and_order_match_closed_form(name, form, view):
 
 @pytest.mark.parametrize("form", FORMATS)
 def test_polygons_of_every_size_keep_their_order_among_each_other(form):
+    """All outlines of POLYGONS in one file, one above the other: an outline of n corners gives n - 2 triangles."""
     random = np.random.default_rng(3)
     outlines = [np.array(POLYGONS[name][0], dtype=float) for name in random.permutation([*POLYGONS])]
     vertices = np.concatenate([np.c_[outline, np.full(len(outline), k)] for k, outline in enumerate(outlines)])

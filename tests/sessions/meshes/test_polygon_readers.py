@@ -161,6 +161,7 @@ def test_binary_rows_of_different_lengths_are_read_in_order(order):
 
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_a_binary_body_of_another_length_is_refused(order):
+    """The file is cut after every byte of its body, and then is two bytes longer."""
     data = binary_ply(order, [[0, 1, 2], [1, 2, 3, 4]])
     start = data.index(b"end_header\n") + 11
     for end in range(start, len(data)):
@@ -280,7 +281,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(name):
-    """At most 30 MB."""
+    """REFUSED has a file's type, its content, and words of the error; reading takes at most 30 MB."""
     kind, text, reported = REFUSED[name]
     data = text if isinstance(text, bytes) else text.encode()
     tracemalloc.start()
@@ -302,6 +303,7 @@ def test_polygons_with_too_many_corners_are_refused_at_once():
 
 
 def test_latin_1_or_keyword_name_changes_no_stl():
+    """Two solids of one triangle each, at heights 0 and 1, with names in Latin-1 or of words of the format."""
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 {}\nendloop\nendfacet\n"
     for name in ("Gefäß", "facet of vertex 3 normal", "solid endsolid", ""):
         text = "".join(f"solid {name}\n{facet.format(z)}endsolid {name}\n" for z in (0, 1))

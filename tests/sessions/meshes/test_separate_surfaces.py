@@ -61,6 +61,7 @@ def test_search_ends_at_the_largest_number_of_groups():
 
 
 def test_instruments_and_devices_of_others_are_one_surface():
+    """Three instruments, and files of other programs where they are at hand."""
     meshes = [make_instrument(name, 500).mesh for name in ("beaker_250", "hand_left", "proxy_wand")]
     files = [*DATA.rglob("*.obj"), *DATA.rglob("htc*.glb")]
     meshes += [load_mesh(file) for file in files]

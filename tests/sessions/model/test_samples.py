@@ -29,5 +29,6 @@ def test_a_track_keeps_read_only_copies_of_its_arrays():
 
 @pytest.mark.parametrize(("stamps", "text"), [([5, 3], "does not come after"), ([5, 2**63], "beyond")])
 def test_falling_or_overflowing_unsigned_stamps_are_refused(stamps, text):
+    """Unsigned, 3 after 5 would be a large step; 2**63 does not fit a signed number."""
     with pytest.raises(SessionError, match=text):
         checked_stamps(np.array(stamps, dtype=np.uint64), "it")

@@ -35,6 +35,7 @@ def mesh(*size):
 
 @pytest.mark.parametrize("poses", CONVENTIONS.values(), ids=str)
 def test_a_mesh_comes_back_from_body_axes_bit_by_bit(poses):
+    """A box read by each name of axes and written back; no reading turns it inside out."""
     tool = mesh(0.1, 0.2, 0.3)
     for name in NAMES:
         other = in_body_axes(tool, name, poses)
@@ -44,13 +45,15 @@ def test_a_mesh_comes_back_from_body_axes_bit_by_bit(poses):
 
 @pytest.mark.parametrize("before", NAMES)
 def test_a_change_of_axes_is_the_mesh_read_again(before):
+    """A box, read by axes ``before`` beside poses of Unity, is changed to other axes beside poses of ROS."""
     tool, old, new = mesh(0.1, 0.2, 0.3), CONVENTIONS["unity"], CONVENTIONS["ros"]
     for after in NAMES:
         changed = in_body_axes(tool, before, old).transformed(axes_change(before, old, after, new))
         assert np.array_equal(changed.vertices, in_body_axes(tool, after, new).vertices), after
 
 
-def test_files_that_differ_in_axes_alone_have_a_common_row():
+def test_files_of_one_type_have_a_common_row():
+    """The files cup.obj and rod.obj make one assumption, jar.glb another."""
     poses = CONVENTIONS["ros"]
     rows = [axes_assumption(body=name, file=f"{name}.obj", stated="", poses=poses) for name in ("cup", "rod")]
     rows.append(axes_assumption(body="jar", file="jar.glb", stated="", poses=poses))
@@ -68,6 +71,7 @@ Y_UP = ("canonical", "godot", "openvr", "openxr", "webxr", "aframe", "gltf")
 @pytest.mark.parametrize("name", CONVENTIONS)
 @pytest.mark.parametrize("file", ["cup.obj", "cup.glb"])
 def test_unstated_axes_are_a_guess_where_readings_differ(name, file):
+    """``name``: the convention of the poses. Where it is one of Y_UP all readings agree, and nothing is open."""
     row = axes_assumption(body="cup", file=file, stated="", poses=CONVENTIONS[name])
     if name in Y_UP:
         assert (row.origin, row.confidence) == (Origin.FORMAT, Confidence.SURE)
@@ -79,6 +83,7 @@ def test_unstated_axes_are_a_guess_where_readings_differ(name, file):
 
 @pytest.mark.parametrize("name", CONVENTIONS)
 def test_stated_axes_are_the_users_and_sure(name):
+    """The user says "body" of a cup's OBJ file, beside poses of each convention."""
     row = axes_assumption(body="cup", file="cup.obj", stated="body", poses=CONVENTIONS[name])
     assert (row.value, row.origin, row.confidence, row.reason) == ("body", Origin.USER, Confidence.SURE, "")
 

@@ -59,15 +59,20 @@ def test_two_meshes_of_unclear_unit_both_stay_unclear():
 
 
 def test_a_certain_mesh_of_its_unit_decides_a_bench():
+    """A bench of 0.8 units may be in centimetres alone, not beside a cup that is 0.1 m for sure."""
     assert guessed_alternatives({"bench": (0.8, "m"), "cup": (0.1, "m")})["bench"] == ("m",)
 
 
 def test_a_bench_beside_meshes_in_centimetres_is_open():
+    """A bench of 0.8 units, beside a cup of 12 units that the user says are centimetres."""
     assert guessed_alternatives({"bench": (0.8, "m"), "cup": (12.0, "cm")}, stated=["cup"])["bench"] == ("m", "cm")
 
 
 def test_pin_beside_centimetre_meshes_may_be_smaller():
-    """(units wide, unit taken)."""
+    """A mesh is (units wide, unit taken).
+
+    A pin of 0.2 units beside a cup of 12 cm, and beside two meshes in metres too.
+    """
     assert guessed_alternatives({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
     sizes = {"pin": (0.2, "m"), "cup": (12.0, "cm"), "dish": (0.1, "m"), "tube": (0.1, "m")}
     assert guessed_alternatives(sizes)["pin"] == ("m", "cm")

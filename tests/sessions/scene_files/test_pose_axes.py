@@ -58,6 +58,7 @@ def assert_same(first, second):
 
 @pytest.mark.parametrize("axes", OTHERS)
 def test_an_answer_is_the_recording_that_the_option_imports(foxglove_recording, axes):
+    """Axes are guessed as ROS's; the user answers ``axes``, or imports again with that convention: the same session."""
     guessed = foxglove_recording()
     row = axes_of(guessed)
     assert (row.value, row.origin, row.is_open) == ("ros", Origin.GUESS, True)
@@ -70,6 +71,7 @@ def test_an_answer_is_the_recording_that_the_option_imports(foxglove_recording, 
 
 @pytest.mark.parametrize("axes", OTHERS)
 def test_forgetting_chosen_axes_restores_poses_and_open_guess(foxglove_recording, axes):
+    """The user answers ``axes`` and takes it back: one answer is forgotten."""
     guessed = foxglove_recording()
     chosen = with_answer(guessed, axes_of(guessed), axes)
     forgotten, count = with_answers_forgotten(chosen)
@@ -83,6 +85,7 @@ def test_forgetting_chosen_axes_restores_poses_and_open_guess(foxglove_recording
 
 
 def test_forgetting_answers_covers_axes_of_meshes_and_poses(foxglove_recording):
+    """Answered are the axes of the poses and those of the rod's mesh: two answers are forgotten."""
     guessed = foxglove_recording()
     chosen = with_answer(guessed, axes_of(guessed), "unity")
     (row,) = [row for row in recording_assumptions(chosen) if row.bodies == ("rod",) and "axes" in row.subject]
@@ -93,6 +96,7 @@ def test_forgetting_answers_covers_axes_of_meshes_and_poses(foxglove_recording):
 
 
 def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(foxglove_recording):
+    """With ``mesh_axes="body"`` new axes of the poses turn all meshes with them; else a GLB keeps axes of its own."""
     guessed = foxglove_recording(mesh_axes="body")
     assert all(follows_its_poses(guessed, with_answer(guessed, axes_of(guessed), axes)) for axes in OTHERS)
     mixed = foxglove_recording()
@@ -100,6 +104,7 @@ def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(foxglove_recordin
 
 
 def test_axes_that_an_option_names_have_no_alternative(foxglove_recording):
+    """The import was told z-up."""
     row = axes_of(foxglove_recording(convention="z-up"))
     assert row.origin is Origin.USER and row.alternatives == () and not row.is_open
 

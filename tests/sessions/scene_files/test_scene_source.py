@@ -59,6 +59,10 @@ def recording_without_meshes():
 
 @pytest.mark.parametrize("axes", ["ros", "z-up", "openxr"])
 def test_fixed_bodies_of_a_scene_use_the_recordings_axes(scene_file, axes):
+    """MuJoCo's shelf at (1, 2, 3), turned by 90 degrees about x, in the world of a recording with such axes.
+
+    The axes of ROS and z-up turn world and bodies alike; beside OpenXR's Y up only the world of the model is turned.
+    """
     facts = {ASSUMPTIONS_FACT: assumptions_fact([Assumption(Subject.POSE_AXES, axes, Origin.USER)])}
     session = with_scene(replace(recording_without_meshes(), facts=facts), scene_file)
     world = CONVENTIONS["z-up" if axes == "openxr" else axes].matrix
@@ -71,6 +75,7 @@ def test_fixed_bodies_of_a_scene_use_the_recordings_axes(scene_file, axes):
 
 
 def test_surfaces_that_were_guessed_are_assumptions(scene_file):
+    """The cup gets a geom that is drawn and one that collides; read once or twice, "drawn" is one guess."""
     drawn = '<geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0" group="1"/>'
     hidden = '<geom type="box" size="0.1 0.2 0.3" group="3"/>'
     body = f'<body name="cup"><freejoint/>{drawn}{hidden}</body>'
@@ -83,6 +88,10 @@ def test_surfaces_that_were_guessed_are_assumptions(scene_file):
 
 
 def test_scene_takes_bodies_of_another_program(scene_file, tmp_path):
+    """Two recorded bodies and a fixed shelf get meshes and colliders of the model, whose excluded pair is ignored too.
+
+    Written and read again, the session has them without the model.
+    """
     session = with_scene(recording_without_meshes(), scene_file)
     assert {*session.meshes} == {*session.colliders} == {"shelf", "cup", "rod"}
     assert session.scene.body("shelf").fixed.position == pytest.approx((1, 3, -2))
@@ -133,6 +142,7 @@ def test_tracked_and_fixed_bodies_agree_in_any_axes(scene_file, tmp_path, conven
     ],
 )
 def test_unusable_scene_source_is_refused_with_a_single_fault(scene_file, text, refusal):
+    """A missing model, one above the folder, an unknown surface, a root without a model, and a body that it lacks."""
     scene_file.write_text(text)
     with pytest.raises(SceneError, match=refusal):
         with_scene(recording_without_meshes(), scene_file)

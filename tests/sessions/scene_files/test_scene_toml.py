@@ -70,6 +70,7 @@ def test_a_scene_is_read_as_written():
 
 
 def test_the_space_of_a_scene_has_a_radius():
+    """1,000 m unless [space] says 5 m, which is written again."""
     assert parse_scene(BENCH_TOML).space_radius == 1000.0
     scene = parse_scene("[space]\nradius_m = 5\n" + BENCH_TOML)
     assert scene.space_radius == 5.0 and parse_scene(scene_to_toml(scene)).space_radius == 5.0
@@ -89,6 +90,7 @@ scale = "feet"
 
 
 def test_every_problem_of_a_scene_is_listed():
+    """FAULTY has five faults: three unknown keys, a missing id and a scale in words."""
     with pytest.raises(SceneError) as caught:
         parse_scene(FAULTY, "lab.toml")
     faults = caught.value.faults
@@ -123,6 +125,7 @@ bodies = st.builds(
     st.none() | st.just(()),
 )
 def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
+    """Random names, up to four random bodies, and effects that are absent or an empty list."""
     scene = Scene(name=name, bodies=tuple(declared), effects=effects)
     back = parse_scene(scene_to_toml(scene))
     assert (back.name, back.bodies, back.pairs, back.effects) == (name, tuple(declared), None, effects)
@@ -133,6 +136,7 @@ def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
     st.text(CHARACTERS, max_size=200) | st.lists(st.sampled_from(BENCH_TOML.splitlines()), max_size=30).map("\n".join)
 )
 def test_any_text_ends_in_scene_or_named_error(text):
+    """Random characters, and random lines of a good scene."""
     try:
         parse_scene(text)
     except SceneError as error:
@@ -160,6 +164,7 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
 
 @pytest.mark.parametrize(("name", "start"), [("lab", "lab: body 'cup': "), ("", "scene: body 'cup': ")])
 def test_faulty_mesh_is_named_by_scene_and_body(tmp_path, name, start):
+    """The cup's file does not exist; a scene without a name is "scene"."""
     with pytest.raises(SceneError) as caught:
         scene_meshes(Scene(name, bodies=(SceneBody("cup", mesh="none.obj"),)), tmp_path)
     (fault,) = caught.value.faults
@@ -188,6 +193,7 @@ def test_check_lists_each_fault_of_a_body_once(tmp_path):
 
 
 def test_scene_text_omits_meshes_that_bodies_already_have():
+    """The scene's text says that a is a box. A recorded triangle takes its place: neither shape nor text is kept."""
     scene = parse_scene('[[body]]\nid = "a"\nshape = "box"\nsize = [1, 1, 1]')
     still = Session.from_arrays([0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, scene=scene)
     known = with_meshes(still, {"a": TRIANGLE}, []).scene
@@ -205,6 +211,7 @@ id = "glass"
 
 
 def test_group_takes_its_members_by_name_and_pattern():
+    """ "in*" is the index; a pair with the group is a pair with each member; the scene is written and read again."""
     scene = parse_scene(
         THREE_BODIES + '[[group]]\nname = "hand"\nmembers = ["thumb", "in*"]\n[[pair]]\nbetween = ["hand", "glass"]'
     )
@@ -226,6 +233,7 @@ def test_group_takes_its_members_by_name_and_pattern():
     ],
 )
 def test_faulty_group_is_refused_with_its_reason(tables, fault):
+    """A body's name, an unknown member, a single member, and a member of two groups (thumb)."""
     with pytest.raises(SceneError, match=fault):
         parse_scene(THREE_BODIES + tables)
 
@@ -245,6 +253,10 @@ between = ["glass", "lid"]
 
 
 def test_scene_without_bodies_adds_to_the_recorded(tmp_path):
+    """The recorded scene has a name, a mass and an effect, which stay; a second file adds a group and a pair with it.
+
+    A member that is neither recorded nor declared is refused.
+    """
     names = ("thumb", "index", "glass")
     still = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
     own = parse_scene(OWN_SCENE)
@@ -261,6 +273,10 @@ def test_scene_without_bodies_adds_to_the_recorded(tmp_path):
 
 
 def test_groups_of_a_recording_stay_where_a_scene_has_none():
+    """The recorded hand is thumb and index.
+
+    A scene without groups gets it, and index as a body; one with groups is kept.
+    """
     hand, pair = SceneGroup("hand", ("thumb", "index")), SceneGroup("pair", ("glass", "lid"))
     recorded = Scene(groups=(hand,))
     extended = with_recorded_groups(Scene(bodies=(SceneBody("glass"), SceneBody("thumb"))), recorded)

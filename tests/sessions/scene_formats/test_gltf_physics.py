@@ -149,6 +149,7 @@ def test_gltf_collider_may_use_a_mesh_outside_the_scene(tmp_path, kind):
 
 
 def test_gltf_bodies_with_equal_names_get_their_parents_prefix(tmp_path):
+    """Two nodes "cup" hang on left and right. A filter excludes their pair, which has the new names as well."""
     cup = {"name": "cup", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}
     filters = [{"collisionSystems": ["a"], "notCollideWithSystems": ["a"]}]
     for node in (left := json.loads(json.dumps(cup))), (right := json.loads(json.dumps(cup))):
@@ -161,6 +162,7 @@ def test_gltf_bodies_with_equal_names_get_their_parents_prefix(tmp_path):
 
 
 def test_gltf_nodes_outside_the_scene_are_no_bodies(tmp_path):
+    """The document's scene lists the glass, node 0, and no table."""
     content = glass_document("KHR")
     content["scenes"] = [{"nodes": [0]}]
     assert [*read_scene_source(write_glb(tmp_path / "s.glb", content)).bodies] == ["glass"]
@@ -183,6 +185,7 @@ def test_cone_ends_in_a_point(tmp_path, word):
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
 @pytest.mark.parametrize("collides", [False, True])
 def test_jointed_gltf_bodies_collide_only_if_the_joint_enables(tmp_path, kind, collides):
+    """Arm and hand have a sphere each, and node 2, below the arm, is a joint with the hand."""
     joint = {"connectedNode": 1, "joint": 0, "enableCollision": collides}
     collider = {"geometry": {"shape": 0}} if kind == "KHR" else {"shape": 0}
     nodes = [
@@ -199,6 +202,11 @@ def test_jointed_gltf_bodies_collide_only_if_the_joint_enables(tmp_path, kind, c
 
 
 def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
+    """Colliders of system "hand" do not meet each other; the palm, which is the hand's second collider, has no filter.
+
+    So hand and glass meet in part, which is listed and excludes nothing.
+    """
+
     def collider(row):
         more = {} if row is None else {"collisionFilter": row}
         return {"collider": {"geometry": {"shape": 0}, **more}}
@@ -217,6 +225,7 @@ def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
 
 @pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
 def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
+    """The limit of bodies, or of faces, is lowered to 2."""
     monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
     with pytest.raises(SceneSourceError, match="the scene places more than"):
         read_scene_source(write_glb(tmp_path / "s.glb", glass_document("KHR")))
@@ -234,6 +243,8 @@ def test_repeated_gltf_buffers_count_towards_the_size_limit(tmp_path, monkeypatc
 
 
 def test_collision_filters_exclude_pairs(tmp_path):
+    """Thumb and index are of a system that does not collide with itself; the glass is of another."""
+
     def part(name, row):
         return {"name": name, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}, "collisionFilter": row}}}
 
@@ -250,6 +261,7 @@ def test_collision_filters_exclude_pairs(tmp_path):
 
 
 def test_unsupported_gltf_shapes_triggers_and_joints_are_listed(tmp_path):
+    """A cup with a mesh, a collider that is a plane and a joint, and a zone that only triggers."""
     nodes = [
         {"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}, "joint": {}}},
         {"name": "zone", "physics": {"trigger": {"geometry": {"shape": 0}}}},
@@ -316,6 +328,7 @@ def test_gltf_buffers_must_lie_in_its_own_folder(tmp_path):
     ],
 )
 def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, refusal):
+    """``content`` is all of the file beside its version."""
     with pytest.raises(SceneSourceError, match=refusal):
         read_scene_source(write_glb(tmp_path / "s.glb", {"asset": {"version": "2.0"}, **content}))
 
@@ -332,12 +345,14 @@ def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, 
 )
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
 def test_body_with_a_motion_moves_even_by_defaults_alone(tmp_path, kind, physics, moves):
+    """``physics``: of a body with a box. An empty motion is that of a moving body; a static one or none is not."""
     collider = {"collider": {"geometry": {"shape": 0}} if kind == "KHR" else {"shape": 0}}
     content = gltf_document([{"name": "cup", "physics": {**physics, **collider}}], [{"type": "box"}], kind)
     assert read_scene_source(write_glb(tmp_path / "s.glb", content)).bodies["cup"].moves is moves
 
 
 def test_collider_without_a_shape_is_named(tmp_path):
+    """The cup's collider names no shape; the cup is drawn as a mesh."""
     nodes = [{"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {}}}]
     scene = read_scene_source(write_glb(tmp_path / "s.glb", gltf_document(nodes, [], "KHR")))
     assert scene.left_out == ("the collider of node 'cup': it names no shape with a triangle",)

@@ -108,6 +108,10 @@ def rotation_z(quaternion_wxyz):
 
 
 def test_mjcf_excluded_pairs_and_unsupported_parts_are_listed(arm_model):
+    """Excluded are a parent with its child (arm, hand) and the pair that the file excludes (hand, cup).
+
+    Not taken are the endless floor, and the body ghost, of which nothing collides.
+    """
     scene = read_scene_source(arm_model)
     assert {frozenset(pair) for pair in scene.excluded} == {frozenset(("arm", "hand")), frozenset(("hand", "cup"))}
     assert any("endless plane of body 'world'" in sentence for sentence in scene.left_out)
@@ -115,6 +119,7 @@ def test_mjcf_excluded_pairs_and_unsupported_parts_are_listed(arm_model):
 
 
 def test_soft_bodies_and_height_fields_are_named(tmp_path):
+    """A ground with a height field and a box, and a cloth of 3 x 3 points."""
     path = tmp_path / "soft.xml"
     path.write_text(
         '<mujoco><asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody>'
@@ -130,6 +135,7 @@ def test_soft_bodies_and_height_fields_are_named(tmp_path):
     ("content", "kind"), [(b"", "empty; save it again"), (b"<!DOCTYPE html>", "an HTML page, as a share link")]
 )
 def test_joint_motion_of_another_kind_is_named(tmp_path, content, kind):
+    """Files called arm.npz that are empty, or a page of HTML."""
     (tmp_path / "arm.npz").write_bytes(content)
     with pytest.raises(SceneSourceError, match=f"joint motion .*arm.npz is {kind}"):
         read_joint_motion(tmp_path / "arm.npz", model=None)
@@ -182,7 +188,10 @@ def test_pose_of_seven_numbers_moves_three_slides_and_three_hinges(arm_model):
 
 
 def test_drawn_geom_is_the_surface_unless_inside_the_collider(tmp_path):
-    """Spheres of radius 0.1 collide; the drawn box of 0.1 sticks out of its sphere, the box of 0.05 is inside."""
+    """Spheres of radius 0.1 collide; the drawn box of 0.1 sticks out of its sphere, the box of 0.05 is inside.
+
+    ``faces``: of part and bone, 12 where the surface is the box and 0 where it is the sphere.
+    """
     path = tmp_path / "links.xml"
     drawn = '<geom type="box" size="{0} {0} {0}" contype="0" conaffinity="0" group="1"/>'
     solid = '<geom type="sphere" size="0.1" group="3"/>'
@@ -272,6 +281,7 @@ def test_hostile_mjcf_file_is_refused_with_the_reason(tmp_path, name, text, refu
 
 
 def test_files_above_the_model_are_read_below_the_named_root(tmp_path):
+    """The model is in a folder "models" and its mesh beside that folder."""
     (tmp_path / "models").mkdir()
     (tmp_path / "cup.obj").write_text(CUP)
     path = tmp_path / "models" / "cup.xml"
@@ -285,6 +295,7 @@ def test_files_above_the_model_are_read_below_the_named_root(tmp_path):
 
 
 def test_folders_of_assets_are_stripped_where_the_model_says(tmp_path):
+    """The mesh is named /lab/cup.obj and read as cup.obj, beside the model: strippath."""
     (tmp_path / "cup.obj").write_text(CUP)
     path = tmp_path / "scene.xml"
     path.write_text(
@@ -305,6 +316,7 @@ def test_nested_includes_are_limited_in_number(tmp_path):
 
 @pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
 def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
+    """Four balls are placed; the limit of bodies, or of faces, is lowered to 3."""
     monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 3)
     path = tmp_path / "balls.xml"
     path.write_text(f'<mujoco><worldbody><replicate count="4" offset="1 0 0">{BALL}</replicate>{WORLD_END}')
@@ -313,6 +325,7 @@ def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
 
 
 def test_mjcf_attached_model_adds_its_bodies_with_prefix(tmp_path):
+    """The body b of another file is attached with the prefix "x-"."""
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "ball.xml").write_text(f"<mujoco><worldbody>{BALL}{WORLD_END}")
     path = tmp_path / "two.xml"
@@ -339,6 +352,11 @@ def pairs_of_the_library(path):
 
 @pytest.mark.parametrize("filter_parents", ["enable", "disable"])
 def test_pairs_that_collide_agree_with_mujoco(tmp_path, filter_parents):
+    """An arm of four links, and bodies with masks (contype, conaffinity); expected are the pairs that MuJoCo tests.
+
+    A declared <pair> counts in spite of masks that never meet (ghost) and of an exclusion (ball).
+    """
+
     def body(name, masks, inner="", joint='<joint axis="0 0 1"/>'):
         return f'<body name="{name}">{joint}<geom name="{name}" type="sphere" size="0.1" {masks}/>{inner}</body>'
 
@@ -363,6 +381,7 @@ def test_pairs_that_collide_agree_with_mujoco(tmp_path, filter_parents):
 
 
 def test_motion_of_mocap_bodies_is_named(tmp_path):
+    """A mocap body is moved from outside the model, not by a joint."""
     path = tmp_path / "mocap.xml"
     path.write_text(f'<mujoco><worldbody>{BALL}<body name="m" mocap="true"><geom size="1"/></body>{WORLD_END}')
     assert read_scene_source(path).left_out == ("the motion of 'm', a mocap body: no joint moves it",)
@@ -370,6 +389,7 @@ def test_motion_of_mocap_bodies_is_named(tmp_path):
 
 @pytest.mark.parametrize("flag", ["contact", "constraint"])
 def test_switched_off_contacts_are_named(tmp_path, flag):
+    """Either flag of the model's options ends all contacts in MuJoCo."""
     path = tmp_path / "off.xml"
     path.write_text(f'<mujoco><option><flag {flag}="disable"/></option><worldbody>{BALL}{WORLD_END}')
     assert "switches all contacts off" in read_scene_source(path).left_out[0]
@@ -384,6 +404,7 @@ def test_switched_off_contacts_are_named(tmp_path, flag):
     ],
 )
 def test_motion_of_another_model_or_of_objects_is_refused(arm_model, arrays, refusal):
+    """Arrays without times, with five columns of joints where the model has ten, and of objects."""
     np.savez(arm_model.with_suffix(".npz"), **arrays)
     with pytest.raises(SessionError, match=refusal):
         import_session("mjcf", arm_model)
@@ -445,14 +466,15 @@ def test_angles_in_degrees_are_refused(tmp_path):
 
 
 def test_angle_far_beyond_its_range_is_named(tmp_path):
-    assert (
-        "joint 'elbow' leaves its range by up to 1 rad" in motion_of_limited(tmp_path, (3, 7, 3.0)).facts["conversions"]
-    )
-    assert "leaves its range" not in motion_of_limited(tmp_path, (3, 7, 2.1)).facts["conversions"]
+    """The elbow's range ends at 2 rad: 3 rad in row 3 are named, 2.1 rad are not."""
+    far, near = (motion_of_limited(tmp_path, (3, ELBOW_COLUMN, angle)).facts["conversions"] for angle in (3.0, 2.1))
+    assert "joint 'elbow' leaves its range by up to 1 rad" in far
+    assert "leaves its range" not in near
 
 
 @pytest.mark.parametrize("head", ["time,elbow,elbow", "elbow,elbow,time"])
 def test_column_of_a_joint_that_occurs_twice_is_refused(tmp_path, head):
+    """The CSV has a column of times and two of the elbow."""
     model = tmp_path / "limited.xml"
     model.write_text(ONLY_THE_ELBOW)
     model.with_suffix(".csv").write_text(f"{head}\n0,0,0\n1,1,1\n")
@@ -461,6 +483,7 @@ def test_column_of_a_joint_that_occurs_twice_is_refused(tmp_path, head):
 
 
 def test_columns_and_arrays_that_are_not_read_are_named(tmp_path):
+    """Beside the elbow's angle a CSV, and then an .npz, has a force, which no joint of the model is."""
     model = tmp_path / "limited.xml"
     model.write_text(ONLY_THE_ELBOW)
     model.with_suffix(".csv").write_text("time,elbow,force\n0,0,9\n1,1,9\n")
@@ -471,6 +494,7 @@ def test_columns_and_arrays_that_are_not_read_are_named(tmp_path):
 
 
 def test_row_without_a_time_is_refused(tmp_path):
+    """The second of three rows has nan for its time."""
     model = tmp_path / "limited.xml"
     model.write_text(ONLY_THE_ELBOW)
     model.with_suffix(".csv").write_text("time,elbow\n0,0\nnan,1\n2,1\n")
@@ -480,6 +504,7 @@ def test_row_without_a_time_is_refused(tmp_path):
 
 @pytest.mark.parametrize("rows", ["", "0,0,1\n1,1,1\n", "0,0\n1\n"])
 def test_rows_of_another_length_than_the_head_are_refused(tmp_path, rows):
+    """``rows`` below the head "time,elbow": none, three cells each, and one cell in the second."""
     model = tmp_path / "limited.xml"
     model.write_text(ONLY_THE_ELBOW)
     model.with_suffix(".csv").write_text(f"time,elbow\n{rows}")

@@ -31,4 +31,5 @@ def test_tapered_shape_has_volume_and_height_of_the_true_shape(shape, lower, upp
     [("cylinder", 0.0, False), ("cylinder", -1.0, False), ("capsule", -1.0, False), ("capsule", 0.0, True)],
 )
 def test_shape_without_height_is_none_but_a_capsule(shape, height, exists):
+    """Ends have radii of 0.1 and 0.2; a capsule without height is the balls of its ends."""
     assert (tapered_shape(shape, height, lower=0.1, upper=0.2) is not None) == exists

@@ -9,6 +9,7 @@ from sessions.scene_formats.safe_files import SceneFiles
 
 @pytest.mark.parametrize("text", ["<!DOCTYPE scene><scene/>", "<scene><!ENTITY a 'b'></scene>"])
 def test_document_type_or_entity_alone_is_refused(tmp_path, text):
+    """A DOCTYPE before the first element, and an ENTITY inside it."""
     (tmp_path / "scene.xml").write_text(text)
     with pytest.raises(SceneSourceError, match="declares a document type or entities"):
         SceneFiles(tmp_path).xml(tmp_path / "scene.xml")
@@ -16,6 +17,7 @@ def test_document_type_or_entity_alone_is_refused(tmp_path, text):
 
 @pytest.mark.parametrize("limit", ["MOST_FILE_BYTES", "MOST_BYTES", "MOST_XML_BYTES"])
 def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit):
+    """The file has 8 bytes; limits of a file, of all files and of XML are 8 and then 7."""
     path = tmp_path / "scene.xml"
     path.write_text("<scene/>")
     monkeypatch.setattr(safe_files, limit, 8)  # bytes of that text
@@ -26,6 +28,7 @@ def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit):
 
 
 def test_elements_are_nested_up_to_their_limit(tmp_path, monkeypatch):
+    """Three elements, each within the one before; the limit is 3 and then 2."""
     path = tmp_path / "scene.xml"
     path.write_text("<a><b><c/></b></a>")
     monkeypatch.setattr(safe_files, "MOST_DEPTH", 3)

@@ -54,6 +54,7 @@ def arm_model(tmp_path):
 
 
 def test_urdf_link_poses_agree_with_yourdfpy(arm_model):
+    """Poses of three links to 1e-9; a link moves below a joint that does. Parent and child are an excluded pair."""
     scene, model = read_scene_source(arm_model), yourdfpy.URDF.load(str(arm_model), load_meshes=False)
     assert [*scene.bodies] == ["base", "fore", "cup"]
     for name, body in scene.bodies.items():
@@ -78,6 +79,7 @@ def chain(path, count):
 
 
 def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
+    """Joints are fixed up to link 19 and move from link 20 on; they stand in the file in reverse order."""
     path = chain(tmp_path / "chain.urdf", count=40)
     scene, model = read_scene_source(path), yourdfpy.URDF.load(str(path), load_meshes=False)
     assert len(scene.bodies) == 40
@@ -88,11 +90,12 @@ def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
 
 @pytest.mark.slow
 def test_long_chain_asks_the_library_for_neighbours_alone(tmp_path, monkeypatch):
-    asked = []
+    """400 links are 400 calls for a pose, each relative to the parent, and only the base's without one."""
+    calls = []
     own = yourdfpy.URDF.get_transform
-    monkeypatch.setattr(yourdfpy.URDF, "get_transform", lambda *given: asked.append(given[1:]) or own(*given))
+    monkeypatch.setattr(yourdfpy.URDF, "get_transform", lambda *names: calls.append(names[1:]) or own(*names))
     read_scene_source(chain(tmp_path / "chain.urdf", count=400))
-    assert len(asked) == 400 and sum(len(names) == 1 for names in asked) == 1
+    assert len(calls) == 400 and sum(len(names) == 1 for names in calls) == 1
 
 
 def test_geometry_has_its_origin_scale_and_package(arm_model):
@@ -122,6 +125,7 @@ def test_geometry_has_its_origin_scale_and_package(arm_model):
     ],
 )
 def test_mesh_outside_the_folder_is_not_read(arm_model, name, refusal):
+    """``name``: of the cup's mesh in the URDF, also with escapes (%2e is a dot) and by links that lead out."""
     (arm_model.parent.parent / "secret.obj").write_text(CUP)
     (arm_model.parent / "link.obj").symlink_to(arm_model.parent.parent / "secret.obj")
     (arm_model.parent / "loop.obj").symlink_to(arm_model.parent / "loop.obj")
@@ -131,6 +135,7 @@ def test_mesh_outside_the_folder_is_not_read(arm_model, name, refusal):
 
 
 def test_entities_are_refused(arm_model):
+    """The URDF of the arm, below a DOCTYPE that declares an entity."""
     arm_model.write_text('<!DOCTYPE robot [<!ENTITY a "x">]>' + arm_model.read_text())
     with pytest.raises(SceneSourceError, match="document type or entities"):
         read_scene_source(arm_model)
@@ -165,6 +170,7 @@ def test_urdf_capsule_becomes_a_solid_along_z(tmp_path):
     ],
 )  # fmt: skip
 def test_geometry_that_cannot_be_taken_is_named(tmp_path, text, named):
+    """``text``: of the only collider of link l; link b has a box and is taken."""
     (tmp_path / "cup.obj").write_text(CUP)
     path = tmp_path / "r.urdf"
     path.write_text(one_link(text, f'<link name="b"><collision>{BOX}</collision></link>' + joint("l", "b")))
@@ -179,6 +185,7 @@ def joint(parent, child):
 
 @pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
 def test_scene_that_places_too_much_is_refused(arm_model, monkeypatch, limit):
+    """The arm has three bodies; the limit of bodies, or of faces, is lowered to 2."""
     monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
     with pytest.raises(SceneSourceError, match="the scene places more than"):
         read_scene_source(arm_model)
@@ -186,6 +193,7 @@ def test_scene_that_places_too_much_is_refused(arm_model, monkeypatch, limit):
 
 @pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])
 def test_soft_bodies_are_named(tmp_path, tag):
+    """Soft bodies, by tags of other programs, beside a link with a box, and alone."""
     path = tmp_path / "r.urdf"
     path.write_text(one_link(BOX, f'<{tag} name="jelly"><visual filename="jelly.vtk"/></{tag}>'))
     assert read_scene_source(path).left_out == ("the soft body 'jelly'",)
@@ -196,6 +204,7 @@ def test_soft_bodies_are_named(tmp_path, tag):
 
 @pytest.mark.parametrize("folder", ["src/lab", "src/stack/lab", "src/checkout-of-lab", ""])
 def test_package_is_looked_for_from_the_file_upwards(tmp_path, folder):
+    """The package "lab" is a folder of that name, or one whose package.xml says so, beside or above the URDF."""
     home = tmp_path / folder
     (home / "meshes").mkdir(parents=True)
     (home / "meshes" / "cup.obj").write_text(CUP)

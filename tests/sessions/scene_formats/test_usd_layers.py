@@ -72,7 +72,8 @@ def test_layer_that_a_scene_may_not_read(tmp_path, capfd, name, refusal):
 
 @pytest.mark.parametrize("arc", ["payload", "sublayer", "variant"])
 @pytest.mark.parametrize(("name", "refusal"), [("../secret.usda", "lies outside"), ("loop.usda", "a link to itself")])
-def test_every_arc_refuses_layers_outside_the_scene(tmp_path, capfd, arc, name, refusal):
+def test_every_other_arc_refuses_outside_layers_and_loops(tmp_path, capfd, arc, name, refusal):
+    """``secret.usda`` stands beside the scene's folder; ``loop.usda``, in the folder, is a link to itself."""
     assert_layer_is_refused(tmp_path, capfd, arc, name, refusal)
 
 
@@ -97,6 +98,7 @@ def assert_layer_is_refused(tmp_path, capfd, arc, name, refusal):
 
 @pytest.mark.parametrize("arc", ARCS)
 def test_missing_layer_is_named(tmp_path, capfd, arc):
+    """A ball, and a prim that names gone.usda by this arc: the ball is read."""
     text, head = named_by(arc, "gone.usda")
     scene_source = read_scene_source(usda_file(tmp_path, text, head=head))
     assert [*scene_source.bodies] == ["ball"] and scene_source.left_out == ("the layer 'gone.usda', which is missing",)
@@ -105,6 +107,7 @@ def test_missing_layer_is_named(tmp_path, capfd, arc):
 
 @pytest.mark.parametrize("where", ["working folder", pytest.param("environment", marks=pytest.mark.slow)])
 def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
+    """found.usda stands in the working folder, or in the folder of USD's search path, and not beside the scene."""
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     (elsewhere / "found.usda").write_text(HEAD + BALL)
@@ -123,6 +126,7 @@ def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
 
 @pytest.mark.parametrize(("longest", "ending"), [(20, ": Unresolved reference ..."), (10_000, "</other>")])
 def test_reference_to_no_prim_is_named_in_a_line(tmp_path, monkeypatch, longest, ending):
+    """The library's reason is cut after ``longest`` letters: whole, it names both prims."""
     monkeypatch.setattr("sessions.scene_formats.usd_layers.LONGEST_REASON", longest)
     scene_source = read_scene_source(usda_file(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
     assert [*scene_source.bodies] == ["ball"] and scene_source.left_out[0].endswith(ending)
@@ -131,6 +135,7 @@ def test_reference_to_no_prim_is_named_in_a_line(tmp_path, monkeypatch, longest,
 
 @pytest.mark.parametrize("kind", ["references", "inherits", "sublayer", "two files"])
 def test_arcs_that_contain_themselves_are_refused(tmp_path, kind):
+    """Two prims that refer to each other, a layer that is its own sublayer, and two files."""
     head, text = HEAD, BALL
     if kind == "sublayer":
         head = HEAD.replace(")\n", "    subLayers = [@scene.usda@]\n)\n")
@@ -145,6 +150,7 @@ def test_arcs_that_contain_themselves_are_refused(tmp_path, kind):
 
 @pytest.mark.parametrize("arc", ["references", "inherits", "specializes", "payload"])
 def test_few_lines_that_ask_for_many_prims_are_refused(tmp_path, monkeypatch, arc):
+    """Each of 20 levels has ten of the next: 10^20 prims, of which 1,000 are allowed."""
     monkeypatch.setattr("sessions.scene_formats.usd_layers.MOST_PRIMS", 1_000)
     levels = [
         f'def "level{k}"\n{{\n' + "".join(f'def "c{j}" ({arc} = </level{k + 1}>)\n{{\n}}\n' for j in range(10)) + "}\n"
@@ -156,12 +162,14 @@ def test_few_lines_that_ask_for_many_prims_are_refused(tmp_path, monkeypatch, ar
 
 
 def test_layers_beside_each_other_may_name_each_other(tmp_path):
+    """ "a" is b of the other file, and b is the first file's ball: no prim contains itself."""
     (tmp_path / "other.usda").write_text(HEAD + 'def "b" (references = @scene.usda@</ball>)\n{\n}\n')
     text = BALL + 'def "a" (references = @other.usda@</b>)\n{\n}\n'
     assert [*read_scene_source(usda_file(tmp_path, text)).bodies] == ["ball", "a"]
 
 
 def test_value_clips_are_refused(tmp_path):
+    """A clip names a file outside the scene, by which USD takes values from it."""
     clips = 'clips = {\ndictionary default = {\nasset[] assetPaths = [@/etc/passwd@]\nstring primPath = "/a"\n}\n}'
     with pytest.raises(SceneSourceError, match="value clips"):
         read_scene_source(usda_file(tmp_path, BALL + f'def "a" (\n{clips}\n)\n{{\n}}\n'))
@@ -169,6 +177,10 @@ def test_value_clips_are_refused(tmp_path):
 
 @pytest.mark.parametrize("inner", ["part.usda", "../secret.usda"])
 def test_usdz_package_reads_only_layers_inside_the_package(tmp_path, inner):
+    """The package has scene.usda and part.usda.
+
+    A layer beside the package gives no body, whether it is refused or left out.
+    """
     (tmp_path / "secret.usda").write_text(HEAD + BALL)
     folder = tmp_path / "scene"
     folder.mkdir()
@@ -195,6 +207,7 @@ def test_usdz_package_reads_only_layers_inside_the_package(tmp_path, inner):
     ],
 )
 def test_transform_of_zero_scale_or_non_finite_numbers_is_refused(tmp_path, lines, refusal):
+    """``lines``: the pose of the ball as a matrix of four rows; the last row is its translation."""
     text = BALL.replace("{\n}", f'{{\n{lines}\nuniform token[] xformOpOrder = ["xformOp:transform"]\n}}')
     with pytest.raises(SceneSourceError, match=refusal):
         read_scene_source(usda_file(tmp_path, text))
@@ -210,6 +223,7 @@ def test_sphere_without_a_positive_radius_is_named_as_ignored(tmp_path, line):
 
 @pytest.mark.parametrize("length_unit", ["0", "-1", "inf", "nan"])
 def test_usd_scene_needs_positive_finite_metres_per_unit(tmp_path, length_unit):
+    """``length_unit``: metres per unit in the head of the file."""
     header = HEAD.replace("metersPerUnit = 1", f"metersPerUnit = {length_unit}")
     usd_file = usda_file(tmp_path, BALL, head=header)
     with pytest.raises(SceneSourceError, match="metersPerUnit"):
@@ -217,6 +231,7 @@ def test_usd_scene_needs_positive_finite_metres_per_unit(tmp_path, length_unit):
 
 
 def test_absence_of_the_library_is_explained(tmp_path, monkeypatch):
+    """The import of ``pxr`` fails."""
     own = builtins.__import__
 
     def without(name, *more, **keys):
@@ -230,6 +245,7 @@ def test_absence_of_the_library_is_explained(tmp_path, monkeypatch):
 
 
 def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
+    """Binary layers are tried in another process, here one that ends by SIGABRT as the library may."""
     monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", usd_trial.try_scene)
     (tmp_path / "part.usdc").write_bytes(b"PXR-USDC")
     path = usda_file(tmp_path, BALL + 'def "other" (references = @part.usdc@)\n{\n}\n')
@@ -244,6 +260,7 @@ def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
 
 
 def test_trial_program_reads_the_scene_of_its_arguments(tmp_path, monkeypatch):
+    """The program is run with a scene and its root; the reader gets both."""
     monkeypatch.setitem(sys.modules, "resource", None)  # else the memory of the tests would be bounded too
     scenes = []
     monkeypatch.setattr(
@@ -257,6 +274,10 @@ def test_trial_program_reads_the_scene_of_its_arguments(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
+    """A scene with a binary layer is tried once, with its root; the trial itself accepts it.
+
+    Without such a layer none is tried.
+    """
     layer = pxr.Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
     layer.DefinePrim("/a", "Sphere")
     layer.Save()

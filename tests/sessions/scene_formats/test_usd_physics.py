@@ -232,6 +232,7 @@ def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
 
 @pytest.mark.parametrize(("collides", "is_enabled"), [(True, True), (False, False)])
 def test_joint_that_lets_bodies_collide_excludes_no_pair(tmp_path, collides, is_enabled):
+    """A joint that enables collision, and one that is switched off."""
     stage = new_stage(tmp_path / "s.usda")
     for number, name in enumerate(("arm", "hand")):
         rigid_body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
@@ -246,6 +247,7 @@ def test_joint_that_lets_bodies_collide_excludes_no_pair(tmp_path, collides, is_
 
 
 def test_articulation_with_self_collisions_excludes_no_pair(tmp_path):
+    """Arm and hand are of one articulation whose bodies may collide."""
     stage = new_stage(tmp_path / "s.usda")
     for number, name in enumerate(("arm", "hand")):
         rigid_body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
@@ -420,6 +422,7 @@ def test_poses_of_a_usd_scene_are_limited(tmp_path, monkeypatch):
 
 
 def test_unsupported_usd_subdivision_is_listed(tmp_path):
+    """Two meshes of a cup: only the smooth one is subdivided."""
     stage = new_stage(tmp_path / "smooth.usda")
     rigid_body(stage, "/cup")
     for name, scheme in (("smooth", "catmullClark"), ("plain", "none")):
@@ -431,6 +434,7 @@ def test_unsupported_usd_subdivision_is_listed(tmp_path):
 
 
 def test_usd_without_time_samples_is_refused_as_a_recording(bench_file):
+    """The bench is a scene at rest."""
     with pytest.raises(SessionError, match="time samples; take the scene"):
         import_session("usd", bench_file)
 
@@ -502,6 +506,7 @@ def test_mesh_of_contradicting_face_counts_is_listed(tmp_path, counts):
 
 @pytest.mark.parametrize(("corners", "faces"), [(CORNERS, []), (CORNERS, [(0, 1)]), ([], [(0, 1, 2)])])
 def test_mesh_without_faces_or_corners_is_listed(tmp_path, corners, faces):
+    """No face, a face of two corners, and faces of no corners, beside a ball."""
     stage = new_stage(tmp_path / "cup.usda")
     rigid_body(stage, "/cup")
     ball_collider(stage, "/cup/ball")
@@ -512,6 +517,7 @@ def test_mesh_without_faces_or_corners_is_listed(tmp_path, corners, faces):
 
 @pytest.mark.parametrize("pose", [{"scale": 0.0}, {"translation": (np.nan, 0.0, 0.0)}])
 def test_body_without_size_or_position_is_refused(tmp_path, pose):
+    """A scale of 0, and a translation that is no number."""
     stage = new_stage(tmp_path / "cup.usda")
     rigid_body(stage, "/cup", **pose)
     ball_collider(stage, "/cup/ball")
@@ -521,6 +527,7 @@ def test_body_without_size_or_position_is_refused(tmp_path, pose):
 
 
 def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
+    """The table is no rigid body any more, so that its collider "top" stands by itself; the collider "off" is none."""
     stage = new_stage(tmp_path / "s.usda")
     table = rigid_body(stage, "/table")
     UsdPhysics.RigidBodyAPI(table.GetPrim()).CreateRigidBodyEnabledAttr().Set(False)
@@ -533,6 +540,7 @@ def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
 
 
 def test_usd_defaults_for_unit_and_axis_are_noted(tmp_path):
+    """The file states neither: a ball of radius 1 has 0.01 m, and +Y is up."""
     stage = Usd.Stage.CreateNew(str(tmp_path / "s.usda"))
     ball_collider(stage, "/ball")
     stage.Save()

@@ -20,6 +20,7 @@ COURSES = {
 @pytest.mark.parametrize("name", COURSES)
 @given(bounds=st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)))
 def test_the_intervals_hold_exactly_the_times_whose_values_lie_between(name, bounds):
+    """20,001 times of a course of COURSES; within 1 us of an interval's end, or 1e-6 of a bound, rounding decides."""
     lower, upper = bounds
     spans = COURSES[name].between(lower, upper, SECONDS)
     starts, ends = np.array([*spans, (np.inf, np.inf)]).T[:, :, None]

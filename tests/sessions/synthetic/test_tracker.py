@@ -22,6 +22,7 @@ def test_resting_tracker_errs_and_steps_as_real_trackers():
 
 
 def test_frame_steps_below_clock_jitter_are_refused():
+    """Steps of 1 ms are below the 2.3 ms that a clock with jitter has at least; an even clock takes any."""
     assert len(make_analytic("ball-plate", rate_hz=1000.0, seconds=0.1)[0].frames) == 101
     with pytest.raises(ValueError, match="lower the rate or use clock 'even'"):
         make_analytic("ball-plate", rate_hz=1000.0, seconds=0.1, jitter="steady")

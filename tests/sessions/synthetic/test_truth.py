@@ -29,6 +29,7 @@ def truth(*facts):
 
 
 def test_truth_file_is_json_with_the_planted_facts(tmp_path):
+    """x.mcap gets x.truth.json: a pour with its volume, and a sure and an unsure contact."""
     path = truth_path(tmp_path / "x.mcap")
     write_truth(truth(POUR), path)
     kept = json.loads(path.read_text())
@@ -80,6 +81,7 @@ def test_episode_length_is_bounded_by_noise_and_tessellation(kind, earliest, lat
 
 
 def test_contact_from_the_start_has_no_uncertain_begin():
+    """Contact lasts from the first frame to 1 s. Poses are 0.5 s late, which moves its end alone."""
     (episode,) = levelled_episodes(("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], **BOUNDS)
     end = 1.0 + LATENCY
     assert episode.nominal == (0.0, end)

@@ -22,6 +22,7 @@ def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz, truths):
 
 
 def test_hands_are_tracked_while_bumping_and_rod_follows_hand(truths):
+    """The tracker loses the rod with the right hand, which holds it, and no hand during its contacts."""
     for truth in truths:
         losses = [fact for fact in truth.facts if fact.kind == "loss"]
         assert losses and all(("hand-right" in loss.bodies) == ("rod" in loss.bodies) for loss in losses)

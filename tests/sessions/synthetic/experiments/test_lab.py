@@ -106,6 +106,10 @@ POURS = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "kinds"), POURS.items(), ids=POURS)
 def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
+    """For each pour the truth's volume, time and target are checked by the tilt of the recorded glass (``check_pour``).
+
+    Volumes are also added up from glass to glass: ``left`` is what each still holds.
+    """
     run = made(name)
     left = {
         body.id: body.extra["properties"]["liquid"]["volume_ml"]
@@ -124,6 +128,7 @@ def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
 
 
 def test_interactivity_lasts_from_first_to_last_hold(made):
+    """The interval begins when a hand first takes hold of something and ends when the last is let go."""
     run = made("marble")
     holds = [(fact.start, fact.end) for fact in run.facts("hold")]
     (interval,) = [interval for interval in run.session.intervals if interval.name == "interactivity"]

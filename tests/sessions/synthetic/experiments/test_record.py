@@ -87,6 +87,7 @@ def test_grasped_body_moves_from_press_until_release(recorded):
 
 @pytest.mark.slow
 def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(recorded):
+    """At least four effects; of the meshes all but two hands and a headset are made again, with the same vertices."""
     kept = tomllib.loads(recorded.session.scene.text)
     assert len(kept["effect"]) >= 4
     # Hands and headset take seconds to make and are the same in every scene.
