@@ -47,7 +47,10 @@ def test_rerun_finds_nothing_wrong_with_a_session_file(written, which):
 
 
 def test_session_file_of_earlier_version_is_read_exactly():
-    """Written by 51c3acd0, whose container was its own; the numbers are those of the program that made it."""
+    """Written by 51c3acd0, whose container was its own; the numbers are those of the program that made it.
+
+    40 frames of two bodies; the wand is absent in frame 9, and the cup lost in frame 5.
+    """
     session, k = read_session(EARLIER), np.arange(40)
     frames = session.frames
     stamps = 1_700_000_000_000_000_000 + k * 11_111_111

@@ -92,9 +92,7 @@ def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "detector", [pytest.param("mesh=discrete[rate_hz=40]", marks=pytest.mark.slow), "mesh=collider[skin_m=0.00005]"]
-)
+@pytest.mark.parametrize("detector", ["mesh=discrete[rate_hz=40]", "mesh=collider[skin_m=0.00005]"])
 def test_proposed_release_distance_has_the_predicted_effect(detector):
     """Gaps of 0.1 mm, with 0.2 mm of noise, flicker; the proposal of the first run is the detector of the second."""
     noise = np.random.default_rng(1).normal(0.0001, 0.0002, 120)

@@ -109,7 +109,10 @@ def grasp_episode(pair, first, last):
 
 
 def test_grasp_lasts_only_while_the_body_is_carried():
-    """The hand carries the cube in frames 100 to 199; it touches in frames 40 to 60 and 95 to 120."""
+    """The hand carries the cube in frames 100 to 199; it touches in frames 40 to 60 and 95 to 120.
+
+    The second touch overlaps the grasp and belongs to it; without a session nothing is grasped.
+    """
     assembly, session = assembly_with_trigger(*session_of_carried_cube())
     ((pair, first, last),) = [(item.pair, item.first, item.last) for item in holdings(assembly, session)]
     assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)

@@ -100,7 +100,10 @@ def test_frames_that_are_not_counted_break_no_gate():
 
 
 def test_a_hollow_needs_a_reference_that_knows_the_side():
-    """A hull around two walls, and a cube between them: measured by exact, not by a search."""
+    """Two walls of 3 m are one mesh, and a cube stands between them, in their hull and in none of them.
+
+    Exact says so; without containment it does not know on which side the cube is, and the cause is another.
+    """
     walls = merged_mesh(cube_mesh(scale=3.0, shift=[-4.0, 0, 0]), cube_mesh(scale=3.0, shift=[4.0, 0, 0]))
     session = unit_cubes_on_x({"walls": [0.0] * 4, "probe": [9.0, 0.0, 0.5, 9.0]})
     session = replace(session, meshes={"walls": walls, "probe": cube()})

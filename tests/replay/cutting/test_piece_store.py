@@ -81,7 +81,11 @@ def times_written(folder):
 
 
 def test_pieces_are_cut_once_and_damaged_files_remade(empty_cache):
-    """Planes cut once for every number of pieces, so 2 are stored after cutting 16; a hull takes no cutting."""
+    """A first cut is stored, a second only reads it, and after every stored file was cut short all are written anew.
+
+    Planes cut once for every number of pieces, so 2 are stored after cutting 16; a hull takes no cutting. ``seconds``:
+    about how long the work takes that is left.
+    """
     cut = Cut(CHANNEL, "planes", 16)
     assert cut.seconds > 0 and not cut.is_ready
     first = hashes(convex_pieces(cut))

@@ -200,7 +200,10 @@ def test_physics_step_between_moments_counts_to_a_microsecond(start, end, expect
 
 @pytest.mark.parametrize(("moment", "expected"), [(0.045, False), (0.065, True), (0.03, False), (0.09, False)])
 def test_report_ends_at_the_next_physics_step(moment, expected):
-    """The report lasts from 0.04 to 0.08 s; of its steps only 0.08 s is after 0.065 s."""
+    """The report lasts from 0.04 to 0.08 s; of its steps only 0.08 s is after 0.065 s.
+
+    Without a known rate of steps, or without an end of the report, no step can be its end.
+    """
     assert engine((4, "enter"), (8, "exit")).ended_at_next_step(0, moment) is expected
     assert engine((4, "enter"), (8, "exit"), rate_hz=None).ended_at_next_step(0, moment) is False
     assert engine((4, "enter")).ended_at_next_step(0, moment) is False

@@ -22,7 +22,10 @@ MILLISECOND_NS = 1_000_000
 
 
 def test_motion_holds_bodies_with_a_mesh_and_names_the_others():
-    """ "glass" is carried: the tracker's x of 3, 4, 5 plus its own 10, and an offset of 1 m upwards."""
+    """The glass is carried: the tracker's x of 3, 4, 5 plus its own 10, and an offset of 1 m upwards.
+
+    The tracker has no mesh and is left out; "ghost" was not recorded; the bench is fixed and comes last.
+    """
     start = 1_709_283_600_000_000_000
     bodies = (
         SceneBody("bench", fixed=Pose()),

@@ -106,14 +106,17 @@ LOST, LAST_POSE, INTERPOLATED = Status.LOST, Status.HELD, Status.INTERPOLATED
         (["identity-while-lost=hold:0.1"], [LAST_POSE] * 9 + [LOST] * 11),
         (["identity-while-lost=interpolate:0.3"], [INTERPOLATED] * 20),
         (["identity-while-lost=interpolate:0.2"], [LOST] * 20),
-        # The tenth sample has two faults: the stricter action holds, and of equal ones the first sets the limit.
+        # Sample 10, from 0 on, has two faults: the stricter action holds, and of equal ones the first sets the limit.
         (["identity-while-lost=interpolate:1", "not-finite=drop"], [INTERPOLATED] * 10 + [LOST] + [INTERPOLATED] * 9),
         (["identity-while-lost=hold:1", "not-finite=hold:0.05"], [LAST_POSE] * 20),
         (["identity-while-lost=hold:0.05", "not-finite=hold:1"], [LAST_POSE] * 4 + [LOST] * 16),
     ],
 )
 def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
-    """20 samples 11 ms apart from frame 400 on, 0.22 s; limits of actions are in seconds."""
+    """20 samples 11 ms apart from frame 400 on, 0.22 s; limits of actions are in seconds.
+
+    ``status``: of each of them after the repair. With two arguments sample 10 is not finite as well.
+    """
     draft = lost_hand()
     if len(arguments) > 1:
         draft.arrays["position"][410, 1] = np.nan

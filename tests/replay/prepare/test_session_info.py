@@ -49,7 +49,10 @@ def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
 
 
 def test_contents_of_a_session_are_counted_from_its_first_frame():
-    """The declared bodies: the bench is fixed, b fixed and recorded, and ghost neither."""
+    """Stamps begin at second 5; times of the answer count from there. A NaN is no value of a scalar.
+
+    The declared bodies: the bench is fixed, b fixed and recorded, and ghost neither.
+    """
     fixed = Pose((0, 0, 0), (0, 0, 0, 1))
     declared = (SceneBody("a"), SceneBody("bench", fixed=fixed), SceneBody("b", fixed=fixed), SceneBody("ghost"))
     scene = Scene(bodies=declared)

@@ -259,7 +259,11 @@ def farthest(points, others):
     ],
 )
 def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, metres, tmp_path):
-    """``convention`` of the poses; the GLB of the mesh comes out of the same engine, or of any program for glTF."""
+    """``convention`` of the poses; the GLB of the mesh comes out of the same engine, or of any program for glTF.
+
+    ``importer``: by which the engine changes coordinates of a glTF; ``metres`` in its unit of length. Applied to the
+    written file it must give the mesh as the engine has it.
+    """
     cup = open_cup()
     in_engine = cup.vertices @ (importer.T if convention == "gltf" else np.eye(3))
     for name, solid in {"Cup": cup, "Rod": trimesh.creation.box((0.01, 0.1, 0.01))}.items():

@@ -108,7 +108,10 @@ def test_plot_draws_every_detector_over_cost_and_time(result_of_bump):
 
 
 def test_plot_stacks_answer_scatter_legend_lanes_and_ticks(result_of_bump):
-    """From top to bottom, in units of the picture; each begins below what is above it, and within 40 or 80."""
+    """Positions from top to bottom, in units of the picture, of which 40 or 80 is the most that may stay empty.
+
+    Every part begins below the part above it.
+    """
     svg = "{http://www.w3.org/2000/svg}"
     tree = ElementTree.fromstring(result_of_bump.plot()._repr_svg_())
     titles = [float(text.get("y")) for text in tree.findall(f"{svg}text[@font-size='17']")]

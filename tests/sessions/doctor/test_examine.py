@@ -116,7 +116,10 @@ def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, text):
 
 
 def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
-    """90 samples of 10 ms from second 1 on; "apart" begins at second 6."""
+    """90 poses of 10 ms from second 1 on; scalar "apart" begins at second 6, "good" within them.
+
+    Of anna's gaze, sample 3 has no direction and 7 is not seen, so that one is reported; none of ben's is seen.
+    """
     position, rotation = np.linspace((0, 0, 0), (1, 0, 0), 90), np.tile([0.0, 0.0, 0.0, 1.0], (90, 1))
     stamps = 10**9 + 10_000_000 * np.arange(90)
     nowhere = np.tile([0.0, 0.0, -1.0], (90, 1))

@@ -78,7 +78,7 @@ def test_delivery_tube_has_1_mm_wall_and_6_mm_bore(faces):
 
 
 def test_hands_of_every_scene_use_a_shipped_grip():
-    """Another grip gets the nearest hand, which would change what a seed makes."""
+    """A grip that is not shipped (GRIPS, m) gets the nearest hand, which would change what a seed makes."""
     scenes = [experiment(name) for name in SCENES]
     grips = {grip for scene in scenes for grip in scene.grips}
     grips |= {item.options["grip_radius"] for scene in scenes for item in scene.bodies.values() if item.options}

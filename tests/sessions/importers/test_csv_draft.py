@@ -60,7 +60,10 @@ def test_completed_draft_gives_written_poses(tmp_path, kind):
 @pytest.mark.sampled(16)
 @pytest.mark.parametrize("kind", KINDS)
 def test_convention_option_completes_a_draft_lacking_only_axes(tmp_path, kind):
-    """Logs of many kinds; the completed draft imports the written pose, another draft stays open."""
+    """Logs of many kinds; a draft that lacks only axes is completed, and by it the written pose is imported.
+
+    A draft that lacks more, other than the unit of lengths, is not completed.
+    """
     path = copied_log(tmp_path, kind)
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)

@@ -214,7 +214,11 @@ def filled_line(start, values):
 
 
 def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
-    """The C# script's own templates are filled; row 3 is not tracked, contact is in rows 10 to 20."""
+    """40 rows at 90 Hz are written by the C# script's own templates; row 3 is not tracked, contact is in rows 10 to 20.
+
+    Unity's left-handed axes become the session's by turning the sign of z. Positions along z are of 0.01 mm, which the
+    script must not round away, and each contact is told by both bodies and counts once.
+    """
     rng, count = np.random.default_rng(8), 40
     rotations, positions = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
     lines = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)

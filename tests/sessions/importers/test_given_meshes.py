@@ -64,7 +64,10 @@ def are_same_triangles(result, truth):
     [(name, FORMATS[(k + exported) % 4], exported) for exported in (False, True) for k, name in enumerate(TO_SOURCE)],
 )
 def test_imported_mesh_stands_in_the_room_where_exported(tmp_path, convention, kind, exported):
-    """A tool is written in the axes of each convention; after import its corners must be where the room has them."""
+    """A tool is written in the axes of each convention; after import its corners must be where the room has them.
+
+    ``exported``: by that engine's exporter (EXPORTERS), which changes axes once more, or drawn in its body's axes.
+    """
     rotation, position = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     axes, export = EXPORTERS.get(convention, ("gltf", lambda x, y, z: (x, y, z))) if exported else ("body", None)
     to_file = TO_SOURCE[convention]
@@ -100,7 +103,10 @@ def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, ki
 
 
 def test_axes_are_given_per_body_and_unknown_names_refused(tmp_path):
-    """The vertex at x = 0.3 m of the file, as it is in the axes of the session; the later option wins."""
+    """The vertex at x = 0.3 m of the file, as it is in the axes of the session; the later option wins.
+
+    A misspelt body and unknown axes are refused.
+    """
     path = mesh_file(tmp_path, "obj", VERTICES, FACES)
     source = csv_of_pose(tmp_path, convention="unity", orientation=Rotation.identity(), translation=np.zeros(3))
     given = {"mapping": tmp_path / "map.toml", "meshes": {"tool": path}}

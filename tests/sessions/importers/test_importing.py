@@ -23,7 +23,10 @@ def session_of_bodies(*names):
 
 
 def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
-    """Stamp 10 comes twice and 5 goes back: 0, 5, 7, 10 is the longest increasing beginning."""
+    """Stamps 0, 10, 5, 7, 10, 11, 12, 13 increase longest without the first 10, whose sample the second repeats.
+
+    Of the last three rotations one is 1.1 long, one has no number, and one of 1.0005 is near enough to a unit.
+    """
     stamps = np.array([0, 10, 5, 7, 10, 11, 12, 13])
     rotations = np.tile([0, 0, 0, 1.0], (8, 1))
     rotations[5:] = [[0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]]

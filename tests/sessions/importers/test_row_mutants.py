@@ -206,7 +206,10 @@ def written_by(name, records):
 @pytest.mark.parametrize("count", MUTANTS)
 @pytest.mark.parametrize("name", WRITERS)
 def test_row_mutants_report_every_loss_above_1_percent(tmp_path, name, count):
-    """Random edits of rows; of each body more than 1 % lost must be a large loss of the ledger."""
+    """Random edits of rows; of each body more than 1 % lost must be a large loss of the ledger.
+
+    Rows are recognised by their x after the import.
+    """
     write, options = WRITERS[name]
 
     @settings(max_examples=count, database=None, deadline=None, suppress_health_check=[*HealthCheck])

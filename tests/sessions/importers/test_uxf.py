@@ -139,7 +139,7 @@ def test_torn_last_line_costs_a_single_row(uxf_folder):
 
 
 def test_tracker_with_four_rotations_writes_quaternions(uxf_folder):
-    """The same rotations written as rot_x to rot_w."""
+    """The same rotations written as rot_x to rot_w: they are poses and no scalars."""
     expected = {}
     for trial in (1, 2):
         path = uxf_folder / "trackers" / f"head_movement_T00{trial}.csv"

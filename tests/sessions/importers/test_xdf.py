@@ -84,7 +84,10 @@ CHANNELS_WITHOUT_NAMES = [
     ],
 )
 def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kind, described, axes):
-    """LSL4Unity writes a rotation before positions or after them; a stream of scalars is no body."""
+    """LSL4Unity writes a rotation before positions or after them; a stream of scalars is no body.
+
+    Where it wrote the only poses, Unity's axes are assumed; with a stream of another kind beside it they must be named.
+    """
     position, rotation = POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()
     rows = [rotation, 0 * position, position] if described is TRANSFORM_OUTLET else [position, rotation]
     pieces = (
@@ -144,7 +147,10 @@ def test_mistakes_in_a_stream_mapping_are_named(tmp_path, old, new, text):
 
 
 def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
-    """Clock offsets are added: 0.5 s to "Cap", 0.25 s and 20 us a second to "Mocap"."""
+    """A text stream "Stim" of two markers beside streams of numbers of one and two channels, and one of no names.
+
+    Clock offsets are added: 0.5 s to "Cap", 0.25 s and 20 us a second to "Mocap".
+    """
     rng = np.random.default_rng(8)
     brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
     ahead = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]

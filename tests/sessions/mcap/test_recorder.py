@@ -60,7 +60,10 @@ def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
 
 
 def test_recorded_events_hands_gaze_and_scalars_are_read_back(tmp_path):
-    """Stamps are nanoseconds; the stage of 12 ns is not ended, and lasts until the last frame at 50 ns."""
+    """Stamps are nanoseconds, and all differ, so that none can be taken for another.
+
+    The stage begun at 12 ns is not ended: it lasts until the last frame at 50 ns, and is marked as unclosed.
+    """
     with Recorder(tmp_path / "s.mcap") as recorder:
         recorder.poses(10, {"wand": UPRIGHT_POSE})
         task = recorder.begin(11, "task", "pour", {"by": "anna"})

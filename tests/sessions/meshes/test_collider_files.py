@@ -103,7 +103,7 @@ def test_session_file_keeps_colliders_also_after_recover(tmp_path):
 
 
 def test_colliders_named_by_a_scene_replace_recorded_colliders(tmp_path):
-    """The recording has colliders of a, the file named by x.toml those of b."""
+    """The recording has colliders of a, the file named by x.toml those of b; y.toml names none."""
     write(tmp_path / "c.glb", ("UCX_b_00", BALL, translation(0, 0, 0)))
     write(tmp_path / "old.glb", ("UCX_a_00", BOX, translation(0, 0, 0)))
     write_session(

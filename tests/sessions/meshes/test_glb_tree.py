@@ -70,7 +70,10 @@ def test_meshes_of_one_level_of_detail_are_joined(names):
 
 
 def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
-    """Balls a, b and c hang on each other; a is scaled by 0.01, so that c has a radius of 2 mm."""
+    """Balls a, b and c hang on each other; a is scaled by 0.01, so that c has a radius of 2 mm.
+
+    trimesh writes the file; corners are placed here by the product of the nodes' matrices.
+    """
     rng, scene = np.random.default_rng(3), trimesh.Scene()
     solids = {
         name: trimesh.creation.icosphere(subdivisions=1, radius=radius)
@@ -158,7 +161,11 @@ BOX_CORNERS = BOX.faces.astype("<u2").reshape(-1)
 
 
 def test_skin_follows_its_joints_and_ignores_its_node():
-    """Eight vertices, each with eight joints of random weights; expected: the weighted sum of its joints' matrices."""
+    """Eight vertices, each with eight joints of random weights; expected: the weighted sum of its joints' matrices.
+
+    A joint's matrix: its place in the tree times its inverse bind matrix. Shift and scale of the skinned node itself
+    are not applied, as glTF asks.
+    """
     random = np.random.default_rng(7)
     locals_, inverse = [], []
     for _ in range(3):
@@ -206,7 +213,7 @@ def test_an_armature_that_mirrors_gives_an_outward_mesh():
 
 @pytest.mark.parametrize(("joint_rows", "weight_rows", "joint"), [(8, 7, 0), (7, 8, 0), (7, 7, 0), (8, 8, 1)])
 def test_skin_that_does_not_fit_its_eight_vertices_is_refused(joint_rows, weight_rows, joint):
-    """The skin has one joint, number 0."""
+    """Rows of joints or weights number 7 for 8 vertices, or a row names joint 1 of a skin whose only joint is 0."""
     attributes = {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}  # numbers of the arrays that `glb_file` gets
     tree = {
         "nodes": [{}, {"mesh": 0, "skin": 0}],

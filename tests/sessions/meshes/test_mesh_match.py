@@ -56,7 +56,10 @@ def test_unit_that_a_mesh_file_states_wins_over_size(tmp_path, name, head, scale
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):
-    """Balls by diameter: one of 8 units must be in centimetres; a forced unit overrides the guess."""
+    """Balls by diameter: one of 8 units must be in centimetres; a forced unit overrides the guess.
+
+    Names match but for case, an engine's "(Clone)" and the order of words; a folder or text named "camera" is no mesh.
+    """
     write_balls(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "camera.txt").write_text("no mesh")
     (tmp_path / "camera.obj").mkdir()

@@ -162,7 +162,11 @@ VIEWS = [*VISIBLE_FROM]
     [(name, form, VIEWS[(k + m) % 2]) for k, name in enumerate(POLYGONS) for m, form in enumerate(FORMATS)],
 )
 def test_prism_area_volume_and_order_match_closed_form(name, form, view):
-    """The area of the outline is planted; a mirrored view turns the sign of the volume."""
+    """The area of the outline is planted; a mirrored view turns the sign of the volume.
+
+    Areas of end faces and sides are those of the outline and of its edges times the height, polygon by polygon in the
+    order of the file, and no triangle is without area.
+    """
     outline, planted = POLYGONS[name]
     area = shoelace(outline)
     assert planted is None or area == pytest.approx(planted, rel=1e-12)

@@ -93,7 +93,10 @@ def test_shapes_of_a_gltf_compound_are_in_body_axes(tmp_path, kind):
 
 
 def test_rotations_in_float32_do_not_stretch(tmp_path):
-    """A quaternion with norm 0.99998 rotates by 90 degrees and changes no length."""
+    """A quaternion with norm 0.99998 rotates by 90 degrees about x and changes no length; one of norm 0 is refused.
+
+    The capsule below y = 0, 0.3 m between its ends and of radius 0.1 m, then lies along z: from -0.25 to 0.25 m.
+    """
     content = glass_document("KHR")
     content["nodes"][0]["rotation"] = ROTATION.as_quat().astype(np.float32).tolist()
     content["nodes"][1]["rotation"] = [0.7071, 0, 0, 0.7071]

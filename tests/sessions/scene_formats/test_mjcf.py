@@ -143,7 +143,10 @@ def test_joint_motion_of_another_kind_is_named(tmp_path, content, kind):
 
 @pytest.mark.parametrize("file", ["arm.npz", "arm.csv"])
 def test_joint_motion_becomes_poses_of_forward_kinematics(arm_model, tmp_path, file):
-    """Five frames 20 ms apart; MuJoCo's Z up becomes Y up: (x, y, z) is (x, z, -y)."""
+    """Five frames 20 ms apart, of random joint values; MuJoCo itself places the bodies by the same values.
+
+    Its Z up becomes Y up: (x, y, z) is (x, z, -y). A CSV names its joints in another order than the model.
+    """
     model = mujoco.MjModel.from_xml_path(str(arm_model))
     rng = np.random.default_rng(2)
     if file.endswith("npz"):

@@ -322,7 +322,11 @@ def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
 
 @pytest.mark.parametrize(("up", "ending"), [("Y", "usda"), ("Z", "usdc"), ("Z", "usd")])
 def test_time_samples_become_poses(tmp_path, up, ending):
-    """50 time codes a second from code 10 on: 20 ms a code; positions in centimetres."""
+    """50 time codes a second from code 10 on: 20 ms a code; positions in centimetres.
+
+    The cup has samples at codes 10, 11 and 13, its carrier at 10 and 14: the cup has a pose at each of the four, where
+    USD itself places it. The tray has no samples and stays in place.
+    """
     path = tmp_path / f"motion.{ending}"
     stage = new_stage(path, up=up)
     stage.SetTimeCodesPerSecond(50)
@@ -407,7 +411,7 @@ def test_bodies_are_posed_between_their_time_samples(tmp_path, per_second, frame
 
 
 def test_poses_of_a_usd_scene_are_limited(tmp_path, monkeypatch):
-    """A body in 3 time samples has 3 poses."""
+    """A body in 3 time samples has 3 poses: as many as allowed, and one more than where 2 are."""
     stage = new_stage(tmp_path / "long.usda")
     cup = rigid_body(stage, "/cup")
     for code in (0, 1, 2):

@@ -94,7 +94,10 @@ def test_bone_motion_follows_bones_that_point_opposite_ways():
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, 1e9, 1e300])
 def test_samples_with_impossible_joints_are_lost(wrong):
-    """A bone of 3 cm, of whose 50 samples the joint is ``wrong`` in 10 to 13."""
+    """A bone of 3 cm, of whose 50 samples the joint is ``wrong`` in 10 to 13.
+
+    ``lost`` counts those that have a length: not those whose length is no finite number, as that of 1e300 squared.
+    """
     count = 50
     parent = np.zeros((count, 3))
     child = np.tile([0.0, 0.0, 0.03], (count, 1))

@@ -17,7 +17,10 @@ from sessions.synthetic.scenes import SCENES
     ("name", "fill", "onset"), [("beaker_50", 40, 48.7), ("beaker_100", 80, 40.2), ("beaker_250", 120, 57.1)]
 )
 def test_tilt_at_which_a_beaker_starts_to_pour(name, fill, onset):
-    """A beaker with ``fill`` mL pours beyond ``onset`` degrees, which was counted from slices of the finest mesh."""
+    """A beaker with ``fill`` mL pours beyond ``onset`` degrees, which was counted from slices of the finest mesh.
+
+    Ten times as much does not fit into it.
+    """
     cavity = made_instrument(name, 3000).cavity
     assert np.degrees(tilt_keeping(cavity, fill)) == pytest.approx(onset, abs=0.1)
     with pytest.raises(ValueError, match=f"a vessel of {1e6 * cavity.to_brim.volume:.1f} mL cannot keep"):
