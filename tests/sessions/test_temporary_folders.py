@@ -65,11 +65,14 @@ def test_next_program_removes_leftovers_of_a_killed_program(temp):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no other user there")
 def test_leftover_folder_of_another_user_is_not_removed(temp, monkeypatch):
-    """This process takes another user's number than that of the folder."""
+    """This process takes another user's number than that of the folder, and then its own again."""
     left = killed_owner(temp)
-    monkeypatch.setattr(os, "getuid", lambda: left.stat().st_uid + 1)
+    with monkeypatch.context() as another_user:
+        another_user.setattr(os, "getuid", lambda: left.stat().st_uid + 1)
+        remove_leftovers()
+        assert left.exists()
     remove_leftovers()
-    assert left.exists()
+    assert not left.exists()
 
 
 def test_folders_in_use_and_foreign_folders_stay(temp):

@@ -78,6 +78,7 @@ def test_no_detector_is_blamed_inside_a_damaged_block(name):
     assert truth[:2].tolist() == [Verdict.CLEAR] * 2
     assert (truth[2:] != Verdict.CLEAR).all()
     undecided = int((truth == Verdict.UNRESOLVED).sum())
+    assert {"hull", "mesh", "hybrid"} <= {*run.document.audit}
     for label, audit in run.document.audit.items():
         assert not run.false[label]
         assert audit.contacts_missed == 0 and audit.pair_frames.missed == 0

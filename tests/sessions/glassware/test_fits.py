@@ -55,6 +55,7 @@ def test_key_rotates_without_touching_the_glass(quarter_rotations):
     length = np.linalg.norm(end - start, axis=1)
     near = glass.triangles[np.abs(glass.triangles[..., 1] - 0.1).min(axis=1) < 0.03]
     hits = distances_along_rays(near, start, (end - start) / length[:, None])
+    assert any(map(len, hits)), "rays along the edges do meet the glass, farther away"
     assert not any(len(hit) and hit[0] <= whole for hit, whole in zip(hits, length, strict=True))
 
 

@@ -24,7 +24,7 @@ def test_blocks_are_full_but_the_last(tmp_path, length):
     frames = random_frames(seed=1, count=30 if length == 1 else 800, bodies=6, odd=0.02)
     write_session(session_of(frames, scene=Scene(name="bench")), tmp_path / "s.mcap")
     blocks = [*McapFrames(McapFile(tmp_path / "s.mcap"), frames.names).blocks(length)]
-    assert all(len(block) == length for block in blocks[:-1])
+    assert [len(block) for block in blocks[:-1]] == [length] * ((len(frames) - 1) // length)
     assert_same_frames(Frames.join(blocks), frames)
 
 
