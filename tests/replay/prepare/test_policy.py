@@ -30,20 +30,20 @@ def test_strings_and_mappings_change_the_kinds_they_name(text):
 
 
 @pytest.mark.parametrize(
-    "override",
+    ("override", "reason"),
     [
-        "frozen",
-        "frozen=hold:0",
-        "frozen=hold:-1",
-        "frozen=hold:86401",
-        "frozen=hold:soon",
-        "frozen=drop:1",
-        "x=keep",
-        "gap=1",
+        ("frozen", "policy 'frozen' is not KIND=ACTION"),
+        ("frozen=hold:0", "frozen=hold:0: a limit is a positive number of seconds"),
+        ("frozen=hold:-1", "frozen=hold:-1: a limit is a positive number of seconds"),
+        ("frozen=hold:86401", "frozen=hold:86401: a limit is .* up to a day"),
+        ("frozen=hold:soon", "frozen=hold:soon: a limit is a positive number of seconds"),
+        ("frozen=drop:1", "frozen=drop:1: a limit is .* after hold: or interpolate:"),
+        ("x=keep", "no kind of finding 'x'; there are: "),
+        ("gap=1", "gap cannot be met with '1'; it can with: "),
     ],
 )
-def test_policy_with_a_wrong_kind_action_or_limit_is_refused(override):
+def test_policy_with_a_wrong_kind_action_or_limit_is_refused(override, reason):
     """Wrong are: no action, limits beyond 0 to 86,400 s (a day), a limit of ``drop``, an unknown kind or action."""
-    with pytest.raises(PolicyError):
+    with pytest.raises(PolicyError, match=reason):
         parse_policy([override])
     assert parse_policy(["frozen=hold:86400"]).rule("frozen").limit == 86400.0

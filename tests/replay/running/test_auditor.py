@@ -61,5 +61,5 @@ def test_limits_hold_for_all_sessions_together():
     assert replay.audit(sessions, detectors=SLOW, max_missed=0.9, max_false=1.0).broken == ()
     broken = replay.audit(sessions, detectors=SLOW, max_missed=0.4).broken
     assert any("slow missed contacts" in sentence for sentence in broken)
-    with pytest.raises(AuditError, match="share"):
+    with pytest.raises(AuditError, match="max_missed is 50; give a share from 0 to 1"):
         replay.audit(sessions, max_missed=50)

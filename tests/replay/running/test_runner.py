@@ -38,7 +38,7 @@ def test_existing_folder_is_refused_before_any_work(tmp_path):
     """The session's file is missing as well: with an existing folder the folder is the error, else the file."""
     with pytest.raises(OutputError, match="--force"):
         replay.run(tmp_path / "missing.mcap", out=tmp_path)
-    with pytest.raises(SessionFileError):
+    with pytest.raises(SessionFileError, match=r"missing\.mcap"):
         replay.run(tmp_path / "missing.mcap")
 
 
