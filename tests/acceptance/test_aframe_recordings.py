@@ -26,6 +26,7 @@ pytestmark = [needs_data, pytest.mark.slow]
 
 @pytest.mark.parametrize("name", TRUTH)
 def test_imported_recording_has_exactly_the_stated_contact_frames(name, tmp_path, capsys):
+    """Every detector of the run finds them, in both tables; the wands themselves are tested, no proxy for them."""
     count, truth = TRUTH[name]
     session, out = tmp_path / "s.mcap", tmp_path / "run"
     meshes = [f"--mesh={side}={WAND}" for side in ("left", "right")]

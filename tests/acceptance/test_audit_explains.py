@@ -40,6 +40,7 @@ def recorded(scene):
     ("scene", "oracle"), [*((scene, "exact") for scene in WINDOWS), ("silver-chloride", "continuous")]
 )
 def test_misses_have_a_cause(scene, oracle):
+    """More than five missed frames of pairs were examined, and at most 1 % of them stay unexplained."""
     start, end = WINDOWS[scene]
     result = compute(recorded(scene), detectors=DETECTORS, oracle=oracle, start=start, end=end)
     reported = [causes for causes in result.causes.values() if causes.examined_misses]

@@ -45,6 +45,10 @@ def sound():
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize(("kind", "action"), STAND_INS)
 def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, sound):
+    """A fault of hand-left, body 1, which is in the pairs 0 and 2; dropped poses have no verdict, others have one.
+
+    The document says what was done to how many samples, and how many verdicts are flagged.
+    """
     draft = touching_session()
     name, at = FAULTY[kind]
     planted = FAULTS[name](draft, body=1, frame=at)
@@ -92,6 +96,7 @@ def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
 
 
 def test_dropped_poses_are_data_loss_and_refusals_are_sentences(tmp_path, capsys):
+    """The exit code is 3, data loss, where NaN is dropped; 1 without a policy for it, or with an unknown action."""
     draft = touching_session()
     FAULTS["nan position"](draft, body=1, frame=400)
     file = draft.write(tmp_path / "nan.mcap")

@@ -64,6 +64,7 @@ def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed
 @pytest.mark.parametrize("name", FAULTS)
 @pytest.mark.parametrize("body", [0, 1])
 def test_planted_fault_is_reported_with_body_and_interval(name, body, tmp_path):
+    """Planted at frame 300 of a clean session; whatever else is above a note is about the same body."""
     draft = clean_draft()
     planted = FAULTS[name](draft, body, frame=300)
     findings = examine(draft.write(tmp_path / "one.mcap"))

@@ -124,6 +124,7 @@ def test_first_answer_and_all_kernels_compile_in_time(tmp_path):
 
 @pytest.mark.slow
 def test_process_beside_a_first_run_compiles_the_kernels_of_exact(tmp_path):
+    """``compile_beside`` is what a first run starts; after it a fresh process finds every kernel of ``exact``."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-m", "cdcore.detectors.compile_beside"], env=environment, check=True)
     _, _, kernels, _ = times_of_fresh_start(tmp_path)

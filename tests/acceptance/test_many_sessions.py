@@ -159,6 +159,7 @@ def test_killed_workers_do_not_change_the_digest(sessions_and_digest, tmp_path):
 
 @pytest.mark.slow
 def test_killed_scheduler_workers_are_named_without_changing_the_digest(sessions_and_digest, tmp_path):
+    """Two workers of a Dask scheduler, killed now and then: each death has a session and the worker's address."""
     folder, alone = sessions_and_digest
     digest, done, _, failed, reported, killed, *_, died = driven(folder, tmp_path / "runs", EVERY, "elsewhere")
     assert killed >= 2 and failed == {} and digest == alone and len(done) == len(reported) == SESSIONS

@@ -102,6 +102,7 @@ def test_answer_tab_opens_on_false_contact_and_seeks_to_misses(open_tab, demo_au
 
 
 def test_pipeline_opens_on_the_missed_contact_in_red(open_tab):
+    """Pixels of a colour, with limits far above stray ones at edges."""
     with open_tab("Pipeline") as viewer:
         assert count_red_pixels(view(viewer, r"At [\d.]+ s: a miss")) > 100
         assert int((view(viewer, "This frame").max(axis=-1) > 150).sum()) > 1500

@@ -43,6 +43,7 @@ def test_class_becomes_its_page_in_five_seconds_a_student(class_and_seconds):
 
 
 def test_metrics_count_what_each_student_was_made_to_do(class_and_seconds):
+    """``draw_class`` says how often each student touches, nearly touches and grasps."""
     from replay.studies.class_study.synthetic_class import draw_class
 
     out, _ = class_and_seconds
@@ -54,6 +55,7 @@ def test_metrics_count_what_each_student_was_made_to_do(class_and_seconds):
 
 
 def test_outputs_hold_pseudonyms_and_no_cell_of_fewer_than_five(class_and_seconds):
+    """Only links to reports name a student; a summary has no serial number of a tracker (LHR-)."""
     out, _ = class_and_seconds
     names = set(read(out / "runs")["metrics"]["student"].to_pylist())
     assert all(re.fullmatch(r"S\d\d", name) for name in names)

@@ -40,6 +40,7 @@ print(json.dumps({"seconds": seconds, "gibibytes": peak_bytes() / 2**30, "frames
 
 
 def test_ten_minute_audit_keeps_limits_of_time_memory_and_disk(tmp_path):
+    """60 s of processor time, 2 GiB and a recording of 60 MB; of over 1,000 contact frames less than 5 % are missed."""
     session = ten_minutes()
     assert len(session.scene.bodies) == 12, "as the session is described above"
     assert np.median([len(mesh.faces) for mesh in session.meshes.values()]) >= FACES

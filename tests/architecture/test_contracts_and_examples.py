@@ -30,6 +30,7 @@ UPWARD = {
 
 @pytest.mark.slow
 def test_an_arrow_upward_breaks_its_contract(tmp_path):
+    """A copy of the packages gets the import that each contract of UPWARD forbids; import-linter names every one."""
     for package in ("cdcore", "sessions", "replay"):
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", tmp_path)

@@ -179,6 +179,7 @@ def test_every_toml_and_yaml_block_is_readable(tmp_path):
 
 
 def test_python_blocks_import_names_of_the_facades_only():
+    """Blocks import from cdcore, sessions and replay themselves, never from a module within."""
     for name, text in DOCUMENTS.items():
         for body in blocks(text, "python"):
             for module in re.findall(r"^\s*(?:from|import) ((?:cdcore|sessions|replay)[\w.]*)", body, re.MULTILINE):
@@ -217,6 +218,7 @@ EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"][
 
 
 def test_pages_install_this_copy_or_an_existing_extra():
+    """Every ``pip install`` of a page names this folder, or the package with an extra of pyproject.toml."""
     for name, text in DOCUMENTS.items():
         for installed in re.findall(r"pip install (.*?)(?:[`;&)]|$)", text, re.MULTILINE):
             extra = re.fullmatch(r'(?:-e "\.|"vrlab-replay)\[(\w+)\]"\s*', installed)
@@ -225,6 +227,7 @@ def test_pages_install_this_copy_or_an_existing_extra():
 
 
 def test_the_page_of_a_registry_links_no_file():
+    """README after the substitutions of pyproject.toml: links to files have become commands, links to the web stay."""
     made = README
     build = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["metadata"]["hooks"]
     for rule in build["fancy-pypi-readme"]["substitutions"]:
@@ -234,6 +237,7 @@ def test_the_page_of_a_registry_links_no_file():
 
 
 def test_the_citation_names_the_version_of_the_package():
+    """Title, version, authors and abstract are those of pyproject.toml."""
     stated = yaml.safe_load((ROOT / ".github" / "CITATION.cff").read_text("utf-8"))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     assert (stated["title"], stated["version"]) == (project["name"], project["version"])
@@ -249,6 +253,7 @@ def links():
 
 
 def test_every_link_leads_to_a_file():
+    """Links to the web are left out."""
     assert [(str(path), target) for path, target in links() if not (path.parent / target).exists()] == []
 
 
@@ -273,6 +278,7 @@ def test_readme_and_guide_keep_to_their_length():
 
 @pytest.mark.slow
 def test_the_scenes_of_the_table_declare_what_it_says():
+    """The table of the page scenes-and-effects names each scene and the kinds of its effects."""
     from sessions.synthetic.scenes import SCENES, make_scene_session
 
     result = re.findall(
@@ -285,6 +291,7 @@ def test_the_scenes_of_the_table_declare_what_it_says():
 
 
 def test_shell_and_powershell_install_the_same():
+    """Both install and run the demo; another block says how to run the tests."""
     shell, power = blocks(README, "bash")[0], blocks(README, "powershell")[0]
     for command in ("pip install -e .", "replay demo -o"):
         assert command in shell and command in power
@@ -298,6 +305,7 @@ PACKAGE_OF_MODULE = {"foxglove_schemas_protobuf": "foxglove", "google": "protobu
 
 @pytest.mark.parametrize("room", ["cdcore", "sessions", "replay/running"])
 def test_readme_names_every_imported_library(room):
+    """``room``: a folder with a README of its own, and the libraries that its modules import."""
     readme = (ROOT / room / "README.md").read_text("utf-8")
     sources = [path.read_text("utf-8") for path in (ROOT / room).rglob("*.py")]
     imported = {library for source in sources for library in IMPORT.findall(source)}
@@ -306,6 +314,7 @@ def test_readme_names_every_imported_library(room):
 
 
 def test_paths_in_documents_exist():
+    """Paths in backticks that begin with a package or with tests."""
     missing = []
     for name, text in DOCUMENTS.items():
         for path in re.findall(r"`((?:cdcore|sessions|replay|tests)/[\w/.-]+)`", text):

@@ -22,6 +22,7 @@ ERRORS_AND_ROOTS = [
 
 
 def test_every_error_descends_from_its_root_and_shows_its_message():
+    """All errors of three packages, made with a message and without one."""
     for error, root in ERRORS_AND_ROOTS:
         assert issubclass(error, root), error
         assert str(error("say what to do")) == "say what to do" and str(error()) == "", error

@@ -28,6 +28,7 @@ def homes(package):
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_lazy_package_exports_equal_its_typed_imports(package):
+    """A package loads a name when it is asked for; type checkers read the same names from imports under ``if``."""
     facade = import_module(package)
     assert set(facade.__all__) == set(facade._HOME) == set(homes(package)) == set(dir(facade))
     for name, (module, existing) in homes(package).items():
@@ -36,6 +37,7 @@ def test_lazy_package_exports_equal_its_typed_imports(package):
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_unknown_name_is_answered_with_existing_names(package):
+    """No package has the name Mash; the list in the answer ends with the last public name."""
     facade = import_module(package)
     with pytest.raises(AttributeError, match=rf"'{package}' has no attribute 'Mash'; it has: .*{facade.__all__[-1]}"):
         _ = facade.Mash
@@ -43,11 +45,13 @@ def test_unknown_name_is_answered_with_existing_names(package):
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_package_ships_a_py_typed_marker(package):
+    """Without the file a type checker ignores the package's types."""
     assert (ROOT / package / "py.typed").is_file()
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_submodule_has_the_name_of_an_exported_object(package):
+    """A submodule would take the object's place once it is imported."""
     facade = import_module(package)
     assert {result.name for result in pkgutil.iter_modules(facade.__path__)} & set(facade.__all__) == set()
 
@@ -74,6 +78,7 @@ for _ in range(2):
 
 @pytest.mark.slow
 def test_every_verb_works_twice_after_importing_all_submodules():
+    """A submodule with the name of a verb would take its place once it is imported."""
     done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stderr[-3000:]
 

@@ -80,6 +80,7 @@ def receivers(call, shapes):
 
 
 def test_shapes_are_the_types_with_a_field_of_a_fault():
+    """Class A has a field of a fault and B of causes, C of neither; Fault and KeyMoment are shapes themselves."""
     source = "class A:\n    fault: Fault | None\nclass B:\n    causes: Mapping[Cause, int]\nclass C:\n    text: str\n"
     assert shapes_of([source]) == {"A", "B", "Fault", "KeyMoment"}
     assert shapes_of(path.read_text("utf-8") for path in PACKAGE.rglob("*.py")) >= {"Fault", "Causes", "Answer"}
@@ -87,7 +88,7 @@ def test_shapes_are_the_types_with_a_field_of_a_fault():
 
 @pytest.mark.slow
 def test_a_miss_passes_through_few_functions_files_and_types(tmp_path):
-    """Functions that receive a miss on its way from the audit to the output."""
+    """Functions that receive a miss on its way from the audit to the output; MOST is how many may."""
     session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
     write_session(session, tmp_path / "s.mcap")
     replay.run(session, detectors=DETECTOR)

@@ -26,12 +26,13 @@ def modules():
 
 
 def test_the_top_level_holds_exactly_what_the_design_says():
+    """Files that git knows are counted, but for hidden ones."""
     visible = {path.parts[0] for path in tracked_files() if not path.parts[0].startswith(".")}
     assert visible == TOP
 
 
 def test_tests_mirror_the_module_they_are_named_after():
-    """A test file with the name of a module lies in the same folder below tests."""
+    """A test file with the name of a module lies in a folder below tests that is one of the packages too."""
     by_name = {}
     for path in modules():
         by_name.setdefault(path.stem, set()).add(Path("tests") / path.parent)
@@ -48,11 +49,13 @@ def test_tests_mirror_the_module_they_are_named_after():
 
 
 def test_the_wheel_holds_the_three_packages_and_nothing_else():
+    """By pyproject.toml: cdcore, sessions and replay."""
     build = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert build == {"packages": list(PACKAGES)}
 
 
 def test_readme_of_the_tests_names_every_support_file_once():
+    """Names in backticks of tests/README.md beside the files of tests/support."""
     named = re.findall(r"`(\w+\.(?:py|toml))`", (ROOT / "tests" / "README.md").read_text("utf-8"))
     files = [path.name for path in tracked_files() if path.parts[:2] == ("tests", "support")]
     assert sorted(named) == sorted(files)

@@ -52,4 +52,5 @@ WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}
     ids=["a package", "help and usage", "every detector", "reading poses", "naming instruments", "what computes"],
 )
 def test_command_imports_no_package_that_it_does_not_need(code, never):
+    """``code`` runs in a new process, which then must not have loaded any of ``never``."""
     assert not loaded_by(code) & never

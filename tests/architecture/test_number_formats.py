@@ -37,6 +37,7 @@ def formats(tree):
 
 
 def test_no_format_outside_its_module_states_digits_or_decimals():
+    """No format like .2f or .3g stands in the sources of replay, but for EXCEPTIONS, each of which has its reason."""
     result = []
     for file in sorted(TOP.rglob("*.py")):
         name = file.relative_to(TOP).as_posix()
@@ -48,11 +49,13 @@ def test_no_format_outside_its_module_states_digits_or_decimals():
 
 
 def test_the_search_sees_formats_of_every_kind():
+    """Formats of an f-string, of a string with ``format``, of a column's ``show``; g without digits is none."""
     code = 'a = f"{x:.2g} mm"\nb = "{:.3g}".format\nc = Column(show=".1e")\nd = f"{x:,.0f} {y:g}"'
     assert [result for _, result in formats(ast.parse(code)) if DIGITS.search(result)] == [".2g", ".3g", ".1e", ",.0f"]
 
 
 def test_columns_in_toml_name_a_format_function_without_digits():
+    """The one file of columns, in which more than 20 have a ``show``."""
     (columns,) = [file for file in TOP.rglob("*.toml") if "meaning =" in file.read_text("utf-8")]
     shows = re.findall(r'show = "([^"]*)"', columns.read_text("utf-8"))
     assert len(shows) > 20

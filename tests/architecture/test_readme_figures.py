@@ -18,12 +18,14 @@ def recordings_with_contacts():
 
 
 def test_readme_counts_contacts_of_real_recordings_as_the_results_do():
+    """Least and most contacts of the seven recordings that have any, in the first table of the page of results."""
     counts = [count for count, _ in recordings_with_contacts()]
     assert f"seven have contacts ({min(counts)} to {max(counts)} each)" in README
     assert len(counts) == 7
 
 
 def test_readme_states_false_contact_of_hulls_as_the_results_do():
+    """Least, most and median percentage of that table; the most is of a recording with a single contact."""
     fractions = [fraction for _, fraction in recordings_with_contacts()]
     assert f"{min(fractions):.0f} % to {max(fractions):.0f} % is false" in README
     assert f"(median {median(fractions):.0f} %" in README

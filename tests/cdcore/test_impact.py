@@ -51,7 +51,7 @@ def test_rotating_rod_hits_posts_on_the_shorter_arc_only(degrees):
     hit, free = (left, right) if degrees < 180 else (right, left)
     assert hit.verdict is Impact.HIT
     assert free.verdict is Impact.FREE
-    # the rod's side reaches the post's near corner: 0.9 cos a... in closed form
+    # The rod's side, 0.01 m beside its axis, reaches the near corner of the post.
     corner = np.array([0.01, 0.89])
     angle = np.arctan2(corner[1], corner[0]) - np.arcsin(0.01 / np.linalg.norm(corner))
     assert hit.toi[0] <= angle / np.radians(179) <= hit.toi[1] <= hit.toi[0] + 1e-6
@@ -149,6 +149,7 @@ def test_dense_sampling_contradicts_no_time_of_impact(seed, largest_angle):
 
 
 def test_bad_input_is_refused_in_a_sentence():
+    """Poses are two matrices of 4 x 4 a body: one alone, a text, a stretched one, and a tolerance of 0 m."""
     ball = ball_mesh(0.1)
     with pytest.raises(InvalidPoseError, match=r"poses_b have shape \(4, 4\); give \(2, 4, 4\)"):
         time_of_impact(ball, REST, ball, np.eye(4))

@@ -32,16 +32,19 @@ def test_reference_agrees_with_scalar_separating_axes(size, scale):
 
 
 def test_scaled_integer_triangles_meet_as_the_unscaled():
+    """Coordinates from 0 to 2, and times 3^30, which doubles hold exactly."""
     pairs = lattice_pairs(seed=1, size=3)
     assert meet_exactly(pairs).tolist() == meet_exactly(pairs * 3.0**30).tolist()
 
 
 def test_exact_detector_finds_faces_given_by_integer_arithmetic():
+    """Whole motions, with faces and without, and frame by frame; ``differences`` lists what integers deny."""
     for seed in QUICK_SEEDS:
         assert differences(world_of(seed), ["exact"], live=["exact"])[0] == [], seed
 
 
 @pytest.mark.slow
 def test_complete_detectors_find_faces_given_by_integer_arithmetic():
+    """COMPLETE: detectors that miss no contact; whole motions with faces and without, ``exact`` live too."""
     for seed in SLOW_SEEDS:
         assert differences(world_of(seed), COMPLETE, live=["exact"])[0] == [], seed

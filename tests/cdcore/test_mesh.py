@@ -34,12 +34,14 @@ def test_meshes_are_immutable_and_independent_of_their_source():
 
 
 def test_faces_keep_their_order_and_duplicates_stay():
+    """The same triangle three times, twice with the other winding."""
     mesh = TriangleMesh(CORNERS, [[2, 1, 0], [0, 1, 2], [2, 1, 0]])
     assert mesh.faces.tolist() == [[2, 1, 0], [0, 1, 2], [2, 1, 0]]
     assert mesh.triangles[0].tolist() == CORNERS[::-1]
 
 
 def test_a_vertex_no_face_uses_is_not_referenced():
+    """A fourth vertex, 1,000 km away, that no face uses."""
     mesh = TriangleMesh([*CORNERS, [1e6, 0, 0]], [[0, 1, 2]])
     assert mesh.referenced_vertices.tolist() == CORNERS
 
@@ -62,6 +64,7 @@ def test_closed_means_every_edge_has_an_even_number_of_faces(mesh, closed):
 
 
 def test_a_box_of_unmerged_corners_is_closed_all_the_same():
+    """12 faces with 36 vertices of their own are closed, and one component."""
     box = box_mesh()
     loose = TriangleMesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
     assert loose.is_closed
@@ -69,23 +72,27 @@ def test_a_box_of_unmerged_corners_is_closed_all_the_same():
 
 
 def test_minus_zero_and_zero_are_the_same_coordinate():
+    """A triangle from both sides, whose corner at the origin is written once with 0.0 and once with -0.0."""
     mesh = TriangleMesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-0.0, -0.0, 0]], [[0, 1, 2], [3, 2, 1]])
     assert mesh.is_closed
     assert mesh.components.tolist() == [0, 0]
 
 
 def test_equal_rows_share_a_number():
+    """0.0 and -0.0 are equal; distinct rows are in ascending order, and numbers say which one each row is."""
     rows = np.array([[0.0, 2.0], [-1.0, 5.0], [-0.0, 2.0], [0.0, 1.0]])
     distinct, numbers = distinct_rows(rows)
     assert (distinct.tolist(), numbers.tolist()) == ([[-1, 5], [0, 1], [0, 2]], [2, 0, 2, 1])
 
 
 def test_degenerate_faces_do_not_open_a_closed_mesh():
+    """A box with two more faces: a segment and a point."""
     box = box_mesh()
     assert TriangleMesh(box.vertices, [*box.faces.tolist(), [3, 3, 5], [4, 4, 4]]).is_closed
 
 
 def test_doubled_faces_have_the_same_corners_in_any_order():
+    """A face of a box once more, reversed, is doubled; two faces that are the same edge are not."""
     box = box_mesh()
     assert not box.has_doubled_faces
     assert not TriangleMesh(box.vertices, [*box.faces.tolist(), [3, 3, 5], [5, 3, 3]]).has_doubled_faces
@@ -94,7 +101,7 @@ def test_doubled_faces_have_the_same_corners_in_any_order():
 
 @pytest.mark.parametrize("scale", [1.0, 1e-4, 1e103, 1e-110])
 def test_winding_tells_where_the_normals_point(scale):
-    """A box of 0.1 mm a third of a kilometre away has still digits enough."""
+    """A box of 0.1 mm a third of a kilometre away has still digits enough; a triangle from both sides winds to 0."""
     for box in (box_mesh(), shift_mesh(box_mesh(), [1e7 / 3, -2e6 / 3, 5e6 / 3])):
         triangles = scale * box.triangles
         assert (winding(triangles), winding(triangles[:, ::-1])) == (1, -1)
@@ -109,6 +116,7 @@ def test_components_are_named_by_their_lowest_face():
 
 
 def test_content_hash_depends_on_coordinates_and_faces_alone():
+    """Equal boxes have one hash; a shift by 1e-16 m and another order of faces change it."""
     assert box_mesh().content_hash == box_mesh().content_hash
     assert box_mesh().content_hash != shift_mesh(box_mesh(), [1e-16, 0, 1e-16]).content_hash
     assert box_mesh().content_hash != TriangleMesh(box_mesh().vertices, box_mesh().faces[::-1]).content_hash
@@ -146,6 +154,7 @@ def test_placing_errs_by_less_than_the_sphere_pad(point, translation, seed):
 
 @pytest.mark.slow
 def test_detectors_keep_no_reference_to_a_mesh():
+    """Once the detector is gone, a weak reference to its mesh is dead."""
     mesh = box_mesh()
     create_detector("exact", [Body("a", mesh), Body("b", box_mesh((0.1, 0.1, 0.1)))]).detect(
         Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1)))

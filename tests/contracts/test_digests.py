@@ -28,12 +28,14 @@ def parts_that_differ(group):
     "group", [pytest.param(group, marks=[pytest.mark.slow] if "scene" in group else []) for group in QUICK]
 )
 def test_verdicts_faces_and_counters_equal_the_kept_digests(group):
+    """``group``: worlds of tests/support/digests.py; what differs is listed by detector."""
     assert parts_that_differ(group) == {}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("group", SLOW)
 def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
+    """``group``: worlds of tests/support/digests.py; what differs from the file is listed by detector."""
     assert parts_that_differ(group) == {}
 
 
@@ -41,10 +43,12 @@ def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
 @pytest.mark.slow
 @pytest.mark.parametrize("group", REAL)
 def test_digests_of_real_recordings_are_unchanged(group):
+    """``group``: recordings of tests/support/digests.py; what differs from the file is listed by detector."""
     assert parts_that_differ(group) == {}
 
 
 def test_every_row_of_the_table_has_digests():
+    """VARIANTS: names and settings of the detectors whose digests are kept."""
     from cdcore.detectors.detector_table import DETECTORS
 
     assert {name for name, _ in VARIANTS} == set(DETECTORS)

@@ -104,6 +104,7 @@ def test_refused_setting_names_the_valid_values(name, settings, hint):
 
 
 def test_numbers_of_numpy_are_numbers():
+    """A whole number where one is needed, and a real one."""
     assert create_detector("obb", [Body("a", box_mesh())], budget=np.int64(2)).settings.budget == 2
     assert create_detector("static", [Body("a", box_mesh())], epsilon=np.float64(0.5)).settings.epsilon == 0.5
 
@@ -130,5 +131,6 @@ class Outside(FrameDetector):
     "given", [{"careful": "off"}, {"looks": 1.5}, {"looks": True}, {"reach": float("nan")}], ids=str
 )
 def test_settings_from_outside_are_checked_by_their_types(given):
+    """The settings of ``Outside`` have types and no other rules: bool, int and float."""
     with pytest.raises(InvalidSettingError, match=f"{next(iter(given))}="):
         create_detector(f"{__name__}:Outside", [Body("a", box_mesh())], **given)

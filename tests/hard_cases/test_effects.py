@@ -52,6 +52,10 @@ def world(positions, valid, kind):
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize("kind", DECLARED)
 def test_effect_at_its_limits_answers_with_finite_numbers(kind, name):
+    """Rows of WORLDS: metres from hand to pot, frame by frame, and where the hand is tracked; nothing breaks there.
+
+    Breakage and burns follow no frame where the hand is tracked once or never, or is a kilometre away.
+    """
     run = compute(world(*WORLDS[name], kind), detectors=()).effects[kind]
     for event in run.events:
         numbers = [value for value in event.values.values() if not isinstance(value, str)]

@@ -21,7 +21,7 @@ FRESH_SEEDS = (20_261, 77_003)
 
 
 def count_wrong(family, count, seed):
-    """How many pairs of a family the product decides other than integers do."""
+    """How many pairs the product decides other than integers, than separating axes, and than the family was built."""
     pairs = family.pairs(count, seed=seed)
     product = triangles_intersect(pairs)
     integers = np.array([pair_intersects_integers(pair.tolist()) for pair in pairs])
@@ -37,6 +37,7 @@ def count_wrong(family, count, seed):
 )
 @by_name
 def test_each_family_agrees_with_both_exact_algorithms(family, count, seed):
+    """No random pair is decided other than by integers, than by separating axes, or than it was built."""
     assert count_wrong(family, count, seed) == (0, 0, 0)
 
 
@@ -84,6 +85,7 @@ FILES = sorted((Path(__file__).parent / "regressions").glob("*.npz"))
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_case_that_failed_somewhere_is_right_here(path):
+    """Each file of regressions has triangle pairs and whether they meet, which separating axes confirm."""
     cases = read_cases(path)
     assert np.array_equal([meets_by_axes(pair) for pair in cases.triangles], cases.truth)
     assert np.array_equal(triangles_intersect(cases.triangles), cases.truth)

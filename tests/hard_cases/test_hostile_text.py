@@ -131,6 +131,7 @@ def runs_a_script(page, folder):
 
 @pytest.mark.slow
 def test_browser_runs_each_script_of_a_raw_page(tmp_path):
+    """Each script leaves a mark of its own, so that the tests below would notice any of them."""
     marked = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
     page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(marked)}</body></html>"
     assert sorted(runs_a_script(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]
@@ -237,6 +238,7 @@ WORKS = {
 
 
 def test_hostile_text_is_tried_on_every_command():
+    """The first word of each call in CALLS is a command; together they are all of the program."""
     from replay.cli.commands import COMMANDS as VERBS
 
     files = dict.fromkeys(("mcap", "torn", "csv", "toml", "obj"), "file")
@@ -244,12 +246,13 @@ def test_hostile_text_is_tried_on_every_command():
 
 
 def test_text_is_displayed_without_its_control_commands():
+    """A backslash, an escape and an end of line are written as escapes; with ``lines`` ends of lines stay."""
     assert safe_text("\\\x1b\n") == "\\\\x1b\\n" and safe_text("\x1b\n", lines=True) == "\\x1b\n"
 
 
 @pytest.mark.slow
 def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
-    """The recording's texts hold control sequences for a terminal, such as a colour, 38;5;201m."""
+    """The recording's texts hold control sequences for a terminal, such as a colour, 38;5;201m, and a line y."""
     position, files = places
     monkeypatch.chdir(position)
     monkeypatch.setenv("TERM", "xterm-256color")

@@ -70,7 +70,10 @@ def assert_called_again(verb, work):
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("earlier", [False, True])
 def test_killed_command_leaves_earlier_output_and_the_next_call_works(work_folder, verb, earlier):
-    """It is killed up to 30 ms after it began to write beside its output."""
+    """It is killed up to 30 ms after it began to write beside its output.
+
+    The output that stands then is whole, the earlier or the new one; only while they change places there is none.
+    """
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     if earlier:
         assert_called_again(verb, work_folder)
@@ -89,7 +92,10 @@ def test_killed_command_leaves_earlier_output_and_the_next_call_works(work_folde
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("room", [4096, 20_000])
 def test_full_disk_is_reported_and_changes_nothing(work_folder, verb, room):
-    """No file may grow beyond ``room`` bytes: the command ends with one error and no file, or needed no more room."""
+    """No file may grow beyond ``room`` bytes: the command ends with one error and no file, or needed no more room.
+
+    It exits with 1 after an error, with 3 after a loss of data that it reports.
+    """
 
     def limited():
         import resource
@@ -116,6 +122,7 @@ PLAIN = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 
 @pytest.mark.parametrize("variables", [{"HOME": "/dev/null", "XDG_CACHE_HOME": ""}, PLAIN], ids=["no home", "locale C"])
 def test_command_works_without_home_or_utf_8_in_any_folder(work_folder, variables):
+    """The folder's name has spaces, quotes, brackets, a dollar and letters of two scripts."""
     folder = work_folder.rename(work_folder.parent / "\u00dcbung $(c) 'd' [red] \u6771")
     done = subprocess.run(
         command_of_verb("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300

@@ -46,6 +46,7 @@ def detected(name, scene, **options):
 @pytest.mark.parametrize("name", ON_MESHES)
 @pytest.mark.parametrize("case", ["containment", "cavity"])
 def test_inner_body_is_contained_unlike_a_body_in_a_cavity(name, case):
+    """``truth`` of a scene is how it was built: inside is what floats in a closed body, not what is in its hollow."""
     for scene in scenes(case).values():
         detection = detected(name, scene)
         assert np.array_equal(detection.verdict[:, 0], scene.truth), scene.name
@@ -97,6 +98,7 @@ def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, row):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 def test_38_far_from_the_origin_no_contact_is_lost(name):
+    """1 to 10,000 km from the origin a ball and a box meet in the first frame and are 1 cm apart in the last."""
     for scene in scenes("far from the origin").values():
         verdict = detected(name, scene).verdict[:, 0]
         assert counts_as_contact(verdict)[0]
@@ -106,8 +108,10 @@ def test_38_far_from_the_origin_no_contact_is_lost(name):
 @pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
 @pytest.mark.parametrize("world", [0.0, 1.0, 1e3, 1e6])
 def test_tangent_spheres_of_touching_bodies_overlap(local, world):
-    """Local: how far meshes lie from their origin; world: how far bodies lie from that of the world, in metres."""
-    # Two octahedra share one vertex, at which their bounding spheres are exactly tangent.
+    """Two octahedra share one vertex, at which their bounding spheres are exactly tangent.
+
+    Local: how far meshes lie from their origin; world: how far bodies lie from that of the world, in metres.
+    """
     rng, count = np.random.default_rng(7), 1000
     shift = rng.normal(size=3) * local
     meshes = (TriangleMesh(CORNERS * 0.25 + shift + [x, 0, 0], OCTAHEDRON) for x in (0.0, 0.5))
@@ -135,9 +139,9 @@ def test_39_scaling_by_a_power_of_two_changes_no_face(power):
 
 
 def test_42_meshes_touching_in_a_vertex_meet_in_its_faces():
-    """Two octahedra touch tip to tip: 4 x 4 faces; icospheres of 6 faces at the pole: 6 x 6. A mesh on itself meets in
+    """Two octahedra touch tip to tip: 4 x 4 faces; icospheres of 6 faces at the pole: 6 x 6.
 
-    every face.
+    A mesh on itself meets in every face.
     """
     first, second = (TriangleMesh(np.add(CORNERS, [x, 0, 0]), OCTAHEDRON) for x in (0.0, 2.0))
     ball, beaker = icosphere_mesh(), beaker_mesh(sides=10)

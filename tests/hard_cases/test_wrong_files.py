@@ -23,6 +23,7 @@ def folder(tmp_path_factory):
 
 
 def test_good_session_file_is_accepted_by_four_commands(good_files_by_kind, tmp_path):
+    """By doctor, info, run and recover, whose copy is accepted too."""
     (tmp_path / "s.mcap").write_bytes(good_files_by_kind["own"])
     answers = verbs(tmp_path / "s.mcap", tmp_path / "out.mcap")
     assert all(accepted for accepted, _ in answers.values()), answers
@@ -31,6 +32,7 @@ def test_good_session_file_is_accepted_by_four_commands(good_files_by_kind, tmp_
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize("case", WRONG)
 def test_four_verbs_agree_about_a_wrong_file(good_files_by_kind, tmp_path, case):
+    """By doctor, info, run and recover; a contradiction is, for example, a file that run reads and info refuses."""
     data = WRONG[case](good_files_by_kind["own"])
     assert data != good_files_by_kind["own"] and contradictions(data, tmp_path) == []
 
@@ -38,10 +40,12 @@ def test_four_verbs_agree_about_a_wrong_file(good_files_by_kind, tmp_path, case)
 @settings(max_examples=max(4, settings.default.max_examples // 3))
 @given(data=st.data())
 def test_four_commands_do_not_contradict_each_other_on_damaged_files(good_files_by_kind, folder, data):
+    """By doctor, info, run and recover, on random changes of good files."""
     assert contradictions(data.draw(wrong_bytes(good_files_by_kind)), folder) == []
 
 
 def test_unpacked_size_is_bounded_by_the_size_of_the_file(good_files_by_kind, tmp_path):
+    """150,000 equal messages pack into a file that is far smaller than they are: it is refused."""
     path = tmp_path / "bomb.mcap"
     path.write_bytes(plus(chunk([message(5)] * 150_000))(good_files_by_kind["own"]))
     assert not verbs(path, tmp_path / "out.mcap")["info"][0]
@@ -71,6 +75,7 @@ print(json.dumps([time.process_time() - began, peak_bytes() - plain]))
 @pytest.mark.parametrize("name", BOMBS)
 @pytest.mark.parametrize("verb", ["info", "doctor", "recover"])
 def test_small_file_costs_at_most_100_mb_and_2_s(good_files_by_kind, tmp_path, name, verb):
+    """The cost is that beyond a good file; 1 s and 50 MB are added for each MB of the file."""
     path, plain = tmp_path / "bomb.mcap", tmp_path / "good.mcap"
     plain.write_bytes(good_files_by_kind["own"])
     path.write_bytes(plus(*BOMBS[name]())(good_files_by_kind["own"]))

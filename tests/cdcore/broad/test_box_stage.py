@@ -69,7 +69,7 @@ def test_boxes_that_touch_exactly_may_meet(kind, world):
 
 
 def test_numbers_that_overflow_are_never_rejected():
-    """The distance, 2e308 m, is infinite in float64."""
+    """The distance, 2e308 m, is infinite in float64, which must not be taken for a gap."""
     boxes = [box_best(box_mesh()), box_best(box_mesh())]
     positions = np.array([[[1e308, 0, 0], [-1e308, 0, 0]]])
     assert may_meet(boxes, positions * (1 + EPS), np.tile(np.eye(3), (1, 2, 1, 1))).tolist() == [True]

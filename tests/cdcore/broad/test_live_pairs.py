@@ -25,6 +25,7 @@ def live_pairs_without_narrow_phase(broad_phase):
 
 
 def test_live_candidate_pairs_equal_the_offline_broad_phase():
+    """60 frames of bodies that lie anew in each: pairs whose volumes overlap, by frame and of the whole motion."""
     bodies, motion = lab_bodies_at_random_poses(seed=0)
     broad_phase = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
     live = live_pairs_without_narrow_phase(broad_phase)
@@ -80,6 +81,7 @@ def test_pairs_are_tested_again_once_points_moved_by_the_margin():
 
 
 def test_stage_seconds_of_a_look_fit_into_its_time():
+    """The narrow phase is a stand-in that says contact at once."""
     bodies, motion = lab_bodies_at_random_poses(seed=0, frames=1)
     broad_phase = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
     live = LivePairs(broad_phase, decide=lambda *_: (Verdict.CONTACT, False), inside=None)

@@ -71,7 +71,7 @@ def test_tangent_spheres_stay_candidates_despite_rounding(centre, away):
 
 
 def test_tangent_spheres_stay_candidates_where_squares_underflow():
-    """Squares of 1e-160 m have lost most of their digits."""
+    """Balls of 1e-160 m that touch in 100 directions: squares of such lengths have lost most of their digits."""
     directions = np.random.default_rng(2).normal(size=(100, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     positions = 2e-160 * np.stack([np.zeros((100, 3)), directions], axis=1)

@@ -99,7 +99,10 @@ def test_body_with_a_component_inside_is_contained(case, backward):
 
 @pytest.mark.parametrize("away", [0.0, 1e4])
 def test_random_relative_poses_agree_with_the_exact_answer(away):
-    """A ball of 4 mm in and around a beaker 10 cm high; both ``away`` metres from the origin."""
+    """A ball of 4 mm in and around a beaker 10 cm high; both ``away`` metres from the origin.
+
+    Truth is the exact parity of a ray from one corner of the ball, where the surfaces do not meet.
+    """
     inner, outer = ball_mesh(0.004, rings=4, sides=6), beaker_mesh(radius=0.04, height=0.1, wall=0.01)
     rng = np.random.default_rng(1)
     rotation, position = random_rotations(rng, 250, 2), np.zeros((250, 2, 3))
@@ -121,6 +124,7 @@ def test_random_relative_poses_agree_with_the_exact_answer(away):
 
 
 def test_meshes_with_holes_are_named_in_order():
+    """``ajar`` lacks a triangle; names stand in alphabetical order, whichever body is the first of the pair."""
     closed, ajar = box_mesh(), without_faces(box_mesh(), count=1)
     assert containment_word(Body("a", closed), Body("b", closed)) == "decided"
     assert containment_word(Body("a", closed), Body("b", ajar)) == "partly: inside undecided: b has holes"
@@ -150,11 +154,11 @@ CROSSING = (box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2]))
 @pytest.mark.parametrize(
     ("components", "by_parity", "always"),
     [
-        ((box_mesh(), shift_mesh(box_mesh(), [9, 0, 0])), True, True),
-        (CROSSING, False, True),
-        ((CROSSING[0], inside_out(CROSSING[1])), False, False),
+        ((box_mesh(), shift_mesh(box_mesh(), [9, 0, 0])), True, True),  # far from each other
+        (CROSSING, False, True),  # crossing, wound alike
+        ((CROSSING[0], inside_out(CROSSING[1])), False, False),  # crossing, wound oppositely
         ((box_mesh(), shift_mesh(box_mesh(), [1.0, 0.5, 0.25])), False, True),  # touching
-        ((ball_mesh(1.0), ball_mesh(0.5)), False, True),
+        ((ball_mesh(1.0), ball_mesh(0.5)), False, True),  # nested, wound alike
         ((ball_mesh(0.5), box_mesh((9, 9, 9))), False, True),
         ((ball_mesh(1.0), inside_out(ball_mesh(0.5))), True, True),  # hollow
         ((inside_out(ball_mesh(1.0)), ball_mesh(0.5), inside_out(ball_mesh(0.2))), True, True),
@@ -177,4 +181,5 @@ def test_winding_numbers_decide_containment_where_ray_parity_cannot(components, 
 
 
 def test_containment_that_is_switched_off_marks_nothing():
+    """A ball of 0.1 m in the middle of a box of 1 m."""
     assert not contained_frames(ball_mesh(0.1), box_mesh(), enabled=False).any()

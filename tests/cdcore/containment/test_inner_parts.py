@@ -85,7 +85,10 @@ def test_clearance_is_the_gap_less_some_margins():
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", INNER)
 def test_components_that_moved_less_than_clearance_stay_outside(name):
-    """At random poses the body moves in a random direction by 0.9 to 1 times its clearance."""
+    """At random poses the body moves in a random direction by 0.9 to 1 times its clearance.
+
+    (1, 0): body 1 may be inside body 0. More than 15 of 150 poses have a clearance.
+    """
     mesh, rng = INNER[name], np.random.default_rng(7)
     components, boxes = inner_components_of(mesh), outer_boxes_of(bowl_and_open_box())
     size, sample = farthest_corner(mesh) + farthest_corner(bowl_and_open_box()), 0
@@ -111,7 +114,10 @@ def test_components_that_moved_less_than_clearance_stay_outside(name):
 
 @pytest.mark.parametrize("name", INNER)
 def test_frames_that_a_clearance_leaves_out_are_beside(name):
-    """Frames whose clearance is positive are not asked; each of them must be outside."""
+    """Frames whose clearance is positive are not asked; each of them must be outside.
+
+    (1, 0): body 1 may be inside body 0. More than 200 of 2,400 frames are left out.
+    """
     mesh, rng, left_out = INNER[name], np.random.default_rng(8), 0
     components, boxes, size = (
         inner_components_of(mesh),

@@ -317,6 +317,7 @@ def test_side_of_a_component_follows_each_of_its_points(so_far, point_side, at_h
 
 
 def test_worse_of_two_states_does_not_depend_on_their_order():
+    """The state nearer to INSIDE, of two components, is that of the body."""
     from_worst = [INSIDE, UNCERTAIN, UNDECIDED, MAY_REACH, OUTSIDE]
     for k, first in enumerate(from_worst):
         for second in from_worst[k:]:

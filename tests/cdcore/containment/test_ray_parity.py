@@ -59,7 +59,7 @@ MESHES = {
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("shape", MESHES)
 def test_certain_inside_answers_agree_with_exact_ray_parity(shape):
-    """At most 2 of 300 points stay uncertain."""
+    """At most 2 of 300 points stay uncertain; with a margin of 1 m, more than cells overlap, the middle does."""
     mesh, inside_grid = MESHES[shape], build_inside_grid(MESHES[shape].triangles)
     lower, upper = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     anywhere = np.random.default_rng(0).uniform(lower, upper, (300, 3))

@@ -29,7 +29,10 @@ def test_winding_of_a_box_and_of_its_sides():
 
 
 def test_disk_has_the_solid_angle_of_a_cone():
-    """From this height over its middle a disk of radius 1 fills (1 - cos) / 2 of all directions."""
+    """From this height over its middle a disk of radius 1 fills (1 - cos) / 2 of all directions.
+
+    The number is negative before the faces, which look up, and positive behind them.
+    """
     angle = np.linspace(0, 2 * np.pi, 2001)
     ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     disk = np.stack([np.zeros((2000, 3)), ring[:-1], ring[1:]], axis=1)
@@ -79,6 +82,7 @@ def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
 
 
 def test_compiled_winding_number_equals_the_numpy_reference():
+    """20 random points beside 50 random triangles."""
     triangles, points = np.random.default_rng(1).normal(size=(50, 3, 3)), np.random.default_rng(2).normal(size=(20, 3))
     values = [winding_number_at(point, triangles, 0, len(triangles)) for point in points]
     assert values == pytest.approx(winding_number(points, triangles), abs=1e-12)

@@ -174,6 +174,7 @@ def test_two_sided_fin_inside_a_closed_box_is_ignored():
 
 
 def test_box_faces_drawn_from_both_sides_count_once():
+    """One, two or all 12 faces of a box are drawn once more, reversed: 12 faces are left, and they are closed."""
     box = box_mesh()
     for faces in ([0], [0, 1], range(12)):
         surface = winding_surface(from_both_sides(box, *faces))
@@ -182,7 +183,10 @@ def test_box_faces_drawn_from_both_sides_count_once():
 
 
 def test_two_sided_cell_beside_a_solid_is_not_lost():
-    """Whether it is filled is open, as its wall to the solid leaves edges of three faces; it is never outside."""
+    """Two boxes side by side; the faces of the second, but for its wall to the first, are drawn from both sides.
+
+    Whether it is filled is open, as its wall to the solid leaves edges of three faces; it is never outside.
+    """
     double = lattice_of_boxes((2, 1, 1))
     second = [face for face in range(12, 24) if not (double.triangles[face][:, 0] == 0.5).all()]
     surface = winding_surface(from_both_sides(double, *second))
@@ -190,7 +194,10 @@ def test_two_sided_cell_beside_a_solid_is_not_lost():
 
 
 def test_crossing_components_of_opposite_winding_are_noted():
-    """A box and a ball that cross, the ball once with reversed faces, and a box far away."""
+    """A box and a ball that cross, the ball once with reversed faces, and a box far away.
+
+    ``opposed``: 1 for a component that crosses another of the other winding.
+    """
     box, ball = box_mesh(), shift_mesh(ball_mesh(0.3), [0.5, 0.3, 0.2])
     backwards = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
     assert winding_surface(merge_meshes(box, ball, shift_mesh(box, [5, 0, 0]))).opposed.tolist() == [0, 0, 0]

@@ -23,6 +23,7 @@ def nothing_compiles(monkeypatch):
 
 
 def test_kernels_compile_only_where_the_module_is_the_program(nothing_compiles):
+    """A program would begin to compile, which a stand-in reports by `CompilesError`; an import does nothing."""
     runpy.run_module("cdcore.detectors.compile_beside", run_name="imported")
     with pytest.raises(CompilesError):
         runpy.run_module("cdcore.detectors.compile_beside", run_name="__main__")

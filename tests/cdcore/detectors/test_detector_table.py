@@ -27,6 +27,7 @@ def test_every_row_names_a_class_of_that_name(name):
 
 @pytest.mark.parametrize("name", ROWS)
 def test_stage_seconds_sum_to_at_most_the_call(name):
+    """Seconds that a detector reports for its stages, beside the clock around the call."""
     bodies, motion = lab_bodies_and_motion(frames=3)
     detector, start = create_detector(name, bodies), perf_counter()
     spent = [float(np.sum(stage)) for stage in detector.detect(motion).seconds.values()]
@@ -34,6 +35,7 @@ def test_stage_seconds_sum_to_at_most_the_call(name):
 
 
 def test_unknown_name_is_answered_with_known_names():
+    """A name that is close to one of them, spheer, and one that is not, chaos."""
     with pytest.raises(
         UnknownDetectorError, match=r"no detector 'spheer'; did you mean 'sphere'\? There are: .*hybrid"
     ):
@@ -68,6 +70,7 @@ OWN_MODULES = {
     ],
 )
 def test_unloadable_own_detector_is_refused_with_the_reason(name, sentence, monkeypatch, tmp_path):
+    """``name``: module and class of a detector of one's own, in the modules of OWN_MODULES; ``sentence``: why not."""
     for module, code in OWN_MODULES.items():
         (tmp_path / f"{module}.py").write_text(code)
         monkeypatch.delitem(sys.modules, module, raising=False)
@@ -77,6 +80,7 @@ def test_unloadable_own_detector_is_refused_with_the_reason(name, sentence, monk
 
 
 def test_an_installed_package_adds_a_row(monkeypatch):
+    """A stand-in for an installed package offers the class of ``sphere`` under the name outside."""
     point = EntryPoint("outside", "cdcore.detectors.sphere:SphereDetector", table.ENTRY_POINT_GROUP)
 
     def answer(group, name=None):
@@ -97,6 +101,7 @@ def test_an_installed_package_adds_a_row(monkeypatch):
     ],
 )
 def test_failing_package_is_named_and_hides_no_built_in(entry, why, monkeypatch, tmp_path):
+    """An installed package offers two broken detectors, one of them called ``sphere``, as one of ours is."""
     (tmp_path / "breaks_on_import.py").write_text("raise ZeroDivisionError('boom')")
     monkeypatch.syspath_prepend(tmp_path)
     points = {name: EntryPoint(name, entry, table.ENTRY_POINT_GROUP) for name in ("broken", "sphere")}
@@ -131,6 +136,7 @@ def test_settings_arrive_and_are_kept():
 
 
 def test_table_loads_no_engine_before_use():
+    """A new process imports the core and names its table: no library of ``engines`` is loaded."""
     engines = {"fcl", "numba", "scipy", "mujoco", "rapier3d", "pybullet", "ovphysx", "newton", "warp"}
     code = f"import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({engines} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
@@ -146,6 +152,7 @@ def test_table_loads_no_engine_before_use():
     ],
 )
 def test_incomplete_detector_class_is_refused_naming_missing_methods(name, lacks):
+    """``name``: things of the core that are no detector; ``lacks``: what each would have to define."""
     with pytest.raises(UnknownDetectorError, match=f"'{name}' is no detector: it defines no {lacks}; see"):
         load_detector(name)
 

@@ -42,7 +42,10 @@ def test_discrete_without_a_rate_equals_hybrid(seed):
 
 
 def test_faces_queried_afterwards_equal_faces_of_detection():
-    """With a sampling rate contacts are repeated between samples, so their faces are not known."""
+    """Faces of contacts, asked for after the detection, are those that it lists itself.
+
+    With a sampling rate contacts are repeated between samples, so their faces are not known.
+    """
     bodies, motion = lab_bodies_and_motion(frames=90)
     detector = create_detector("discrete", bodies)
     whole = detector.detect(motion, faces=True)

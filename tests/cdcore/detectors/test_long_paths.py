@@ -80,7 +80,10 @@ def corrupt_pose_then_rest():
     + [(name, corrupt_pose_then_rest) for name in ("exact", "obb", "solid-style")],
 )
 def test_contact_after_a_long_path_starts_in_its_frame(name, recording):
-    """In the last APPROACH frames contact comes and goes; blocks of 997 frames end within the path."""
+    """In the last APPROACH frames contact comes and goes; blocks of 997 frames end within the path.
+
+    ``meets``: whether the needle's interval on x holds the plate, by its placed ends.
+    """
     bodies, pairs, motion, meets = recording()
     detector, last = create_detector(name, bodies, pairs=pairs), motion.frames(len(motion) - 1, len(motion))
     assert 0.2 < meets[-APPROACH:].mean() < 0.8

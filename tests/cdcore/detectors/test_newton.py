@@ -27,6 +27,7 @@ def overlapping_boxes(count):
 
 
 def test_newton_agrees_with_hulls_in_every_frame():
+    """60 frames of the laboratory, beside ``collider``, which tests convex hulls; over 100 contacts."""
     bodies, motion = lab_bodies_and_motion(frames=60)
     answer, ours = (
         counts_as_contact(create_detector(name, bodies).detect(motion).verdict) for name in ("newton", "collider")
@@ -82,6 +83,7 @@ def test_hull_whose_middle_is_inside_a_mesh_is_clear():
 
 
 def test_kernels_compiled_by_newton_are_reported(monkeypatch):
+    """A stand-in for Warp's compiler notes one file: one kernel of Newton is reported, with seconds and folder."""
     seconds, compiled = [], []
     monkeypatch.setattr(warp._src.build, "build_cpu", lambda path, **_: compiled.append(path))
     with compiling_reported(seconds.append) as heard, newton_world.reporting_compilation(warp):
@@ -91,6 +93,8 @@ def test_kernels_compiled_by_newton_are_reported(monkeypatch):
 
 
 def test_cache_that_cannot_be_written_is_one_clear_error(monkeypatch):
+    """Starting Warp raises PermissionError, as where no folder can be written."""
+
     def refused():
         raise PermissionError("no")
 
@@ -100,6 +104,7 @@ def test_cache_that_cannot_be_written_is_one_clear_error(monkeypatch):
 
 
 def test_second_process_compiles_nothing():
+    """Each process prints how many kernels it compiled for two tetrahedra."""
     code = (
         "from cdcore import Body, TriangleMesh, create_detector; import numpy as np;"
         "from cdcore.kernels.compiling import compiling_reported;"

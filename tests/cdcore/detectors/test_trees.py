@@ -83,6 +83,7 @@ def meshes_alone(bodies, motion, pairs):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("settings", [{}, {"containment": False}])
 def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
+    """Truth is FCL on the meshes alone, for every pair in each of 200 frames."""
     bodies, motion = lab_bodies_and_motion(frames=200, seed=seed, gaps=False)
     detection = create_detector("hybrid", bodies, **settings).detect(motion)
     expected = meshes_alone(bodies, motion, detection.pairs)
@@ -91,6 +92,7 @@ def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
 
 
 def test_still_frames_take_a_single_query_per_pair():
+    """A rod in the wall of a glass for 500 frames: one query of meshes, 499 answers reused."""
     bodies = [Body("glass", beaker_mesh()), Body("rod", rod_mesh())]
     detection = create_detector("hybrid", bodies).detect(
         motion_at_rest(bodies, [[0, 0, 0], [0.037, 0, 0.05]], frames=500)
@@ -101,6 +103,7 @@ def test_still_frames_take_a_single_query_per_pair():
 
 
 def test_sections_exist_for_every_contact():
+    """Segments of every ninth contact: some, and at most one for each pair of faces that meets."""
     bodies, motion = lab_bodies_and_motion(frames=150)
     detection = create_detector("hybrid", bodies).detect(motion, faces=True)
     contacts = np.argwhere(detection.verdict == Verdict.CONTACT).tolist()
@@ -113,6 +116,7 @@ def test_sections_exist_for_every_contact():
 
 @pytest.mark.parametrize(("mode", "most"), [("all", None), ("first", 1)])
 def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most):
+    """``exact`` lists all pairs of faces; mode all lists as many, mode first at most one."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     every = create_detector("exact", bodies).detect(motion, faces=True).face_counts
     counts = create_detector("rapid-style", bodies, mode=mode).detect(motion, faces=True).face_counts
@@ -125,6 +129,7 @@ def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most):
     ("gap", "verdict"), [(-1e-6, Verdict.CANDIDATE), (0.0, Verdict.CANDIDATE), (1e-6, Verdict.CLEAR)]
 )
 def test_pairs_are_candidates_up_to_the_radius_sum(mode, gap, verdict):
+    """A ball and a beaker whose bounding spheres overlap by 1 um, touch, or are 1 um apart along x."""
     bodies = [Body("a", ball_mesh(0.5)), Body("b", beaker_mesh())]
     build = {"paper": sphere_by_triangle_mean, "best": sphere_best}[mode]
     item, other = (build(body.mesh) for body in bodies)

@@ -45,6 +45,7 @@ def test_sheets_get_a_thickness_and_solids_stay_unchanged():
 
 
 def test_spread_bodies_are_a_metre_from_each_other():
+    """Along a line: the balls that hold two neighbouring solids are 1 m apart."""
     meshes = box_mesh(), ball_mesh(10.0), ball_mesh(0.1), rod_mesh()
     solids = [engine_solid(Body("a", mesh), shape="hull", engine="it", least_thickness=1e-4) for mesh in meshes]
     reach = np.array([np.linalg.norm(solid.corners, axis=1).max() for solid in solids])

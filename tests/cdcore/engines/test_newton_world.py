@@ -83,6 +83,7 @@ ENGINES = {
 
 @pytest.mark.parametrize("case", ENGINES)
 def test_buffers_grow_until_nothing_is_dropped(monkeypatch, case):
+    """Room begins at 4 contacts and 4 pairs of triangles; ENGINES: what a frame holds, and how much room that takes."""
     engine, rooms = ENGINES[case]
     world = world_of(monkeypatch, engine)
     assert (world.contact_room, world.triangle_room) == rooms
@@ -90,5 +91,6 @@ def test_buffers_grow_until_nothing_is_dropped(monkeypatch, case):
 
 @pytest.mark.parametrize("engine", [engine_that_finds(65, 0), engine_that_finds(0, 65)], ids=["contacts", "triangles"])
 def test_buffers_beyond_the_largest_are_refused(monkeypatch, engine):
+    """The largest room is 64, and a frame has 65 contacts, or pairs of triangles."""
     with pytest.raises(InvalidMeshError, match="more than 64 in one frame"):
         world_of(monkeypatch, engine)

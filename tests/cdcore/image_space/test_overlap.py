@@ -78,7 +78,10 @@ def test_overlap_volume_is_within_a_percent_of_the_boolean(name):
 
 
 def test_window_thinner_than_a_pixel_is_still_sampled():
-    """Half of a plate of 0.1 mm is in a unit cube; 32 x 32 rays one way, 2 x 32 the other two ways."""
+    """Half of a plate of 0.1 mm is in a unit cube; 32 x 32 rays one way, 2 x 32 the other two ways.
+
+    Each ray has four layers: it enters and leaves both bodies.
+    """
     lift = np.eye(4)
     lift[2, 3] = 0.5
     answer = overlap_volume(box_mesh((1, 1, 1e-4)), box_mesh(), pose_b=lift)
@@ -124,7 +127,10 @@ def test_body_is_inside_when_its_box_and_volume_are(outer, size, position, insid
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("world", [box_mesh((2, 2, 2)).triangles, octahedron(None)], ids=["box", "ball"])
 def test_rays_through_edges_and_corners_cross_twice(world):
-    """Rays on integers, where diagonals of the box's faces, meridians of the ball and corners of both lie."""
+    """Rays on integers, where diagonals of the box's faces, meridians of the ball and corners of both lie.
+
+    Of 3 x 3 rays number 4 is the middle one: it enters and leaves at the ends of the body.
+    """
     layers_in_python = layers_of.__wrapped__  # to compile it alone takes a second
     window = Window(np.full(3, -1.0), np.ones(3), np.full(3, 3))
     for faces in (world, world[::-1]):  # layers are sorted whatever order faces stand in

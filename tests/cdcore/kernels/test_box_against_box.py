@@ -59,6 +59,7 @@ def test_edges_separate_by_more_than_the_pad():
 
 
 def test_relative_box_is_that_of_matrix_products():
+    """Axes ``m`` and centre ``d`` of box b as seen from box a, each known in its own body, by products of NumPy."""
     rng = np.random.default_rng(5)
     axes_a, axes_b, rotation = random_rotations(rng, 3)
     centre_a, centre_b, move = rng.normal(size=(3, 3))

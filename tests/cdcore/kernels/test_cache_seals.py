@@ -56,6 +56,7 @@ def machine_code(folder):
 
 
 def test_sealed_files_are_kept(sealed_folder):
+    """``remove_unless_intact`` returns whether numba may load from the folder: whole files, or none at all."""
     before = machine_code(sealed_folder)
     assert cache_of(sealed_folder).remove_unless_intact() and machine_code(sealed_folder) == before
     assert len(before) == len(NAMES)
@@ -89,6 +90,7 @@ def test_files_cut_short_are_removed(sealed_folder, tmp_path, suffix, length):
 
 @pytest.mark.parametrize("suffix", [".nbi", ".1.nbc", ".seal"])
 def test_cache_that_lacks_a_file_is_removed_whole(sealed_folder, tmp_path, suffix):
+    """Without its index, one of two files of machine code, or its seal, all files of the kernel go."""
     folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     for file in folder.glob(f"*{suffix}"):
         file.unlink()
@@ -96,6 +98,7 @@ def test_cache_that_lacks_a_file_is_removed_whole(sealed_folder, tmp_path, suffi
 
 
 def test_swapped_files_are_removed(sealed_folder, tmp_path):
+    """Both files are sealed, each under the name of the other."""
     folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     first, second = folder.glob("*.nbc")
     content = first.read_bytes()
@@ -105,6 +108,7 @@ def test_swapped_files_are_removed(sealed_folder, tmp_path):
 
 
 def test_files_of_another_folder_are_removed(sealed_folder, tmp_path):
+    """A seal names its folder, bvh, and this copy is in narrow."""
     folder = shutil.copytree(sealed_folder, tmp_path / "narrow")
     assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
 
@@ -120,6 +124,7 @@ def test_only_files_of_the_damaged_kernel_are_removed(sealed_folder, tmp_path):
 
 @pytest.mark.parametrize("changed", ["sources", "numba"])
 def test_changed_sources_or_numba_remove_every_kernel(sealed_folder, tmp_path, monkeypatch, changed):
+    """Line 11 has no kernel; the first look at the folder empties it all the same."""
     folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     if changed == "sources":
         monkeypatch.setattr(cache_seals, "sources_digest", lambda: "other")
@@ -130,6 +135,7 @@ def test_changed_sources_or_numba_remove_every_kernel(sealed_folder, tmp_path, m
 
 
 def test_source_digest_follows_text_and_not_file_times(tmp_path, monkeypatch):
+    """Three files stand for the package: a touched one changes nothing, a changed one the digest."""
     for name in ("kernels/compiling.py", "narrow/bvh/traverse.py", "numerics.py"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(f"# {name}")
@@ -158,6 +164,7 @@ def test_read_only_cache_is_used_only_while_intact(sealed_folder, tmp_path, monk
 
 @pytest.mark.parametrize("kind", ["nbi", "nbc", "seal"])
 def test_a_damaged_kernel_is_compiled_again_and_kept(tmp_path, monkeypatch, kind):
+    """A bit in the middle of the file is flipped: the second kernel compiles, the third loads what it left."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     first = kernel(square_plus_seven)
     assert first(2) == 11 and first.dispatcher.stats.cache_misses
@@ -172,6 +179,7 @@ def test_a_damaged_kernel_is_compiled_again_and_kept(tmp_path, monkeypatch, kind
 
 
 def test_each_new_signature_is_sealed(tmp_path, monkeypatch):
+    """An int and a float are two signatures; both are loaded the second time."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     first = kernel(square_plus_seven)
     assert (first(2), first(2.0)) == (11, 11.0)
@@ -180,6 +188,7 @@ def test_each_new_signature_is_sealed(tmp_path, monkeypatch):
 
 
 def test_a_second_process_waits_until_the_first_has_compiled(tmp_path):
+    """A thread stands for the second process: within 0.1 s it does not get the lock."""
     files, order = cache_of(tmp_path), []
 
     def second():
@@ -210,6 +219,7 @@ def test_a_stopped_process_is_not_waited_for_forever(tmp_path, monkeypatch):
 
 
 def test_a_folder_that_cannot_be_written_has_no_lock(tmp_path):
+    """A file stands where the folder should be: work goes on without a lock, and no error comes."""
     (tmp_path / "file").write_text("")
     with cache_of(tmp_path / "file").locked():
         assert not list(tmp_path.rglob("*.lock"))

@@ -36,6 +36,8 @@ def machine_code_folder(tmp_path, monkeypatch):
 
 
 def test_where_nothing_can_be_written_kernels_compute_the_same(monkeypatch):
+    """``njit`` refuses to cache, as it does where no folder can be written."""
+
     def refuse(cache=False, **options):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
@@ -47,6 +49,8 @@ def test_where_nothing_can_be_written_kernels_compute_the_same(monkeypatch):
 
 
 def test_full_disk_costs_no_answer(machine_code_folder, monkeypatch):
+    """No file can be put in its place: nothing is stored. Afterwards an int, another signature, is."""
+
     def full(*_):
         raise OSError(ENOSPC, "No space left on device")
 
@@ -58,6 +62,7 @@ def test_full_disk_costs_no_answer(machine_code_folder, monkeypatch):
 
 
 def test_compiling_a_kernel_keeps_numbas_cache_folder_setting(machine_code_folder):
+    """The kernel's files, seal included, are in the folder of the setting."""
     kernel(lambda x: x * x + 4)(2.0)
     assert str(machine_code_folder) == numba.config.CACHE_DIR and list(machine_code_folder.rglob("*.seal"))
 
@@ -101,10 +106,12 @@ def sum_below(count):
 
 
 def test_a_kernel_that_allocates_is_called_by_a_kernel():
+    """0 + 1 + 2 + 3 + 4 is 10."""
     assert sum_below(5) == 10.0 and zero_to(3).tolist() == [0.0, 1.0, 2.0]
 
 
 def test_kernels_call_other_kernels_compiled_and_interpreted():
+    """2 x 3 + 7 = 13, and twice 3 + 1 is 8."""
     assert calls_both(3.0) == calls_both.__wrapped__(3.0) == 13.0 + 8.0
     assert (shifted_by_seven(3), doubled_part(3)) == (13, 6)
 
@@ -121,6 +128,7 @@ print(heard.kernels)
 
 @pytest.mark.slow
 def test_simultaneous_processes_compile_a_kernel_once(tmp_path):
+    """Each process prints how many kernels it compiled: of two one compiles, and a third loads."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     start = [sys.executable, "-c", TOGETHER]
     both = [subprocess.Popen(start, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
@@ -169,6 +177,7 @@ def last_of_rows(real, whole):
 
 
 def test_array_of_rows_is_a_single_row_in_a_kernel():
+    """The sixth number of 1 to 6 in rows of three and of 0 to 5 in rows of two, and the first double."""
     assert last_of_rows(np.arange(6.0).reshape(2, 3) + 1, np.arange(6).reshape(3, 2)) == (6.0, 5, 1.0)
 
 
@@ -205,10 +214,12 @@ def test_rows_are_named_tuples_with_and_without_compiler():
 
 
 def test_an_array_with_gaps_has_no_address():
+    """A column of a matrix: its numbers are four doubles from each other."""
     with pytest.raises(AssertionError):
         address_of(np.zeros((4, 4))[:, 1])
 
 
 def test_a_kernel_takes_no_address_of_an_array_with_gaps():
+    """The compiler refuses a column of a matrix."""
     with pytest.raises(TypingError, match="make this one contiguous first"):
         last_of_rows(np.zeros((6, 2))[:, 0], np.zeros(6, dtype=np.int64))

@@ -53,6 +53,7 @@ def private_names(text):
 
 
 def test_no_source_names_private_parts_of_numba():
+    """All files of the packages that import numba, ``compiling.py`` among them."""
     named = sources()
     assert "cdcore/kernels/compiling.py" in named
     found = {name: private_names((ROOT / name).read_text()) for name in named}
@@ -60,6 +61,7 @@ def test_no_source_names_private_parts_of_numba():
 
 
 def test_the_option_without_reference_counts_is_documented():
+    """``_nrt`` looks private, but numba's documentation of ``register_jitable`` names it."""
     assert "_nrt=False" in register_jitable.__doc__
 
 
@@ -76,4 +78,5 @@ def test_the_option_without_reference_counts_is_documented():
     ],
 )
 def test_a_private_name_is_found(line):
+    """Each line imports, names or sets something that numba does not document."""
     assert private_names(line)

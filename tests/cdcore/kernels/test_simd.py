@@ -111,6 +111,8 @@ def test_lanes_are_loaded_shuffled_and_spread_as_in_python():
 
 
 def test_compiled_bits_of_a_double_equal_the_python_version():
+    """The bits of 800 doubles, as whole numbers; infinities and numbers near the limits among them."""
+
     @njit
     def over(values, out):
         for k in range(len(values)):

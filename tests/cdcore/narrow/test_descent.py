@@ -70,7 +70,10 @@ each_order = pytest.mark.parametrize("next_child", [FIRST, SECOND])
 @each_order
 @pytest.mark.parametrize("opens_both", [False, True])
 def test_descent_visits_exactly_the_leaf_pairs_that_meet(next_child, opens_both):
-    """Leaves are unit intervals in a row; in a lane the second row is moved, and neighbours meet."""
+    """Leaves are unit intervals in a row; in a lane the second row is moved, and neighbours meet.
+
+    The descent begins with the first leaves only where the first child goes first.
+    """
     meeting = {(i, j): sum(1 << k for k, move in enumerate((0, 2, 5)) if abs(i - j - move) <= 1)
                for i in range(LEAVES) for j in range(LEAVES)}  # fmt: skip
     leaves, _ = leaves_asked(next_child, opens_both=opens_both)
@@ -80,7 +83,7 @@ def test_descent_visits_exactly_the_leaf_pairs_that_meet(next_child, opens_both)
 
 @each_order
 def test_descent_resumed_after_a_full_buffer_visits_the_same_leaves(next_child):
-    """The buffer holds three leaves, so the descent stops after every third."""
+    """The buffer holds three leaves: the descent stops at each leaf that finds it full, the 4th, the 7th, and so on."""
     whole, _ = leaves_asked(next_child)
     in_parts, stops = leaves_asked(next_child, room=3)
     assert in_parts == whole

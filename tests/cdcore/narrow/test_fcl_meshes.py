@@ -29,7 +29,8 @@ def test_fcl_face_pairs_equal_an_exhaustive_exact_test(seed):
 
 
 def test_a_hundred_thousand_face_pairs_are_not_cut_off():
-    # Every one of 400 walls through one line meets every one of 300 through another.
+    """Every one of 400 walls through one line meets every one of 300 through another: 120,000 pairs."""
+
     def walls(count, axis):
         corners = np.zeros((count, 3, 3))
         corners[:, :, axis] = np.linspace(0.1, 0.9, count)[:, None]
@@ -57,18 +58,21 @@ def test_poses_in_bulk_answer_as_single_poses():
 
 
 def test_ball_wholly_inside_a_box_has_no_meeting_faces():
+    """A ball of 0.1 m in a box of 1 m."""
     pairs = FclMeshes([ball_mesh(0.1), box_mesh()])
     assert not pairs.touch(0, 1)
     assert pairs.faces(0, 1).shape == (0, 2)
 
 
 def test_spike_through_a_tripled_face_meets_all_three():
+    """The face is drawn twice, and once more with the other winding."""
     wall = TriangleMesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 2], [2, 1, 0]])
     spike = TriangleMesh([[0, 0, -1], [0, 0, 1], [0.1, 0, 1]], [[0, 1, 2]])
     assert FclMeshes([wall, spike]).faces(0, 1).tolist() == [[0, 0], [1, 0], [2, 0]]
 
 
 def test_equal_meshes_use_a_common_tree_and_can_be_separate():
+    """Four boxes of two sizes have two trees; a pose of one box does not move the other that has its tree."""
     before = len(TREES)
     pairs = FclMeshes([box_mesh((3, 1, 1)), box_mesh((3, 1, 1)), box_mesh((2, 3, 2))])
     other = FclMeshes([box_mesh((3, 1, 1))])

@@ -48,7 +48,10 @@ def test_compiled_greatest_minimum_equals_its_interpreted_reference(seed, limits
 
 
 def test_few_exchanges_reach_the_greatest_minimum(monkeypatch):
-    """Rows are taken in one by one, and those that are loose leave: of 60 rows at most 14 are worked with at a time."""
+    """Rows are taken in one by one, and those that are loose leave: of 60 rows at most 14 are worked with at a time.
+
+    At most seven corners are computed.
+    """
     sizes, highest_corner = [], module.highest_corner
 
     def noted_corner(rows, bounds, slack):

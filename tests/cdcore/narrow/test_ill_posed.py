@@ -63,7 +63,7 @@ def ball_beside_box(gap, tau=2e-6):
     ("gap", "within"), [(0.0, True), (1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
 )
 def test_two_micrometres_on_either_side_of_touching_is_the_border(gap, within, side):
-    """Metres; tau is 2 um."""
+    """The ball's outermost vertex is ``gap`` metres before the wall of the box, or as deep in it; tau is 2 um."""
     assert ball_beside_box(side * gap) == within
 
 
@@ -78,7 +78,10 @@ def arguments_of_meeting_bodies(bodies, move):
 
 @pytest.mark.parametrize("away", [[1.0, 0, 0], [1.0, 1.0, 0], [1.0, 1.0, 1.0], [0.3, 0.2, 1.0 - 1e-6]])
 def test_touching_cubes_separate(away):
-    """Unit cubes share a face, an edge or a corner, or are a micrometre deep in each other."""
+    """Unit cubes share a face, an edge or a corner, or are a micrometre deep in each other.
+
+    ``shallow``: no face pair is deeper than tau, 2 um; ``loose``: some move of the surfaces by tau ends the contact.
+    """
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
@@ -87,7 +90,10 @@ def test_touching_cubes_separate(away):
 
 @pytest.mark.parametrize("away", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
 def test_overlapping_cubes_with_common_planes_do_not_separate(away):
-    """The faces in common planes touch only, though the cubes are up to half an edge deep in each other."""
+    """The faces in common planes touch only, though the cubes are up to half an edge deep in each other.
+
+    ``loose``: whether some move of the surfaces by tau, 2 um, ends the contact.
+    """
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
@@ -96,6 +102,7 @@ def test_overlapping_cubes_with_common_planes_do_not_separate(away):
 
 
 def test_exactly_fitting_plug_separates():
+    """A plug of 1 x 1 m in a hole of that size, between eight cubes; ``loose``: a move of surfaces by 2 um frees it."""
     hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
     requested = arguments_of_meeting_bodies(bodies, np.zeros((2, 3)))
@@ -103,7 +110,7 @@ def test_exactly_fitting_plug_separates():
 
 
 def test_tool_on_a_sheet_separates_for_either_winding():
-    """The bottom of a unit cube is in the plane of a flat sheet, whose faces look up or down."""
+    """The bottom of a cube is in the plane of a flat sheet, whose faces look up or down; 2 um free it (``loose``)."""
     for faces in (grid_plate(), grid_plate()[:, ::-1]):
         bodies = [*bodies_of([faces]), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
         assert MarginStage(bodies, 2e-6).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))

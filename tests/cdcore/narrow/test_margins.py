@@ -39,18 +39,20 @@ def test_margin_of_a_corner_is_its_height_over_the_face(height):
 
 
 def test_touching_and_coplanar_overlap_have_no_depth():
+    """A corner on FLOOR, and a triangle in its plane that overlaps it: both meet, with a margin of 0 m."""
     assert meets_and_margin(FLOOR, corner_at_height(height=0.0)) == (True, 0.0)
     assert meets_and_margin(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
 
 
 @pytest.mark.parametrize("row", CLEARANCES, ids=lambda row: row["of"])
 def test_clearance_is_the_distance_of_the_nearest_features(row):
+    """Rows of clearances.toml: a triangle and its distance from FLOOR, by hand."""
     assert meets_and_margin(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
 
 
 @pytest.mark.slow
 def test_moving_by_the_penetration_depth_separates():
-    """The overlap along an axis is how far one triangle must go along it to be free."""
+    """Along the 11 axes of two triangles: by a thousandth more than the depth some move frees, by less none does."""
     rng = np.random.default_rng(1)
     pairs = rng.random((400, 2, 3, 3))
     meets, depth = triangle_margins(pairs)
@@ -143,7 +145,10 @@ def test_oversized_plug_needs_a_step_of_its_oversize(step, free):
 
 @pytest.mark.parametrize(("depth", "free"), [(0.99e-3, True), (1.01e-3, False)])
 def test_tool_leaves_an_inconsistently_wound_sheet_along_the_normal(depth, free):
-    """Shells of such faces go both ways at once: only a shift frees them."""
+    """The tool is ``depth`` metres deep in the sheet, and moves by 1 mm.
+
+    Shells of faces wound both ways go both ways at once: only a shift frees them.
+    """
     faces = [box_mesh().triangles.copy(), grid_plate() + np.array([0, 0, 1])]
     for triangles in faces:
         triangles[::2] = triangles[::2, ::-1]
@@ -153,6 +158,7 @@ def test_tool_leaves_an_inconsistently_wound_sheet_along_the_normal(depth, free)
 
 
 def test_cube_corners_move_every_face_by_1():
+    """The shell vector of a corner, root of 3 long, leads 1 along the normal of each of its faces."""
     mesh = box_mesh()
     shell = shell_vectors(mesh.triangles, mesh.faces)
     normal = unit(np.cross(mesh.triangles[:, 1] - mesh.triangles[:, 0], mesh.triangles[:, 2] - mesh.triangles[:, 0]))

@@ -16,5 +16,6 @@ from cdcore.narrow.pair_frames import rows_of_columns
     ],
 )
 def test_columns_ascend_and_so_do_the_rows_of_each(columns, rows):
+    """``columns``: one for each row; ``rows``: of each column."""
     grouped = rows_of_columns(np.array(columns, dtype=np.int64))
     assert [(column, row_numbers.tolist()) for column, row_numbers in grouped] == list(rows.items())

@@ -17,10 +17,12 @@ from cdcore.narrow.tree_builder import (
 
 
 def test_half_surface_is_the_sum_of_three_sides():
+    """A box of 2 x 3 x 5 m."""
     assert half_surface(np.array([2.0, 3.0, 5.0])) == 2 * 3 + 3 * 5 + 5 * 2
 
 
 def test_cut_by_side_halves_nodes_whose_faces_agree():
+    """How many faces are first: of four one is not ``second``; four and five on one side are halved."""
     second = np.array([0, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 1], dtype=bool)
     sizes, first = np.array([4, 4, 5]), np.array([0, 4, 8])
     assert cut_by_side(second, sizes, first).tolist() == [1, 4 // 2, 5 // 2]
@@ -28,7 +30,7 @@ def test_cut_by_side_halves_nodes_whose_faces_agree():
 
 @pytest.mark.parametrize(("by_side", "sizes"), [(True, [4, 1, 3]), (False, [4, 2, 2])])
 def test_node_is_cut_by_side_or_at_the_median(by_side, sizes):
-    """Three of four faces lie at positive x."""
+    """Three of four faces lie at positive x; ``sizes``: faces of the root and of its children."""
     faces = np.array([3.0, -1.0, 1.0, 2.0])[:, None, None] * np.ones((4, 3, 3))
 
     def rule(corners, node, first):
@@ -43,6 +45,7 @@ def test_node_is_cut_by_side_or_at_the_median(by_side, sizes):
 
 
 def test_principal_axes_are_right_handed_eigenvectors():
+    """Twenty random symmetric matrices, a diagonal one and zero; LAPACK's eigenvalues, the largest first."""
     halves = np.random.default_rng(0).normal(size=(20, 3, 3))
     symmetric = np.concatenate([halves + halves.transpose(0, 2, 1), [np.diag([1.0, 3.0, 2.0]), np.zeros((3, 3))]])
     axes = principal_axes(symmetric.transpose(1, 2, 0)).transpose(2, 0, 1)
@@ -58,6 +61,7 @@ def corners_of(faces):
 
 
 def test_coordinates_and_extents_are_those_of_each_node():
+    """A node of two faces and one of four, beside NumPy."""
     rng = np.random.default_rng(1)
     faces, axes = rng.normal(size=(6, 3, 3)), Rotation.random(6, random_state=2).as_matrix()
     along = coordinates_along(axes.transpose(1, 2, 0), corners_of(faces))

@@ -16,6 +16,7 @@ FIRST_AND_SECOND = np.array([[0, 1]])
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_laboratory_agrees_with_the_exact_detector(name):
+    """Verdicts and faces of 40 frames; frames at rest are reused, and a contact has its segments (n, 2, 3)."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     want = create_detector("exact", bodies).detect(motion, faces=True)
     answer = create_detector(name, bodies).detect(motion, faces=True)
@@ -37,6 +38,7 @@ def test_trees_are_cached_per_kind_and_not_per_setting():
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
+    """The first mode tests fewer leaves, and the pair that it stops at is one of all that meet."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     every = create_detector(name, bodies).detect(motion, faces=True)
     first = create_detector(name, bodies, mode="first").detect(motion, faces=True)
@@ -50,7 +52,10 @@ def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_stopped_search_reports_not_found_and_no_false_contact(name):
-    """``budget``: tests of nodes and faces that a query may make; a million completes it."""
+    """``budget``: tests of nodes and faces that a query may make; a million completes it.
+
+    Faces are some of those of the whole search, and a larger budget finds no fewer.
+    """
     bodies, motion = lab_bodies_and_motion(frames=40)
     whole = create_detector(name, bodies).detect(motion, faces=True)
     before = np.zeros_like(whole.face_counts)
@@ -84,7 +89,10 @@ def test_live_sample_continues_past_faces_decided_by_integers(name):
 
 @pytest.mark.parametrize(("fraction", "beyond"), [(0.2, False), (0.4, True)])
 def test_pair_size_sums_reaches_and_translations(fraction, beyond):
-    """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
+    """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it.
+
+    Together they are 0.8 or 1.6 of it: beyond it faces are tested exhaustively, and no margin is promised.
+    """
     far = fraction * LARGEST_SIZE
     sheets = bodies_of([np.array([[[-far, 0, 0], [far, 0, 0], [0, far, 0]]])] * 2)
     stage = TreeStage(sheets, FIRST_AND_SECOND, "obb", TreeSettings())
@@ -96,6 +104,7 @@ def test_pair_size_sums_reaches_and_translations(fraction, beyond):
 
 @pytest.mark.parametrize("name", TREES)
 def test_cubes_so_small_that_products_vanish_touch(name):
+    """Edges of 2^-700 m: the product of two is no double; the cubes touch face to face."""
     bodies = bodies_of([cube() * 2.0**-700, (cube() + np.array([1, 0, 0])) * 2.0**-700])
     verdict = create_detector(name, bodies).detect(motion_at_rest(bodies, np.zeros((2, 3)))).verdict
     assert verdict.tolist() == [[Verdict.CONTACT]]

@@ -12,6 +12,7 @@ BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
 
 def test_all_pairs_are_tested_when_pairs_is_omitted():
+    """Three bodies are three pairs, one body is none."""
     assert resolve_pairs(BODIES, pairs=None).tolist() == [[0, 1], [0, 2], [1, 2]]
     assert resolve_pairs(BODIES[:1], pairs=None).shape == (0, 2)
 
@@ -21,6 +22,7 @@ def test_all_pairs_are_tested_when_pairs_is_omitted():
     [[("cup", "table"), ("rod", "cup")], [[2, 0], [1, 2]], np.array([[2, 0], [1, 2]]), [("cup", 0), (1, "cup")]],
 )
 def test_names_and_numbers_mean_the_same_and_keep_their_order(pairs):
+    """The bodies are table (0), rod (1) and cup (2)."""
     resolved = resolve_pairs(BODIES, pairs)
     assert resolved.tolist() == [[2, 0], [1, 2]]
     assert resolved.dtype == np.int64
@@ -45,12 +47,14 @@ def test_motion_needs_as_many_bodies():
 
 
 def test_blocks_pass_in_order_and_empty_blocks_do_not_count():
+    """Six frames as two, none and four: an empty block is no gap."""
     motion = motion_at_rest(BODIES, np.zeros((3, 3)), frames=6)
     blocks = [motion.frames(0, 2), motion.frames(2, 2), motion.frames(2, 6)]
     assert [len(block) for block in blocks_in_order(blocks)] == [2, 0, 4]
 
 
 def test_pairs_are_ordered_by_name_and_swaps_marked():
+    """The bodies are table (0), rod (1), cup (2): by name 2, 1, 0."""
     ordered, rotated = ordered_by_name(BODIES, np.array([[0, 1], [1, 0], [2, 1]]))
     assert ordered.tolist() == [[1, 0], [1, 0], [2, 1]]
     assert rotated.tolist() == [True, False, False]

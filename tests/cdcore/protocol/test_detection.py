@@ -69,6 +69,7 @@ def test_faces_digest_changes_with_a_single_face():
 
 
 def test_faces_or_segments_never_requested_raise_an_error():
+    """A detection without lists of faces, and one with faces but without segments."""
     bare = detection(face_sets=None)
     with pytest.raises(NotRecordedError, match=r"'test' holds no face pairs; call detect\(motion, faces=True\)"):
         _ = bare.face_counts
@@ -77,6 +78,7 @@ def test_faces_or_segments_never_requested_raise_an_error():
 
 
 def test_faces_are_indexed_by_frame_and_pair():
+    """Frame 0 has a pair of faces in pair 1, frame 1 has two in pair 0; negative numbers count from the end."""
     assert detection().faces(1, 0).tolist() == FACE_PAIRS.tolist()
     assert detection().faces(-2, -2).tolist() == FACE_PAIRS.tolist()
     assert detection().faces(2, 0).shape == (0, 2)
@@ -114,7 +116,10 @@ def detection_of_frames(start, stop, **changes):
 
 
 def test_detections_of_consecutive_blocks_join_to_the_whole():
-    """A block of frame 0, and one of frames 1 and 2, whose frame numbers shift by 1."""
+    """A block of frame 0, and one of frames 1 and 2, whose frame numbers shift by 1.
+
+    Segments of a contact have the frame's number as their coordinates.
+    """
     joined = join(
         [
             detection_of_frames(start=0, stop=1),
@@ -163,6 +168,7 @@ def test_verdict_numbers_stored_in_files_never_change():
 
 
 def test_contact_and_undecided_verdicts_are_disjoint():
+    """Verdicts 0 to 7: CONTACT, CONTAINED, CANDIDATE (1 to 3) count; UNRESOLVED, INVALID, NO_POSE (5 to 7) are open."""
     every = np.arange(8, dtype=np.uint8).reshape(2, 4)
     assert counts_as_contact(every).tolist() == [[False, True, True, True], [False, False, False, False]]
     assert is_undecided(every).tolist() == [[False, False, False, False], [False, True, True, True]]
@@ -222,5 +228,6 @@ def test_frames_with_equal_face_sets_store_a_single_set():
 
 
 def test_entries_without_faces_are_omitted():
+    """Frame 0 has an empty set of faces, frame 1 one pair: only frame 1 is kept."""
     sets = sets_of([0, 1], [0, 0], [np.zeros((0, 2)), np.array([[5, 6]])])
     assert sets.frame.tolist() == [1]

@@ -34,6 +34,7 @@ def detector_of_kind(kind, bodies):
 
 
 def test_single_method_makes_a_detector_named_after_its_class():
+    """40 frames and the 10 pairs of five bodies; a pair without a pose is NO_POSE and nothing else is."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     detector = detector_of_kind(Near, bodies)
     assert isinstance(detector, Detector) and detector.name == "Near" and detector.online
@@ -46,6 +47,7 @@ def test_single_method_makes_a_detector_named_after_its_class():
 
 @pytest.mark.parametrize("block", [1, 7])
 def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
+    """``Near`` keeps a state from frame to frame: it goes on from block to block, and begins anew with each run."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     detector = detector_of_kind(Near, bodies)
     whole = detector.detect(motion)
@@ -54,6 +56,7 @@ def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
 
 @pytest.mark.parametrize("block", [7, 40])
 def test_live_session_keeps_its_state_between_blocks(block):
+    """``Near`` needs two frames running; one live session answers all blocks, a frame at a time."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     detector = detector_of_kind(Near, bodies)
     live = join(stream_live(detector, motion.blocks(block)))
@@ -149,6 +152,7 @@ class Breaks(FrameDetector):
 
 @pytest.mark.parametrize("block", [2, 40])
 def test_an_exception_names_class_frame_file_and_line(block):
+    """``Breaks`` fails in its fifth frame, number 4, whatever the block, at the line that is marked above."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     lines = Path(__file__).read_text("utf-8").splitlines()
     line = next(k for k, text in enumerate(lines, 1) if "# the line to name" in text)

@@ -25,7 +25,7 @@ def verdicts_of_touching_balls(name, live, tracked, rate_hz=1.0):
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 @pytest.mark.parametrize("name", ["discrete", "collider"])
 def test_before_its_first_answer_a_sampled_detector_reports_no_contact(name, live):
-    # At 10 frames a second: the sample in frame 0 has no pose; from frame 3 on there is one, the next sample is in 10.
+    """10 frames and 1 sample a second: frame 0 has no pose, frames from 3 on have one, the next sample is frame 10."""
     tracked = np.arange(25) >= 3
     tracked[15] = False
     answer = verdicts_of_touching_balls(name, live, tracked)
@@ -66,6 +66,7 @@ def test_held_answer_comes_from_the_last_answered_sample(seed):
 
 
 def test_block_without_frames_has_no_answering_sample():
+    """No frames, and two frames of which none is sampled: their answers are from before the block."""
     assert answering_samples(np.zeros((0, 3), dtype=bool), np.zeros(0, dtype=bool)).shape == (0, 3)
     assert (answering_samples(np.zeros((0, 3), dtype=bool), np.zeros(2, dtype=bool)) == BEFORE_BLOCK).all()
 
@@ -80,7 +81,10 @@ def test_samples_are_the_first_frame_and_those_at_ticks():
 
 
 def test_kept_answers_are_counted_where_poses_are_known():
-    """Samples at frames 0 and 2 of four; at the second, one of two pairs gives no answer; at last it has no pose."""
+    """Samples at frames 0 and 2 of four; at the second, one of two pairs gives no answer; at last it has no pose.
+
+    7 of 8 frames of pairs have poses, and 3 of them are answered by a sample: 4 repeat one.
+    """
     sampled = np.array([True, False, True, False])
     answered, known = np.array([[True, True], [True, False]]), np.ones((4, 2), dtype=bool)
     known[3, 1] = False

@@ -42,6 +42,7 @@ def amplitudes(angle):
 
 
 def test_feature_index_follows_the_angle_fraction(draws):
+    """Equation 15 of the paper: an amplitude's arc cosine, over pi, times the number of features, give or take one."""
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
     fraction = np.arccos(amplitudes(angle)[chain]) / np.pi
     assert abs(equation_15(angle, chain, features) - min(fraction * features, features - 1)) <= 1.0
@@ -49,7 +50,7 @@ def test_feature_index_follows_the_angle_fraction(draws):
 
 
 def test_the_weight_is_the_product_of_powers(draws):
-    """Equation 16 of the paper."""
+    """Equation 16 of the paper, tau^alpha eta^beta; its logarithm is computed."""
     tau, eta, alpha, beta = draws.uniform(0.01, 10, 4)
     assert np.exp(equation_16(tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
 
@@ -63,7 +64,7 @@ def test_gate_is_a_rotation_and_not_swaps_amplitudes(draws):
 
 
 def test_pheromone_follows_fitness_and_evaporates(draws):
-    """Equations 19 and 20 of the paper."""
+    """Equation 19 of the paper adds a power of the change, with its sign; 20 is (1 - rho) tau + rho times a deposit."""
     tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
     assert equation_19(tau, change, exponent) == pytest.approx(tau + np.sign(change) * abs(change) ** exponent)
     assert equation_20(tau, rho, deposit) == pytest.approx((1 - rho) * tau + rho * deposit)

@@ -52,6 +52,7 @@ def test_rod_through_a_ball_has_a_curve_per_seed():
 
 @pytest.mark.parametrize("offset", [(1.0, 0.25, 0.125), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (1.0, 1.0, 0.5)])
 def test_resting_faces_edges_and_corners_are_filled_over_corners(offset):
+    """A unit cube face on face with another, upon it, at its corner, along its edge: one hit leads to all that meet."""
     box = box_mesh()
     search = search_of(box, box, variant="local", budget=5000)
     pose = (I3, np.array(offset))

@@ -43,7 +43,10 @@ def distances(search, firsts, seconds):
 
 @pytest.mark.slow
 def test_descent_ends_only_at_local_minima():
-    """From 150 starts: no neighbour of the end is nearer."""
+    """150 descents: no neighbour of either end is nearer; if the balls of both ends overlap, no pair of neighbours is.
+
+    A descent repeated from the same start is short, as an earlier path is followed to its end.
+    """
     search, starts = starts_beside_each_other()
     ends, overlapping, longest = set(), 0, 0
     for i, j in starts:
@@ -138,6 +141,7 @@ def test_rigidly_carried_pair_is_searched_once():
 
 
 def test_resting_contact_is_confirmed_in_every_frame():
+    """0.4 m aside the ball is in the ring: unlike a pair that is apart, it is searched in all 200 frames."""
     bodies, motion = ball_carried_in_a_ring(aside=0.4)
     answer = create_detector("qaco", bodies, rest=0.25).detect(motion)
     assert (answer.verdict == Verdict.CONTACT).all()

@@ -66,6 +66,7 @@ def test_equal_seeds_give_equal_queries_in_any_thread(variant):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_degenerate_and_smallest_input_is_searched_all_the_same(variant):
+    """A face that is a point, upon itself and 1e-300 m above itself."""
     point = TriangleMesh([[0, 0, 0]], [[0, 0, 0]])
     search = search_of(point, point, variant=variant, budget=10)
     assert search.search(AT_ORIGIN, AT_ORIGIN, stamp=0.0).hit == (0, 0)
@@ -98,7 +99,10 @@ def test_start_at_a_meeting_pair_hits_immediately(variant):
 
 @pytest.mark.parametrize(("local", "world"), [(0.0, 0.0), (1e3, 0.0), (0.0, 1e6), (1e3, 1e3)])
 def test_touching_faces_are_never_skipped_wherever_they_lie(local, world):
-    # one corner shared, the balls round both faces tangent there: they are thin and point at each other
+    """Two thin triangles share one corner, where the balls round them are tangent: one evaluation must find the touch.
+
+    ``local``: metres from the bodies' origin to that corner, ``world``: from the world's origin to the bodies.
+    """
     rng = np.random.default_rng(3)
     tip = np.array([local, 0.0, 0.0])
     away = np.array([[0, 0, 0], [0.5, 0.01, 0], [0.5, -0.01, 0]])

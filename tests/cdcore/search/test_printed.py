@@ -15,7 +15,10 @@ ITERATIONS, FEATURES = 3, 1000
 @pytest.mark.parametrize(("ants", "rotation"), [(5, 0.0), (1, 0.5)])
 @pytest.mark.parametrize(("mutation", "then"), [(0.0, 0), (1.0, 1)])
 def test_mutation_swaps_the_amplitudes(ants, rotation, mutation, then):
-    """Amplitudes of each ant's two qubits over three iterations; a mutation swaps them in each iteration or never."""
+    """Amplitudes of each ant's two qubits over three iterations; a mutation swaps them in each iteration or never.
+
+    ``then``: the amplitude, 0 or 1, that was 0 one iteration before.
+    """
     requested = []
     settings = SearchSettings(ants=ants, turn=rotation, mutation=mutation)
     stream = np.random.default_rng(3)
@@ -46,6 +49,7 @@ def test_search_ends_at_negative_probabilities(beta, begun):
 
 
 def test_the_amplitudes_run_from_the_first_feature_to_the_last():
+    """Amplitudes from -1 to 1 over nine features, 0 to 8."""
     assert [printed_15(amplitude, 9) for amplitude in (-1.0, 0.0, 1.0)] == [0, 4, 8]
 
 

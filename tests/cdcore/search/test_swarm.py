@@ -33,7 +33,7 @@ def test_angles_without_equation_15_name_features_in_their_order():
 
 
 def test_search_random_numbers_are_splitmix64():
-    # the first of seed 1234567, as the reference implementation prints them
+    """The first numbers of seed 1234567 that the reference implementation prints; a draw has their upper 53 bits."""
     state = search_state(stream=1234567)
     expected = [6457827717110365317, 3203168211198807973, 9817491932198370423]
     with np.errstate(over="ignore"):
@@ -51,7 +51,10 @@ def test_equation_15_draws_every_face_about_equally_often(chain):
 
 
 def test_step_takes_the_short_arc_only_with_equation_17():
-    """From 3 to -3 rad the short arc goes up, by 0.28; without equation 17 half of the ants go down."""
+    """From 3 to -3 rad the short arc goes up, by 0.28; without equation 17 half of the ants go down.
+
+    Equation 18 is left out first, which steps do not need, then 17.
+    """
     directions = []
     for equation in (18, 17):
         state = search_state(left_out_equation=equation)
@@ -88,7 +91,10 @@ def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equ
 
 
 def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
-    """1 less a tenth is 0.9; the best, ant 1, gets a tenth of its fitness of 0.5 back."""
+    """1 less a tenth is 0.9; the best, ant 1, gets a tenth of its fitness of 0.5 back.
+
+    Without equation 20 all stays.
+    """
     swarm = np.ones(3, dtype=ANT).view(np.recarray)
     swarm["fitness"] = 0.5
     weigh(swarm, 1, search_state(ants=3))
@@ -99,7 +105,10 @@ def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
 
 @pytest.mark.parametrize("equation", [None, 15, 16, 17, 18, 19, 20])
 def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
-    """Balls 2.4 m apart never meet; pheromone is clamped to 0.001 to 10."""
+    """Balls 2.4 m apart never meet; pheromone is clamped to 0.001 to 10.
+
+    Without any one of the equations the search takes another path than with all.
+    """
     ball = ball_of(faces=600)
     search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
     query = search.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), stamp=0.0)

@@ -31,6 +31,7 @@ def test_touching_triangles_meet_and_smallest_gap_separates():
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_non_finite_coordinates_are_refused_by_pair(bad):
+    """One coordinate of the second of three pairs is ``bad``."""
     pairs = np.zeros((3, 2, 3, 3))
     pairs[1, 0, 2, 1] = bad
     with pytest.raises(InvalidTrianglesError, match="pair 1"):
@@ -48,7 +49,10 @@ def test_arrays_that_are_no_triangle_pairs_are_refused(given, text):
 
 
 def test_exact_integers_decide_pairs_that_float_stages_leave_open():
-    """``left_open``: how many pairs the filter, and then the exact sums, leave undecided."""
+    """``left_open``: how many pairs the filter, and then the exact sums, leave undecided.
+
+    The filter decides a gap of metres, sums a face upon itself, integers one that is shifted by 2^-300.
+    """
     assert left_open(triangle_family("generic control").pairs(2_000, seed=22)) == (0, 0)
     wild = np.array([FLOOR, FLOOR], dtype=float)  # moved by so little that exact sums hold not all digits
     wild[1] += [2.0**-300, 0, 0]
@@ -61,6 +65,7 @@ def test_exact_integers_decide_pairs_that_float_stages_leave_open():
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 def test_an_answer_of_the_filter_is_that_of_integers(family):
+    """60 random pairs of each family; where the filter answers UNDECIDED nothing is compared."""
     pairs = family.pairs(60, seed=31)
     answers = np.array([filtered(pair.reshape(6, 3)) for pair in pairs])
     certain = answers != UNDECIDED
@@ -78,6 +83,7 @@ def pair_intersects_exact(p, w):
 @pytest.mark.slow
 @pytest.mark.parametrize("upper", [2, 3, 4])
 def test_exact_decision_equals_integers_on_a_lattice(upper):
+    """Corners at whole numbers below ``upper``, so that most pairs touch or are degenerate."""
     rng, w = np.random.default_rng(upper), new_digits()
     pairs = rng.integers(0, upper, (1_000, 6, 3)).astype(float)
     for pair in pairs:
@@ -101,6 +107,7 @@ def test_smallest_gap_between_huge_triangles_separates():
 
 
 def test_disjoint_collinear_edges_do_not_meet():
+    """An edge of each triangle lies on the y axis, from 0 to 1 and from 2 to 3; the same with axes exchanged."""
     first, second = [[0, 0, 0], [0, 1, 0], [-4, 9, 0]], [[0, 2, 0], [0, 3, 0], [4, -5, 0]]
     for rotation in range(3):
         pair = np.roll(np.array([first, second], dtype=float), rotation, axis=2)
@@ -116,7 +123,10 @@ TRIANGLES_BESIDE_FLOOR = [(other, word == "meets") for word in VISIBLE for other
 
 @pytest.mark.parametrize("scale", [1.0, 2.0**-270, 2.0**-900, 2.0**900])
 def test_visible_cases_are_decided(scale):
-    """At 2^-270 products of three lengths lie just above what the filter holds for lost in underflow."""
+    """Rows of seen.toml: triangles beside 4 times FLOOR whose answer one can see, at four scales.
+
+    At 2^-270 products of three lengths lie just above what the filter holds for lost in underflow.
+    """
     for other, meets in TRIANGLES_BESIDE_FLOOR:
         first, second = ((np.array(triangle) * scale).tolist() for triangle in (4 * np.array(FLOOR), other))
         assert triangles_intersect([[first, second], [first[::-1], second]]).tolist() == [meets, meets], other

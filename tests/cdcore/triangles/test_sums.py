@@ -37,12 +37,14 @@ def sign(value):
 
 @given(moderate, moderate)
 def test_two_sum_and_two_product_keep_every_bit(a, b):
+    """Each returns a rounded result and its error: together, in rationals, they are the sum and the product."""
     assert sum(map(Fraction, two_sum(a, b))) == Fraction(a) + Fraction(b)
     assert sum(map(Fraction, two_product(a, b))) == Fraction(a) * Fraction(b)
 
 
 @given(st.lists(moderate, min_size=1, max_size=8))
 def test_the_sign_of_a_sum_is_exact(values):
+    """Up to eight doubles from 2^-60 to 2^60, whose sum is computed in rationals."""
     digits = new_digits()
     for value in values:
         add_double(digits, value)
@@ -66,6 +68,7 @@ def test_exact_sum_of_a_product_and_its_parts_is_zero(a, b, c):
 
 @pytest.mark.parametrize("size", [2.0**-756, 2.0**-252, 1.0, 2.0**604])
 def test_exact_sum_holds_192_terms_of_extreme_size(size):
+    """192 terms of one sign and size: the sum has that sign."""
     for direction in (1.0, -1.0):
         digits = new_digits()
         for _ in range(192):
@@ -100,7 +103,10 @@ def nearly_flat(rng, step):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
 def test_sign_of_four_nearly_coplanar_points_is_exact(step):
-    """Rounded to doubles a volume may have the wrong sign; the filter may answer 2, undecided."""
+    """The points 0 to 3 are corners of a tetrahedron; the sign of its volume in rationals is the truth.
+
+    Rounded to doubles it may be wrong; the filter may answer 2, undecided.
+    """
     rng, w = np.random.default_rng(3), new_digits()
     for _ in range(200):
         p = nearly_flat(rng, step)

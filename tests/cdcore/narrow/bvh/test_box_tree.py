@@ -21,6 +21,7 @@ by_mesh = pytest.mark.parametrize("name", MESHES)
 
 @by_mesh
 def test_leaves_hold_every_face_once(name):
+    """A node without children (``child`` < 0) is a leaf; below the root, node 0, are all faces."""
     tree = build_box_trees([MESHES[name]])[0]
     assert sorted(tree.faces.tolist()) == list(range(len(MESHES[name])))
     sizes = (tree.stop - tree.start)[tree.child < 0]
@@ -32,7 +33,10 @@ def test_leaves_hold_every_face_once(name):
 
 @by_mesh
 def test_boxes_cover_their_corners_to_a_few_roundings(name):
-    """A box is a row of its centre (3), axes (9), half edges (3) and half diagonal; 1e-300 is for points near zero."""
+    """A box is a row of its centre (3), axes (9), half edges (3) and half diagonal.
+
+    Corners may stand out by 40 roundings of the farthest corner's distance; 1e-300 is for points near zero.
+    """
     triangles = MESHES[name]
     tree = build_box_trees([triangles])[0]
     half_ulp = 2**-53
@@ -63,6 +67,7 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
 
 
 def test_box_trees_built_together_equal_trees_built_singly():
+    """All arrays are compared, but the last field, which is their addresses."""
     for triangles, tree in zip(MESHES.values(), build_box_trees([*MESHES.values()]), strict=True):
         alone = build_box_trees([triangles])[0]
         assert all(np.array_equal(*both) for both in zip(tree[:-1], alone[:-1], strict=True))

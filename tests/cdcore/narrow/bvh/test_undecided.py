@@ -20,6 +20,7 @@ def sliding_grids_at(scale):
 
 @pytest.mark.parametrize("faces", [False, True])
 def test_integers_decide_as_sums_do_at_another_scale(faces):
+    """At 2^-210 products leave the range of exact sums, and integers decide; a power of two changes no answer."""
     summed, by_integers = (
         create_detector("exact", bodies).detect(motion, faces=faces)
         for bodies, motion in (sliding_grids_at(scale=1.0), sliding_grids_at(BEYOND_SUMS))

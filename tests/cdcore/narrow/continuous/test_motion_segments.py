@@ -57,7 +57,10 @@ def test_legs_rotate_at_constant_rate_between_exact_ends(degrees):
 @settings(max_examples=max(40, settings.default.max_examples), deadline=None)
 @given(seed=st.integers(0, 10**6), start=st.floats(0, 0.9), width=st.floats(0.001, 1.0))
 def test_relative_paths_stay_within_the_chord_bound(seed, start, width):
-    """Between two instants a path leaves its chord by at most an eighth of time squared times acceleration."""
+    """Between two instants a path leaves its chord by at most an eighth of time squared times acceleration.
+
+    The chord is at most as long as time times speed.
+    """
     rng = np.random.default_rng(seed)
     segment_a, segment_b = random_segment(rng), random_segment(rng, angle=rng.uniform(0, 1.5))
     reach = rng.uniform(0.01, 2)
@@ -134,7 +137,10 @@ def test_motion_bounds_exceed_simple_motions_by_rounding_only(case):
 
 
 def test_pad_grows_with_size_to_infinity():
-    """Pads of rounding: near the origin, 1,000 km away, and of a matrix that is no rotation: no bound."""
+    """Pads of rounding: near the origin, 1,000 km away, and of a matrix that is no rotation: no bound.
+
+    Bodies that reach 1e80 m from their origins have none either.
+    """
     rng = np.random.default_rng(1)
     near, far, skewed = random_segment(rng), random_segment(rng, size=1e6), random_segment(rng)
     skewed[0] += 1e-3

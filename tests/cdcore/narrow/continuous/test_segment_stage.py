@@ -63,7 +63,10 @@ def grid_rotation(rng):
 @pytest.mark.parametrize("start", [0.0, 1 / 3, 1.7e9])
 @pytest.mark.parametrize("kind", ["lattice", "degenerate"])
 def test_straight_moves_meet_when_integers_decide_so(kind, start):
-    """Triangles with whole coordinates move by whole steps; Sturm's theorem bounds the first meeting in rationals."""
+    """Triangles with whole coordinates move by whole steps; Sturm's theorem bounds the first meeting in rationals.
+
+    ``want``: the bounds, as fractions of the move, or None where they never meet.
+    """
     rng = np.random.default_rng(11)
     met = free = grazed = 0
     for _ in range(30):
@@ -133,7 +136,10 @@ def test_straight_angles_and_extreme_coordinates_are_not_searched():
     ],
 )
 def test_impact_of_cubes_holds_the_instant_at_which_they_touch(seconds, ends, fraction):
-    """One of two unit cubes moves along X; they touch exactly where it is at 1 m, a ``fraction`` of the way."""
+    """One of two unit cubes moves along X; they touch exactly where it is at 1 m, a ``fraction`` of the way.
+
+    The faces that touch are named too: -1 would be none.
+    """
     cube = box_mesh((1.0, 1.0, 1.0)).triangles
     positions = [[(x, 0, 0), (0, 0, 0)] for x in ends]
     answer = decide(stage_of(cube, cube), positions, times=seconds)
@@ -184,7 +190,10 @@ def test_ball_sliding_past_a_plate_is_free(gap):
 
 
 def test_gaps_below_rounding_are_too_close_and_located():
-    """Ball and plate touch at a height of 0.011 m; a gap of 1 nm is below the pad of rounding of 10 nm."""
+    """Ball and plate touch at a height of 0.011 m; a gap of 1 nm is below the pad of rounding of 10 nm.
+
+    The whole leg, from 0 to 1, is where they are too close.
+    """
     state, room = search_of_ball_and_plate(
         (-1e-6, 0, 0.011 + 1e-9), (1e-6, 0, 0.011 + 1e-9), pad=1e-8, effort=10**9, shortest=1e-3
     )
@@ -213,7 +222,7 @@ def test_shortest_segment_is_tested_at_middle_and_end(end_height, contact_time):
 
 
 def test_segment_search_reports_a_full_buffer():
-    """The buffer has room for two pairs of nodes; a ball grazes a plate within many."""
+    """The buffer has room for two pairs of nodes; a ball grazes a plate within many, and the search stays undecided."""
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
     leg = legs_of_straight_move((-1e-5, 0, 0.011), (1e-5, 0, 0.011))
     assert searched(leg, (2e-5, 0.0, 1e-3, 1e-2), tolerance=1e-4, effort=10**6, room=room) in (TOO_CLOSE, TOO_LONG)

@@ -79,7 +79,10 @@ def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
     [(1e-9, 0.0, False), (-1e-9, 0.0, True), (1e-6, 1e6, True), (1e-4, 1e6, False)],
 )
 def test_passing_spheres_are_near_by_rounding_only(gap, far, near):
-    """Spheres of 1 m beside the origins of their bodies, ``gap`` apart in passing; at 1,000 km micrometres are lost."""
+    """Spheres of 1 m beside the origins of their bodies, ``gap`` apart in passing; at 1,000 km micrometres are lost.
+
+    In passing one is at y = 2 m, the other at 5 + gap - 1 m.
+    """
     spheres = [Sphere(np.array([0.0, 2.0, 0.0]), 1.0), Sphere(np.array([0.0, -1.0, 0.0]), 1.0)]
     moves = np.array([[(-3, 0, 0), (0, 5 + gap, 0)], [(3, 0, 0), (0, 5 + gap, 0)]])
     moves[..., 2] = far

@@ -35,18 +35,21 @@ def test_intersection_segment_ends_lie_on_both_triangles(family):
 
 
 def test_triangles_with_a_clear_gap_have_no_section():
+    """Random pairs of triangles: exactly those that meet have a section."""
     pairs = triangle_family("generic control").pairs(300, seed=9)
     answer = np.isfinite(triangle_pair_sections(pairs)).all(axis=(1, 2))
     assert np.array_equal(answer, triangles_intersect(pairs))
 
 
 def test_distance_from_origin_creates_no_section():
+    """Two triangles 2^-34 m apart, 8 km from the origin."""
     # A slack in proportion to the place, and not to the pair, would close a gap of 32 ulps of the place.
     above = np.array(FLOOR) + np.array([0.0, 0.0, 2.0**-34])
     assert np.isnan(triangle_pair_sections(np.array([[FLOOR, above]]) + 2.0**13)).all()
 
 
 def test_a_coplanar_overlap_gives_its_longest_chord():
+    """A right triangle upon itself: its longest chord is the hypotenuse, from (1, 0, 0) to (0, 1, 0)."""
     section = triangle_pair_sections([[FLOOR, FLOOR]])[0]
     assert sorted(section.tolist()) == [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
 
@@ -90,7 +93,10 @@ def ball_sinking_into_slab():
 
 
 def test_segments_lie_on_both_surfaces():
-    """Ends lie on a face of the slab (|z| = 0.1 m) and within the facets of a ball of 0.5 m."""
+    """Ends lie on a face of the slab (|z| = 0.1 m) and within the facets of a ball of 0.5 m.
+
+    Each pair of faces has a segment.
+    """
     detection = create_detector("hybrid", BODIES).detect(ball_sinking_into_slab(), faces=True)
     for frame, height in ((0, 0.31), (1, 0.452)):
         segments = detection.section(frame, 0)
