@@ -51,18 +51,20 @@ def test_vive_log_has_159_identity_rows_and_a_jump(log, tmp_path):
 
 @by_capture
 def test_right_hand_of_the_long_capture_is_frozen_74_frames(capture):
+    """The position is that of the frame before the finding, and others come before and after."""
     session = import_session("aframe", capture)
     (frozen,) = findings_with_code(examine(session), "frozen")
     assert (frozen.body, frozen.count) == ("right", 74)
-    index = session.frames.position[:, session.names.index("right")]
+    position = session.frames.position[:, session.names.index("right")]
     stamps = session.frames.stamp_ns
     first, last = np.searchsorted(stamps, [frozen.start_ns, frozen.end_ns])
-    assert (index[first - 1 : last + 1] == index[first]).all()
-    assert (index[first - 2] != index[first]).any() and (index[last + 1] != index[last]).any()
+    assert (position[first - 1 : last + 1] == position[first]).all()
+    assert (position[first - 2] != position[first]).any() and (position[last + 1] != position[last]).any()
 
 
 @by_capture
 def test_capture_arrives_with_its_positions_and_stamps(capture):
+    """Positions equal the numbers in the file; from first to last stamp it is as long as written, to a microsecond."""
     session = import_session("aframe", capture)
     assert set(session.names) == {"camera", "left", "right"}
     for name, track in json.loads(capture.read_text("utf-8")).items():
@@ -75,6 +77,7 @@ def test_capture_arrives_with_its_positions_and_stamps(capture):
 
 @needs_data
 def test_no_capture_is_taken_for_a_broken_capture():
+    """Recordings of people: nothing above a warning, and no doubt about units, handedness or the axis that is up."""
     for file in [*CAPTURES.glob("*.json"), *(DATA / "a-saturday-night").glob("*.json")]:
         findings = examine(import_session("aframe", file))
         assert [item for item in findings if item.severity > Severity.WARNING] == []
@@ -101,6 +104,7 @@ def test_no_capture_is_taken_for_a_broken_capture():
     ],
 )
 def test_the_meshes_have_the_faults_their_notes_count(folder, name, code, count):
+    """``count``: how often the fault ``code`` occurs, by the notes beside the files."""
     path = DATA / folder / name
     if not path.exists():
         (path,) = (DATA / folder).rglob(path.name)

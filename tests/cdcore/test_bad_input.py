@@ -33,7 +33,8 @@ CALLS = {
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: f"{row['of']}: {row['words']}")
 def test_invalid_arrays_are_refused_in_a_sentence(row):
+    """A row has the call (``of``), its arguments, and words of the refusal, which is one line."""
     error, call = CALLS[row["of"]]
     with pytest.raises(error, match=row["words"]) as refused:
-        call(**{name: given for name, given in row.items() if name not in ("of", "words")})
+        call(**{name: value for name, value in row.items() if name not in ("of", "words")})
     assert str(refused.value).isprintable()

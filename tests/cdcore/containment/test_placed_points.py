@@ -24,4 +24,6 @@ def test_point_in_the_outer_frame_is_that_of_matrix_products():
     rotations, points = random_rotations(rng, 2, 3), rng.normal(size=(4, 3))
     (inner, _, outer), (inner_position, _, outer_position) = rotations[1], TRANSLATIONS[1]
     expected = outer.T @ (inner @ points[3] + inner_position - outer_position)
-    assert point_in_outer(rotations, TRANSLATIONS, 1, 0, 2, points, 3) == pytest.approx(expected)
+    frame, inner_body, outer_body, point = 1, 0, 2, 3
+    placed = point_in_outer(rotations, TRANSLATIONS, frame, inner_body, outer_body, points, point)
+    assert placed == pytest.approx(expected)

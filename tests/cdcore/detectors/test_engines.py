@@ -124,7 +124,6 @@ def test_earlier_queries_change_no_answer(name, shape):
 def test_rod_in_a_beaker_touches_hull_not_mesh(name):
     """The rod at 0.075 m is in the hollow of the beaker, which its convex hull fills; at 0.2 m it is above."""
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
-    motion = motion_at_rest(bodies, [[0, 0, 0], [0, 0, 0.2]])
     for height, hull, mesh in ((0.2, False, False), (0.075, True, False)):
         motion = motion_at_rest(bodies, [[0, 0, 0], [0, 0, height]])
         assert contact_by_frame("exact", bodies, motion)[0] == mesh
@@ -199,6 +198,7 @@ def test_meshes_far_from_their_origin_keep_precision(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_an_engine_prints_nothing(name):
+    """Two tetrahedra on each other in a new process, whose output and errors are read."""
     code = (
         "from cdcore import Body, Motion, TriangleMesh, create_detector; import numpy as np;"
         "mesh = TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);"

@@ -34,6 +34,7 @@ def detection_of_variant(variant):
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_contact_and_every_face_pair_is_true(variant):
+    """Contacts and faces of ``exact`` are the truth; a search may miss some of them."""
     result, exact = detection_of_variant(variant), exact_detection()
     contact = result.verdict == Verdict.CONTACT
     assert (exact.verdict[contact] == Verdict.CONTACT).all()
@@ -64,7 +65,7 @@ def test_default_detects_nearly_all_lab_contact_and_counts_work():
 
 
 def test_the_equations_as_printed_are_counted_as_broken():
-    """As printed they give a probability that is none: the search of the pair ends before its budget, without a hit.
+    """The equations give a probability that is none: the search of the pair ends before its budget, without a hit.
 
     The corrected search of all frames of the laboratory never ends so.
     """
@@ -85,6 +86,7 @@ def detection_of_lab(name, **settings):
 
 
 def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
+    """With decide="mesh" meshes decide what the search leaves open, so that no contact is missed."""
     mesh, hybrid = detection_of_lab("hybrid-qaco", decide="mesh"), detection_of_lab("hybrid")
     assert mesh.digest == hybrid.digest
     assert mesh.faces_digest == hybrid.faces_digest
@@ -92,15 +94,16 @@ def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
 
 
 def test_explanation_of_a_contact_reports_overlapping_spheres():
-    """Bodies that touch have bounding spheres that overlap: every such contact is one that spheres let through."""
+    """Bodies that touch have bounding spheres that overlap: so it is said of the first contact of the laboratory."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     frame, pair = np.argwhere(detection_of_lab("hybrid").verdict == Verdict.CONTACT)[0].tolist()
     no_faces = np.zeros((0, 2), dtype=np.int64)  # faces would be for the search, which is not asked here
-    assert detector.explain(motion, frame, pair, no_faces).spheres_meet is True
+    assert detector.explain(motion, frame, pair, faces=no_faces).spheres_meet is True
 
 
 def test_search_hits_need_no_mesh_query_without_faces():
+    """A hit of the search proves contact; meshes are queried there only if faces are requested."""
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     plain = detector.detect(motion)
@@ -136,6 +139,7 @@ def test_hybrid_takes_faces_of_the_search_where_meshes_have_none(monkeypatch):
 
 
 def test_deciding_by_search_gives_no_false_contact():
+    """Contacts of ``exact`` that the search misses are NOT_FOUND; faces of a hit are some of those of ``exact``."""
     search, exact = detection_of_lab("hybrid-qaco"), detection_of_lab("exact")
     contact = search.verdict == Verdict.CONTACT
     assert (exact.verdict[contact] == Verdict.CONTACT).all()
@@ -146,6 +150,7 @@ def test_deciding_by_search_gives_no_false_contact():
 
 
 def test_ant_search_alone_refuses_to_decide_containment():
+    """With meshes it decides containment as ``hybrid`` does, or refuses where the setting says so."""
     assert all(word.startswith("refused: a search") for word in detection_of_lab("hybrid-qaco").containment)
     refused = detection_of_lab("hybrid-qaco", decide="mesh", containment=False).containment
     assert set(refused) == {"refused: containment=False"}

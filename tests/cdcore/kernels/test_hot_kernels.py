@@ -88,13 +88,13 @@ def test_function_is_compiled_once_for_all_literal_numbers():
         x[0] += tripled(3) + tripled(4)
         return x
 
-    given = np.zeros(1, dtype=np.int64)
+    numbers = np.zeros(1, dtype=np.int64)
     with event.install_recorder("numba:compile") as heard:
-        kept = requested(given)
+        answer = requested(numbers)
     compiled = [row.data["dispatcher"].py_func for _, row in heard.buffer if row.is_start]
-    del given
+    del numbers
     assert compiled == [requested.py_func, tripled]
-    assert kept.tolist() == [9 + 12]
+    assert answer.tolist() == [9 + 12]
 
 
 def test_function_called_from_python_computes_the_same():

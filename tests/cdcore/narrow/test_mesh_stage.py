@@ -36,8 +36,8 @@ def answer_for_all_frames(stage, motion, column=0, faces=False):
 
 
 @pytest.mark.parametrize("faces", [False, True])
-def test_bitwise_equal_poses_take_a_single_query(faces):
-    """Four of six poses differ, two of them in the last bit alone."""
+def test_pose_repeated_bit_for_bit_takes_no_query(faces):
+    """A pose is compared with that of the frame before: four of six are new, one of them in the last bit alone."""
     stage = MeshStage(BODIES, np.array([[0, 1]]))
     answer = answer_for_all_frames(stage, ball_at_x([0.9, 0.9, np.nextafter(0.9, 1), 3.0, 3.0, 0.9]), faces=faces)
     assert answer.hits.tolist() == [True, True, True, False, False, True]
@@ -45,6 +45,7 @@ def test_bitwise_equal_poses_take_a_single_query(faces):
 
 
 def test_faces_of_several_pairs_stay_with_their_pair():
+    """Three pairs in three frames, each by the exhaustive test; their counts differ, so that a mix-up would be seen."""
     pairs, rng = np.array([[0, 1], [0, 2], [1, 2]]), np.random.default_rng(3)
     rotations = np.tile(random_rotations(rng, 3), (3, 1, 1, 1))
     motion = Motion(np.arange(3), rng.uniform(-0.5, 0.5, (3, 3, 3)), rotations)
@@ -71,6 +72,7 @@ def test_reversed_pairs_have_reversed_faces():
 
 
 def test_empty_query_has_an_empty_answer():
+    """No frames are asked about: no hits, and no faces in the first frame of the first pair."""
     none = np.zeros(0, dtype=np.int64)
     answer = MeshStage(BODIES, np.array([[0, 1]])).decide(ball_at_x([0.0]), none, none, faces=True)
     assert answer.hits.shape == (0,)
@@ -79,6 +81,7 @@ def test_empty_query_has_an_empty_answer():
 
 @given(st.lists(st.integers(0, 5), max_size=40))
 def test_each_column_comes_once_with_all_its_rows_in_order(columns):
+    """Columns as drawn, and sorted."""
     given_columns = np.array(columns, dtype=np.int64)
     for order in (given_columns, np.sort(given_columns)):
         result = {column: rows.tolist() for column, rows in rows_of_columns(order)}

@@ -30,10 +30,11 @@ def rotations_with_errors(size, seed=0):
 
 @pytest.mark.parametrize("size", [0, 1e-9, 1e-4])
 def test_matrix_error_is_that_of_its_gram_matrix(size):
-    """``size``: of the errors that are added to rotations."""
+    """The largest entry of |R^T R - I|, by NumPy; ``size``: of the errors that are added to rotations."""
     for matrix in rotations_with_errors(size)[:40]:
-        expected = orthonormality_error(matrix)
-        assert checked_poses(np.zeros((1, 3)), matrix[None].copy())[2] == pytest.approx(expected, rel=1e-9, abs=2e-15)
+        expected = np.abs(matrix.T @ matrix - np.eye(3)).max()
+        _, _, largest_error = checked_poses(position=np.zeros((1, 3)), rotation=matrix[None].copy())
+        assert largest_error == pytest.approx(expected, rel=1e-9, abs=2e-15)
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-8, 1e-5, 5e-5])
@@ -58,6 +59,7 @@ def test_translations_as_large_as_doubles_go_are_good():
 
 
 def test_quaternions_are_read_as_xyzw():
+    """SciPy reads them in that order."""
     quaternions = np.random.default_rng(0).normal(size=(1000, 4))
     expected = Rotation.from_quat(quaternions).as_matrix()
     assert np.abs(rotation_from_quaternion(quaternions) - expected).max() < 1e-14

@@ -33,7 +33,7 @@ def rows_of(rotations, translations):
 
 
 def test_kernels_place_points_bit_for_bit(poses):
-    """Corner by corner, and a whole face at once, beside NumPy."""
+    """Corner by corner, and a whole face at once, beside NumPy; the face is written as the second of two, from 9 on."""
     rotations, translations = poses
     # Read-only, as faces of bodies are: else the kernel is compiled once more.
     corners = readonly(np.random.default_rng(5).normal(size=(1, 3, 3)) * np.abs(translations).max())
@@ -48,7 +48,8 @@ def test_kernels_place_points_bit_for_bit(poses):
         assert by_row.tobytes() == pair[9:].tobytes() == expected.tobytes()
 
 
-def test_no_other_room_has_a_formula_for_placing():
+def test_placing_in_lanes_uses_the_formula_of_poses():
+    """The kernel of eight lanes calls ``place_coordinate`` of ``cdcore.poses``, and no product (``times``) itself."""
     assert place_face_in_lanes.__module__ == "cdcore.narrow.bvh.traverse"
     names = place_face_in_lanes.__code__.co_names
     assert "place_coordinate" in names
@@ -98,6 +99,7 @@ def test_a_pose_changes_with_any_of_its_numbers():
 
 
 def test_pairs_of_bodies_change_together():
+    """Three frames of two bodies: the first is always a change, in the second a body moves, in the third none does."""
     rotations, translations = np.tile(np.eye(3), (3, 2, 1, 1)), np.zeros((3, 2, 3))
     translations[1, 1, 2] = 1.0
     translations[2, 1, 2] = 1.0

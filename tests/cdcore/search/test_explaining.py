@@ -25,7 +25,7 @@ def misses_explained(name, **settings):
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
-def test_hits_repeat_with_more_budget(name):
+def test_explanation_names_spheres_samples_and_budget(name):
     """Explained are frame and pair with the faces that really meet; without faces nothing can be said of samples."""
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     positions = np.zeros((3, 2, 3))
@@ -34,24 +34,28 @@ def test_hits_repeat_with_more_budget(name):
     detector = create_detector(name, bodies)
     assert isinstance(detector, Explains)
     faces = create_detector("exact", bodies).detect(motion, faces=True)
-    met = detector.explain(motion, 0, 0, faces.faces(0, 0))
+    meeting = faces.faces(0, 0)
+    met = detector.explain(motion, frame=0, pair=0, faces=meeting)
     assert met.spheres_meet and met.sample_meets and met.found_with_more
-    assert detector.explain(motion, 2, 0, faces.faces(0, 0)).spheres_meet is False
-    inside = detector.explain(motion, 0, 0, NO_FACES)
+    beside = detector.explain(motion, frame=1, pair=0, faces=NO_FACES)
+    assert beside.spheres_meet == (name == "qaco"), "hybrid-qaco asks boxes too, which are apart"
+    assert detector.explain(motion, frame=2, pair=0, faces=meeting).spheres_meet is False
+    inside = detector.explain(motion, frame=0, pair=0, faces=NO_FACES)
     assert inside.sample_meets is None and inside.found_with_more is None
 
 
 def test_where_meshes_decide_no_search_is_to_blame():
+    """Both answers are None: neither the sample of faces nor the budget was asked about."""
     bodies, motion = lab_bodies_and_motion(frames=2)
-    reported = create_detector("hybrid-qaco", bodies, decide="mesh").explain(
-        motion, 0, 0, np.zeros((1, 2), dtype=np.int64)
-    )
+    detector = create_detector("hybrid-qaco", bodies, decide="mesh")
+    reported = detector.explain(motion, frame=0, pair=0, faces=np.zeros((1, 2), dtype=np.int64))
     assert reported.found_with_more is None and reported.sample_meets is None
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_missing_sample_pairs_are_reported_exactly(name):
+    """A search of 20 faces a body misses contacts of others; made into meshes, these faces are decided by ``exact``."""
     bodies, motion, reported = misses_explained(name, samples=20)
     assert {item.sample_meets for item in reported.values()} >= {False} and len(reported) > 10, "20 faces miss many"
     # the same draw, made into meshes of their own, which the exact detector decides

@@ -44,6 +44,7 @@ def test_neighbours_have_a_common_edge_or_corner(mesh):
 
 @pytest.mark.parametrize("count", [5, 20])
 def test_faces_at_a_crowded_edge_are_neighbours(count):
+    """``count`` faces share the edge from (0, 0, 0) to (0, 0, 1); at most NEIGHBOURS of the others are kept."""
     angle = 2.0 * np.pi / count * np.arange(count)
     vertices = [[0, 0, 0], [0, 0, 1], *np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)]
     by_edge, _ = neighbours(TriangleMesh(vertices, [[0, 1, 2 + k] for k in range(count)]))
@@ -52,12 +53,14 @@ def test_faces_at_a_crowded_edge_are_neighbours(count):
 
 
 def test_degenerate_face_shares_an_edge_only_between_different_corners():
+    """Face 0 is the edge from corner 0 to 1, which face 2 has too; face 1 has corner 0 only."""
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     by_edge, _ = neighbours(TriangleMesh(corners, [[0, 0, 1], [0, 0, 2], [0, 1, 3]]))
     assert by_edge == {0: {2}, 1: set(), 2: {0}}
 
 
 def test_points_along_a_diagonal_are_numbered_in_their_order():
+    """1,024 points (k, k, k): a Morton code has ten bits for each coordinate."""
     assert (np.diff(morton_codes(np.arange(1024.0)[:, None] * np.ones(3))) > 0).all()
 
 
@@ -69,6 +72,7 @@ def test_bits_of_three_coordinates_alternate_in_a_morton_code():
 
 
 def test_the_ball_around_a_face_holds_its_corners():
+    """A row has centroid, radius and corners of a face; ``size``: no corner is farther from the origin."""
     features = features_of(ball_mesh(3.0, rings=12, sides=17))
     corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
     far = np.linalg.norm(corners - features.rows[:, None, :RADIUS], axis=2).max(axis=1)
@@ -76,7 +80,7 @@ def test_the_ball_around_a_face_holds_its_corners():
     assert np.linalg.norm(corners, axis=2).max() <= features.size
 
 
-def test_duplicate_vertices_merge_and_large_fans_are_cheap():
+def test_duplicate_vertices_merge_and_faces_of_large_fans_have_neighbours():
     """A torus whose faces share no vertex, and a fan of 3,000 faces round one vertex."""
     free = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
     assert np.array_equal(features_of(free).near, features_of(torus_mesh()).near)
@@ -86,7 +90,8 @@ def test_duplicate_vertices_merge_and_large_fans_are_cheap():
     assert (features_of(fan).near[:, 0] >= 0).all()
 
 
-def test_crowded_corner_keeps_all_neighbours():
+def test_crowded_corner_fills_the_neighbours_of_each_face():
+    """20 faces in one point and a triangle at it: each of 21 keeps NEIGHBOURS of the 20 others."""
     crowd = [[0, 0, 0]] * 20 + [[0, 1, 2]]
     _, every = neighbours(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], crowd))
     assert [len(every[face]) for face in range(len(crowd))] == [NEIGHBOURS] * len(crowd)
@@ -94,6 +99,7 @@ def test_crowded_corner_keeps_all_neighbours():
 
 @pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])
 def test_extreme_sizes_neither_overflow_nor_vanish(scale):
+    """A right triangle with legs of 1: its farthest corner is root of 5 / 3 = 0.745 from the centroid."""
     features = features_of(TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * scale, [[0, 1, 2]]))
     assert np.isfinite(features.rows).all()
     assert 0.5 * scale < features.mean_radius < scale

@@ -15,8 +15,9 @@ AT_ORIGIN = (I3, np.zeros(3))
 
 
 def test_samples_are_nested_and_depend_on_the_name():
+    """Another name, or another seed, draws other faces."""
     features = features_of(torus_mesh())
-    small, large = (set(sample_of(features, size, 1, "ring").pick.tolist()) for size in (50, 400))
+    small, large = (set(sample_of(features, size, seed=1, name="ring").pick.tolist()) for size in (50, 400))
     assert (len(small), len(large)) == (50, 400)
     assert small < large
     assert set(sample_of(features, size=50, seed=1, name="hoop").pick.tolist()) != small
@@ -28,7 +29,7 @@ def test_faces_are_drawn_by_their_area():
     small, large = shift_mesh(ball_of(faces=300, radius=0.1), (5, 0, 0)), ball_of(faces=300, radius=1.0)
     features = features_of(merge_meshes(small, large))
     is_large = features.face >= len(small.faces)
-    drawn = np.mean([is_large[sample_of(features, 30, seed, "a").pick].mean() for seed in range(40)])
+    drawn = np.mean([is_large[sample_of(features, size=30, seed=seed, name="a").pick].mean() for seed in range(40)])
     # The large ball has a hundred times the area: 100 / 101 of the sample is expected on it.
     assert drawn > 0.97
 
@@ -42,6 +43,7 @@ def test_samples_of_tiny_meshes_are_drawn_by_area():
 
 
 def test_neighbours_of_a_sample_are_its_nearest_centroids():
+    """100 faces are drawn; the NEIGHBOURS nearest of them to every 37th face of the mesh, by distances of centroids."""
     features = features_of(torus_mesh())
     sample = sample_of(features, size=100, seed=0, name="a")
     centroids = features.rows[:, :3]
@@ -54,7 +56,10 @@ def test_neighbours_of_a_sample_are_its_nearest_centroids():
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
 def test_sampled_search_finds_only_pairs_of_sampled_faces(variant):
-    """150 of 600 faces of each ball are drawn; from a hit the curve over all faces is followed."""
+    """150 of 600 faces of each ball are drawn; from a hit the curve over all faces is followed.
+
+    Memetic and local search must hit if any faces drawn meet; the others may miss them.
+    """
     ball = ball_of(faces=600)
     search = search_of(ball, ball, draw=3, samples=150, variant=variant, budget=50_000)
     pose = (I3, np.array([1.2, 0.1, 0.2]))

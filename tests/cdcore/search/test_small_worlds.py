@@ -77,9 +77,13 @@ def test_ant_search_offline_live_and_traced_agree(settings, three_boxes):
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize(("settings", "sampled"), [({"samples": 1}, False), ({"budget": 1}, True)], ids=str)
 def test_misses_are_explained_by_sample_or_budget(name, settings, sampled, three_boxes):
+    """A sample of one face a body has no pair that meets; with all faces a budget of 1 is too small, and more is tried.
+
+    ``sampled``: whether faces that meet are in the sample.
+    """
     bodies, motion, exact = three_boxes
     detector = create_detector(name, bodies, **settings)
-    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
+    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != Verdict.CONTACT)).tolist()
     reasons = [detector.explain(motion, frame, column, exact.faces(frame, column)) for frame, column in missed]
     assert {reason.sample_meets for reason in reasons} == {sampled}
     assert all((reason.found_with_more is not None) == sampled for reason in reasons)

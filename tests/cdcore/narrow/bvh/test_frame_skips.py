@@ -123,14 +123,15 @@ def test_frames_are_skipped_until_paths_use_up_the_gap(two_pairs, pair, frame, f
     """``following``: the next frame to search; what is between is counted as skipped, but for a repeated frame."""
     work = np.zeros(len(COUNTERS), dtype=np.int64)
     repeats = (pair, frame) == (NEARER, 55)
-    assert next_frame(two_pairs.rows[pair], frame, 1e-13, work) == following
+    assert next_frame(two_pairs.rows[pair], frame, pad=1e-13, work=work) == following
     assert two_pairs.marks[pair, 2, frame] == repeats
     assert work[SKIPPED] == (0 if repeats else following - frame)
 
 
 def test_larger_pad_leaves_less_of_the_gap(two_pairs):
     """Size S = 3 m + sqrt(3) m: the gap is 1.634 m - S / 100, of which both paths may use 98 %: 155.5 steps."""
-    assert next_frame(two_pairs.rows[NEARER], 0, 0.01, np.zeros(len(COUNTERS), dtype=np.int64)) == 156 + 10
+    work = np.zeros(len(COUNTERS), dtype=np.int64)
+    assert next_frame(two_pairs.rows[NEARER], frame=0, pad=0.01, work=work) == 156 + 10
 
 
 def test_paths_as_long_as_the_gap_use_it_up():
@@ -157,11 +158,14 @@ def test_paths_as_long_as_the_gap_use_it_up():
     ],
 )
 def test_extreme_sizes_and_skewed_rotations_are_beyond_the_kernels(size, positions, scaling, verdict):
-    """Cubes of edge ``size`` at ``positions`` on x, with rotation matrices times ``scaling``."""
+    """Cubes of edge ``size`` at ``positions`` on x, with rotation matrices times ``scaling``.
+
+    A frame that kernels cannot decide is marked BEYOND, and the next one follows.
+    """
     translations = np.zeros((2, 2, 3))
     translations[:, :, 0] = positions
     rotations = np.tile(np.eye(3) * scaling, (2, 2, 1, 1))
     search = search_of_cubes(translations, rotations, size=size)
-    following = next_frame(search.rows[0], 0, 1e-13, np.zeros(len(COUNTERS), dtype=np.int64))
+    following = next_frame(search.rows[0], frame=0, pad=1e-13, work=np.zeros(len(COUNTERS), dtype=np.int64))
     assert search.marks[0, 1, 0] == verdict
     assert (following == 1) == (verdict == BEYOND)

@@ -15,7 +15,7 @@ FLOOR = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
 AT_ORIGIN = np.eye(3)[None], np.zeros((1, 3))
 
 FRAMES = 200
-"""Of the second of two unit cubes on the X axis: the gap is 1 less."""
+"""Random poses of a beaker and a rod."""
 
 
 @pytest.mark.parametrize("reach", [0.002, 0.02])
@@ -41,7 +41,10 @@ def test_near_agrees_with_fcl_distance_also_on_repeated_poses(reach):
 
 
 def test_coplanar_faces_are_separated_within_their_plane():
-    """Halves of a square a little apart: the normals of both planes lead out of it, and the boxes overlap."""
+    """Halves of a square 0.2 / sqrt(2) = 0.141 m apart.
+
+    The normals of both planes lead out of the plane, and the boxes overlap: neither keeps them apart.
+    """
     half = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     trees = build_box_trees([half, np.array([1.1, 1.1, 0]) - half])
     motion, frame = Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1))), np.zeros(1, dtype=np.int64)
@@ -56,7 +59,7 @@ def keeps(first, second, reach):
 
 @pytest.mark.parametrize("scale", [1.0, 2.0**300])
 def test_face_keeps_just_less_than_its_distance_from_another(scale):
-    """At 2^300 m the squares of products overflow."""
+    """Rows of clearances.toml: a triangle and its distance from FLOOR, by hand. At 2^300 m squares overflow."""
     for row in CLEARANCES:
         other = np.array([row["second"]], dtype=float)
         for pair in ((FLOOR, other), (other, FLOOR)):

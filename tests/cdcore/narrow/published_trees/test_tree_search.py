@@ -71,8 +71,11 @@ def test_tree_search_counts_and_faces_equal_a_recursive_search(kind, scene, ever
     assert hits or budget
 
 
-def test_cached_axis_ends_most_leaf_tests_of_solid():
-    """``hits`` of the ``leaf`` tests end by the axis kept from before; meeting faces alone need an exact test."""
+def test_cached_axis_ends_many_leaf_tests_of_solid():
+    """``hits`` of the ``leaf`` tests end by the axis kept from before; meeting faces and few others need an exact test.
+
+    The rest are separated by GJK, in one step or more each.
+    """
     result, counts, _ = trees_and_search("solid-style", "ball and beaker")[2]
     _, leaf, hits, steps, exact = counts.sum(axis=0).tolist()
     assert hits > 0.3 * leaf > 0
@@ -90,7 +93,10 @@ def faces_below(tree, node):
 @each_mesh
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
 def test_every_face_is_in_a_leaf_inside_its_boxes(kind, name, scale):
-    """Also at scales where products of coordinates overflow or underflow; boxes fit to 1e-9."""
+    """Also at scales where products of coordinates overflow or underflow; boxes fit to 1e-9 (``aabb`` is left out).
+
+    A tree of some depth has at most 2^(depth - 1) leaves.
+    """
     corners = MESHES[name] * scale
     tree, depth = tree_of(corners, kind)
     leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]
@@ -107,7 +113,7 @@ def test_every_face_is_in_a_leaf_inside_its_boxes(kind, name, scale):
 
 
 def test_rapid_axes_do_not_depend_on_tessellation():
-    """The covariance is of the surface: a plate of 2 faces, and the same plate cut into many, give one box."""
+    """The covariance is of the surface: a plate of 18 x 6 m in 2 faces, and the same in many, have one box."""
     coarse = np.array([[[0.0, 0, 0], [6, 0, 0], [6, 6, 0]], [[0, 0, 0], [6, 6, 0], [0, 6, 0]]])
     stretched = np.array([3.0, 1.0, 1.0])
     first, second = (tree_of(plate * stretched, "rapid-style")[0] for plate in (coarse, grid_plate(size=6)))
@@ -122,7 +128,7 @@ SMALL_FACE = np.array([[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]])
 @pytest.mark.parametrize(
     ("kind", "positions", "first_child"),
     [
-        # in the middle of the longest side, at the median face, and in the middle where no cut separates the faces
+        # solid: middle of the longest side; aabb: median; rapid: mean; half of the faces where all lie in one place
         ("solid-style", [0.0, 0.1, 0.2, 0.3, 10.0], [0, 1, 2, 3]),
         ("aabb", [10.0, 0.3, 0.2, 0.1, 0.0], [3, 4]),
         ("solid-style", [0.0] * 4, [0, 1]),
