@@ -47,6 +47,7 @@ def lacking(kind, row):
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_every_row_of_the_effect_catalogue_is_complete(kind):
+    """The spec that is made of a row says the same, and effects that it names are effects."""
     assert lacking(kind, CATALOGUE[kind]) == []
     spec = load_effect(kind)
     assert (
@@ -71,15 +72,18 @@ def test_every_row_of_the_effect_catalogue_is_complete(kind):
     ],
 )
 def test_incomplete_row_of_the_effect_catalogue_is_named(change, line):
+    """``change``: of a copy of a whole row; ``line``: what is then said to be lacking."""
     row = deepcopy(CATALOGUE["hazard-proximity"])
     change(row)
     assert line in lacking("hazard-proximity", row)
 
 
 def test_a_row_without_a_file_is_named():
+    """The row of contact is whole, but no file is called evaporation.py."""
     assert lacking("evaporation", CATALOGUE["contact"]) == ["its file is missing"]
 
 
 def test_each_rank_of_a_result_is_given_once():
+    """Rank 1 is the weightiest result of an experiment."""
     ranks = [rank for row in CATALOGUE.values() for rank in row.get("results", {}).values()]
     assert len(ranks) == len(set(ranks)) and min(ranks) == 1

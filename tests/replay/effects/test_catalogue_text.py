@@ -17,6 +17,7 @@ SCENE = Scene(bodies=(SceneBody("flask", tags=("glass",)), SceneBody("left", tag
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_every_key_is_printed_with_its_meaning_in_eighty_columns(kind):
+    """``replay scene effects`` prints these lines."""
     lines = list(catalogue_lines((kind,)))
     text = " ".join(" ".join(lines).split())
     for key, row in CATALOGUE[kind]["fields"].items():
@@ -26,6 +27,7 @@ def test_every_key_is_printed_with_its_meaning_in_eighty_columns(kind):
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_every_example_is_toml_that_the_effect_accepts(kind):
+    """The value to copy that is printed for a key, read as that of a scene is."""
     for key in CATALOGUE[kind]["fields"]:
         field = fields_of(kind)[key]
         value = tomllib.loads(f"{key} = {toml_of(example_of(field))}")[key]
@@ -48,6 +50,7 @@ TOGETHER = {
 
 @pytest.mark.parametrize("row", TOGETHER)
 def test_all_examples_of_an_effect_make_a_scene(row):
+    """The table of an effect gets the example of each of its keys, but for keys that are an alternative to others."""
     name, alternatives, absent = TOGETHER[row]
     fields = fields_of(TABLES[name]["kind"]).items()
     chosen = {key: field for key, field in fields if field.kind not in ("body", "bodies", "pairs")}
@@ -67,7 +70,8 @@ def test_key_without_a_default_is_required_unless_optional():
     assert keys == {"burn-exposure": {"between", "threshold_c", "seconds"}, "pour": {"from"}}
 
 
-def test_an_unknown_kind_is_refused():
+def test_no_kind_prints_all_and_an_unknown_is_refused():
+    """Without a kind all are printed, with all their keys."""
     assert set(catalogue_data(())) == set(CATALOGUE)
     assert sum(len(keys) for keys in catalogue_data(()).values()) == sum(
         len(row["fields"]) for row in CATALOGUE.values()

@@ -37,7 +37,7 @@ def reaction(equation, **more):
 
 
 def test_concentrations_follow_from_volumes_poured_together():
-    """mol/L: 0.2 of HCl comes to 40 mL with 0.1 of NaCl, which is 4 mmol."""
+    """Glass a holds 0.2 mol/L of HCl, b 40 mL of 0.1 mol/L NaCl (4 mmol); ``moved``: the mL that ran from a into b."""
     bodies = (glass("a", volume_ml=60.0, solute="HCl", molar=0.2), glass("b", volume_ml=40.0, solute="NaCl", molar=0.1))
     effects = effects_of_tilt_degrees([0.0, 60.0, 60.0, 0.0], bodies, MIXED_IN_B)
     series, moved = effects["mixing"].series, effects["pour"].events[0].values["volume_ml"]
@@ -65,7 +65,10 @@ PINK = {
 
 @pytest.mark.parametrize(("ends", "limits"), [(True, {}), (False, {"from_ph": 2.0, "to_ph": 14.0})])
 def test_a_stop_inside_the_range_leaves_a_change_open(ends, limits):
-    """1.3 mL of lye make the flask basic: pink by phenolphthalein, unless its range reaches pH 14."""
+    """1.3 mL of 0.1 mol/L lye make 0.5 mL of acid basic: pink by phenolphthalein, whose change ends at pH 10.
+
+    With a range up to pH 14 the change has begun and does not end.
+    """
     run = effects_of_tap_degrees(
         [0.0, 0.0, *([90.0] * 100), 0.0, 0.0], MIXING_IN_FLASK, NEUTRALISATION, ("colour", {**PINK, **limits})
     )["colour"]
@@ -203,7 +206,7 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
 
 
 def test_gas_of_before_the_session_does_not_leave():
-    """Soda and acid stand together at the start; nothing that comes later frees gas."""
+    """Soda and acid stand together at the start; water that comes later frees no gas."""
     soda = glass("b", volume_ml=10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
     settings = MIXED_IN_B, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
     effects = effects_of_tilt_degrees([0.0, *([60.0] * 50)], (glass("a", volume_ml=60.0), soda), *settings)
@@ -211,7 +214,7 @@ def test_gas_of_before_the_session_does_not_leave():
 
 
 def test_a_ph_without_end_point_is_reported_when_settled():
-    """0.002 - 0.001 mol/L of acid is pH 3; more acid comes for nine frames."""
+    """0.002 - 0.001 mol/L of acid is pH 3; more acid comes for nine frames, after which the event is."""
     bodies = (
         glass("a", volume_ml=60.0, solute="HCl", molar=0.1),
         glass("b", volume_ml=40.0, solutes={"HCl": 0.002, "NaOH": 0.001}),

@@ -59,7 +59,7 @@ def test_indicator_changes_between_both_ends_of_its_range(ph, events):
 
 
 def test_slow_change_states_when_it_is_complete():
-    """The pH is 10 s apart: it leaves red at 10 s and is blue at 40 s."""
+    """The pH is 10 s apart: it leaves red at 10 s and is blue at 40 s. A change of 0.1 s needs no such words."""
     (event,) = coloured([5, 7, 7, 7, 9], step_s=10.0).events
     assert event.text == f"{TO_BLUE}, wholly at 40.000 s" and (event.time, event.end) == (10.0, 40.0)
     (quick,) = coloured([5, 7, 9], start_s=1000.0).events
@@ -96,6 +96,7 @@ def test_liquid_has_the_colour_of_the_ph_at_its_time():
 
 
 def test_without_a_ph_nothing_has_a_colour():
+    """The effect reaction has no series flask/pH, as where nothing is dissolved."""
     inputs = Inputs(
         declared=[RED_TO_BLUE_FROM_6_TO_8],
         times=np.arange(3.0),

@@ -40,7 +40,7 @@ def test_contact_ends_only_at_two_successive_clear_frames():
 
 
 def test_contact_effect_is_independent_of_audited_detectors():
-    """No detector, the exact one, or one that samples too rarely."""
+    """No detector is audited, the exact one, or one that samples too rarely; the effect has the same digest."""
     requested = ({"detectors": ()}, {"detectors": "exact"}, {"detectors": "discrete[rate_hz=25]", "oracle": "exact"})
     answers = {
         run_with_cubes_at([FAR, NEAR, NEAR, FAR, FAR, NEAR, NEAR], **touch).effects["contact"].output.digest

@@ -19,6 +19,7 @@ BODIES = tuple(SceneBody(name, tags=(tag,)) for name, tag in (("cup", "glass"), 
 
 
 def test_every_item_of_a_plan_has_its_reason():
+    """The scene declares breakage between its two glasses and the top, which needs contacts of these two pairs."""
     falls = SceneEffect("breakage", {"between": ["tag:glass", "top"], "speed_m_s": 1.0})
     planned = plan(Scene(bodies=BODIES, effects=(falls,)))
     assert planned.pairs == (("cup", "top"), ("jar", "top")) and planned.detection
@@ -31,6 +32,7 @@ def test_every_item_of_a_plan_has_its_reason():
 
 
 def test_effects_that_need_each_other_are_refused(monkeypatch):
+    """Made-up effects: egg needs hen, hen needs egg."""
     specs = {
         kind: EffectSpec(kind, "made up", lambda inputs: EffectOutput(), needs=(other,))
         for kind, other in (("egg", "hen"), ("hen", "egg"))
@@ -43,7 +45,7 @@ def test_effects_that_need_each_other_are_refused(monkeypatch):
 
 
 def test_every_fault_is_named_at_any_depth():
-    """Five faults of the body alone; with two effects, one of an unknown kind, eight in all."""
+    """The body has five faults; two effects, of which one is of an unknown kind, bring the faults to eight."""
     bodies = """[[body]]
 id = "cup"
 cavity = { capcity_ml = 3.0 }
@@ -69,6 +71,7 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
 
 @pytest.mark.parametrize("kind", EFFECTS)
 def test_every_row_leads_to_a_spec_of_its_name(kind):
+    """A row of the table of effects; those that it needs or uses are in the table too."""
     spec = load_effect(kind)
     assert spec.kind == kind and spec.about.endswith(".")
     assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)

@@ -47,10 +47,12 @@ def test_each_effect_has_its_fraction_of_the_time(five_touches):
 
 
 def test_event_lines_are_in_order_and_end_in_a_count(five_touches):
-    *lines, last = event_lines(five_touches.effects, 3)
+    """Three lines are allowed of all events, and so a last line counts the others."""
+    allowed = 3
+    *lines, last = event_lines(five_touches.effects, allowed)
     times = [float(line.split(" s: ")[0]) for line in lines]
     every = sum(len(run.events) for run in five_touches.effects.values())
-    assert times == sorted(times) and last == f"and {every - 3} more" and every > 4
+    assert times == sorted(times) and last == f"and {every - allowed} more" and every > 4
     assert len(event_lines(five_touches.effects, every)) == every
 
 
@@ -113,6 +115,7 @@ def test_titration_curve_is_of_the_quantity_with_an_end_point(ends, series, expe
 
 
 def test_titration_curves_need_reaction_and_mixing():
+    """The reaction has the pH, mixing the volume."""
     assert (
         titration_curves({"reaction": effect_run("reaction")})
         == titration_curves({"mixing": effect_run("mixing")})
@@ -121,6 +124,7 @@ def test_titration_curves_need_reaction_and_mixing():
 
 
 def test_the_table_of_costs_names_every_effect_of_each_session():
+    """A row of the guide has the scene, effects with their fraction of the time, and how many effects did not run."""
     page = resources.files("replay.guide").joinpath("scenes-and-effects.md").read_text("utf-8")
     rows = re.findall(r"^\| `([\w-]+)` \| (.+ %) \| (.+?) \|$", page, flags=re.MULTILINE)
     assert {scene for scene, _, _ in rows} == set(SCENES)

@@ -67,6 +67,10 @@ def answer_and_run(ask, **more):
     ],
 )
 def test_an_effect_gets_only_inputs_of_its_spec(ask, text):
+    """``ask``: for what the effect's spec does not name; ``text``: of the error, with the remedy.
+
+    An error of the effect's own code is reported with the place of the code.
+    """
     with pytest.raises(EffectError, match=text):
         answer_and_run(ask)
 

@@ -25,12 +25,14 @@ def test_parabola_fit_recovers_position_and_velocity(coefficients, zero):
 
 
 def test_no_velocity_is_fitted_across_a_gap():
-    """A body rests at 0 for four frames, too few for a fit, and at 5 m after the gap, where its velocity is 0."""
+    """A body rests at 0 for four frames, too few for a fit, and at 5 m after the gap, where its velocity is 0.
+
+    A fit takes at most nine frames of a run, and none where it has fewer than five so far, or has no pose (-1).
+    """
     runs = np.array([0] * 4 + [1] * 8)
     fitted_velocities = velocities(UNEVEN, np.where(runs == 0, 0.0, 5.0)[:, None], runs, EVERY_FRAME)
     assert np.isnan(fitted_velocities[:4]).all() and np.allclose(fitted_velocities[4:], 0.0)
     runs = np.array([0] * 10 + [1] * 12 + [-1])
-    # At most nine frames of a run, and none where it has fewer than five so far, or has no pose.
     samples = [rows_before(runs, frame).tolist() for frame in (9, 15, 13, 22)]
     assert samples == [[*range(1, 10)], [*range(10, 16)], [], []]
 

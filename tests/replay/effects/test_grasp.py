@@ -105,16 +105,21 @@ def riding(xs, window_s, spread_m):
 
 
 def test_a_slide_within_the_window_ends_riding():
-    """A thing slides 1 mm a frame: over a window of four frames by 4 mm, at the ends of the recording too."""
+    """A thing slides 1 mm a frame: over a window of four frames by 4 mm, which is just allowed, or just not.
+
+    Of the last four windows the recording has only a part, in which it slides less.
+    """
     slide = np.arange(20) * 1e-3
     assert riding(slide, window_s=0.045, spread_m=4.01e-3) == [True] * 20
-    # Of the last four windows the recording has only a part, in which it slides less.
     assert riding(slide, window_s=0.045, spread_m=3.99e-3) == [False] * 16 + [True] * 4
     assert riding([0.0, 1.0], window_s=0.015, spread_m=0.5) == [False, True]
 
 
 def test_window_of_whole_frames_holds_its_last_frame():
-    """A thing slides 1 mm a frame, by 4 mm in windows of four frames, whose ends float64 rounds up or down."""
+    """A thing slides 1 mm a frame: a window of 0.04 s is four frames of 0.01 s, however float64 rounds its ends.
+
+    The four last windows are cut off by the end of the recording, and slide less.
+    """
     slide = np.arange(20) * 1e-3
     assert riding(slide, window_s=0.04, spread_m=3.99e-3) == [False] * 16 + [True] * 4
 

@@ -34,7 +34,10 @@ MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
     ],
 )
 def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
-    """The salt is weighed or dissolved before; the equation is of ions or of any of its salts."""
+    """39.2 mg of the salt, 392.14 g/mol, are 0.1 mmol: weighed, or dissolved before in 10 mL.
+
+    The equation is of ions or of any of its salts; a fifth of 0.1 mmol is in 1 mL of permanganate of 0.02 mol/L.
+    """
     solutes = {"H2SO4": 1.0} if weighed else {"H2SO4": 1.0, "(NH4)2Fe(SO4)2": 0.0392 / 392.14 / 10e-3}
     properties = {"solid": MOHR} if weighed else {}
     flask = glass("flask", volume_ml=10.0, properties=properties, solutes=solutes)
@@ -127,6 +130,7 @@ BASIC_SALTS = [("CuSO4", "Cu4(OH)6SO4"), ("Cu(NO3)2", "Cu2(OH)3NO3"), ("CuCl2", 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("salt", "basic"), BASIC_SALTS)
 def test_copper_hydroxide_with_ammonia_is_reported_as_aged(salt, basic):
+    """Fresh hydroxide is a basic salt of the copper salt's anion; the event advises to name ``basic`` alone instead."""
     ammine = ("reaction", {"equation": "Cu2+ + 4 NH3 -> [Cu(NH3)4]2+"})
     effects = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": "Cu(OH)2"}), salt=salt)
     (event,) = effects["reaction"].output.events_named("aged")
@@ -143,6 +147,7 @@ def test_copper_hydroxide_with_ammonia_is_reported_as_aged(salt, basic):
 
 
 def test_unknown_basic_salt_is_refused_with_the_known_named():
+    """Cu2(OH)2SO4 is in no table; Cu4(OH)6SO4 is made of the same ions."""
     basic = ("reaction", {"equation": "2 CuSO4 + 2 NH3 + 2 H2O -> Cu2(OH)2SO4 + (NH4)2SO4"})
     with pytest.raises(PlanError, match=r"'Cu2\(OH\)2SO4' dissolves; of its ions they have .*Cu4\(OH\)6SO4"):
         titrated_with_ammonia(1.0, basic)

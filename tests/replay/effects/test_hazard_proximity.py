@@ -38,7 +38,7 @@ def test_near_ends_beyond_the_distance_by_the_hysteresis(side):
 
 
 def test_far_away_only_balls_are_tested():
-    """2 m away the balls around both bodies decide, 0.1 m away every vertex is tested."""
+    """2 m away the balls around both bodies decide; in the one frame 0.1 m away every surface point is tested."""
     for far in (visit_of_hand([3.0] * 50), visit_of_hand([-3.0] * 50)):
         assert far.frames_run == 0 and far.counters == {"vertex tests": 0} and far.series == {}
     assert visit_of_hand([3.0, 1.1, 3.0]).counters["vertex tests"] == len(surface_points(cube()))

@@ -82,7 +82,7 @@ FOLLOW = ("mixing", {"in": ["dish"]})
 
 @pytest.mark.parametrize("power_w", [160.0, 2000.0])
 def test_followed_water_adds_to_the_heat_capacity(power_w):
-    """It warms like 4.18 J/(mL K) that are counted by hand; with the stronger flame it boils."""
+    """20 mL warm like 4.18 J/(mL K) that are added to the dish's 60 J/K by hand; 2 kW make it boil, 160 W do not."""
     followed = over_flame({"heat_capacity_j_per_k": 60.0}, FOLLOW, power_w=power_w)["heat"]
     by_hand = over_flame({"heat_capacity_j_per_k": 60.0 + 20.0 * 4.18}, power_w=power_w, boils_c=100.0)["heat"]
     expected = by_hand.series["dish/temperature"]

@@ -32,6 +32,7 @@ def titrated(solutes, titrant, indicator, *effects, hz=90):
 
 
 def test_ten_indicators_have_a_name():
+    """Seven change by the pH; Eriochrome black T, starch and ferroin by an ion."""
     assert set(INDICATORS) == {*BY_PH, "Eriochrome black T", "starch", "ferroin"}
 
 
@@ -86,5 +87,5 @@ SPECIES = {
 
 
 def test_a_salt_has_the_colour_of_its_ion():
-    """A formula is displayed by the coloured ion in it, or by itself."""
+    """SPECIES has the coloured ion of each formula, or of iodine the molecule itself."""
     assert {formula: coloured_species(formula) for formula in SPECIES} == SPECIES

@@ -28,6 +28,7 @@ def subsets():
 
 @pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_plan_is_the_closure_of_the_declared_effects(every):
+    """``every``: one of so many subsets of kinds. Detectors and pairs are planned only for effects that ask them."""
     for kinds in subsets()[::every]:
         scene = scene_of_kinds(kinds)
         planned = plan(scene)
@@ -46,6 +47,7 @@ def test_a_plan_is_the_closure_of_the_declared_effects(every):
 
 @pytest.mark.slow
 def test_the_files_of_undeclared_effects_are_never_imported():
+    """A program of its own plans a scene of each kind: of the effects' files only those of the plan are imported."""
     code = (
         "from support.liquid_worlds import scene_of_kinds\nfrom replay.effects import EFFECTS\n"
         "from replay.effects.effect_plan import plan\n"
@@ -63,6 +65,7 @@ def test_the_files_of_undeclared_effects_are_never_imported():
 
 @pytest.mark.slow
 def test_a_run_without_contacts_loads_no_compiler_or_engine():
+    """A hand passes a lamp: hazard-proximity is all that the scene declares."""
     loaded = proofs.modules_after(
         "from support.liquid_worlds import HAND_NEAR_LAMP, run_small\nrun_small(HAND_NEAR_LAMP)"
     )
@@ -153,6 +156,7 @@ SPEC = EffectSpec("glow", "Things glow.", compute, fields={"of": Field("bodies",
 
 
 def test_an_outside_effect_is_a_file_and_a_row(tmp_path, monkeypatch):
+    """Another distribution, glow 1.0, has the entry point; its file is imported only where a scene declares glow."""
     import sys
 
     (tmp_path / "glow_effect.py").write_text(OUTSIDE, encoding="utf-8")

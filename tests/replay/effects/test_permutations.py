@@ -98,6 +98,7 @@ def printed_as_declared(make):
 
 @pytest.mark.parametrize("make", SCENES)
 def test_output_of_the_experiments_reads_as_it_did(make, snapshot):
+    """The snapshot has all lines that a terminal prints of the experiment."""
     lines, _figures, rows = printed_as_declared(make)
     assert len(rows) >= 6 and lines == snapshot
 

@@ -75,6 +75,7 @@ def test_every_planted_pour_is_reported_with_its_volume(name, seed):
 
 
 def test_the_indicator_changes_at_the_end_point():
+    """A made-up titration says at how many mL of the burette its end point is: within 0.05 mL, about a drop."""
     result, truth = replayed("titration")
     (change,), (fact,) = result.effects["colour"].output.events_named("colour-change"), planted(truth, "end_point")
     volume = result.effects["burette"].series["burette/delivered"]
@@ -83,6 +84,7 @@ def test_the_indicator_changes_at_the_end_point():
 
 
 def test_all_marble_dissolves_in_acid_that_is_in_excess():
+    """The made-up experiment says what pH is left."""
     result, truth = replayed("marble")
     (event,), (fact,) = result.effects["precipitation"].output.events_named("dissolved"), planted(truth, "dissolve")
     assert event.values["left_g"] == 0.0
@@ -91,6 +93,7 @@ def test_all_marble_dissolves_in_acid_that_is_in_excess():
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_gas_that_leaves_while_the_jar_stands_is_as_planted(seed):
+    """Planted are the mol of H2 that leave before the jar is over the flask, and until it is taken away."""
     result, truth = replayed("gas-collection", seed)
     (fact,), gone = planted(truth, "collect"), result.effects["reaction"].series["flask/H2 gone"]
     entered, left = np.interp([fact.start, fact.end], gone.times, gone.values)
@@ -101,4 +104,5 @@ def test_gas_that_leaves_while_the_jar_stands_is_as_planted(seed):
 
 
 def test_the_warmth_of_the_calorimeter_is_the_result():
+    """The temperature, of all events, leads the summary."""
     assert "warms from 20.00 to 24.4" in leading_event(replayed("ammonia-calorimetry")[0].effects).text

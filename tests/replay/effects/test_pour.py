@@ -58,7 +58,7 @@ def test_poured_vessel_keeps_the_volume_of_its_greatest_tilt():
 
 
 def test_a_full_glass_pours_from_its_first_tilt():
-    """And until the session ends, so that the event has no end."""
+    """It goes on until the session ends, so that the event has no end; frame 1 is the first that is tilted."""
     full = glass("a", millilitres_kept(degrees=0.0))
     (event,) = effects_of_tilt_degrees(np.arange(0.0, 60.0, 0.5), (full, glass("b")))["pour"].events
     assert event.time == pytest.approx(1 * STEP_S) and event.end is None

@@ -17,6 +17,7 @@ SLIPS = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"
 
 @pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip["words"])
 def test_a_slip_is_refused_with_a_remedy(slip):
+    """``slip``: of refused.toml, what is written otherwise in a whole scene, or left out, and words of the refusal."""
     changes = {where: value for where, value in slip.items() if where not in ("words", "without")}
     with pytest.raises(PlanError) as refused:
         plan(scene_with_changes(changes, slip.get("without", ())))
@@ -25,6 +26,7 @@ def test_a_slip_is_refused_with_a_remedy(slip):
 
 
 def test_the_scene_without_a_slip_is_planned():
+    """So each slip alone is why its scene is refused; two changes of the scene are right too."""
     assert plan(scene_with_changes({})).effects
     assert plan(scene_with_changes({"burn.between": ["hand", "flask"]})).effects  # warm tells how hot each vessel is
     assert plan(scene_with_changes({"flask.properties.liquid.solutes.C2H5OH": 0.1})).effects
@@ -35,6 +37,7 @@ RETIRED = [(kind, word) for kind, row in CATALOGUE.items() for word in row.get("
 
 @pytest.mark.parametrize(("kind", "word"), RETIRED)
 def test_a_retired_key_or_word_is_refused_with_its_successor(kind, word):
+    """``word``: retired as a key, or as a value of a key that allows certain words; its row says what to write."""
     row = CATALOGUE[kind]
     assert word not in row["fields"]
     texts = [key for key, field in row["fields"].items() if "among" in field]

@@ -21,11 +21,13 @@ ROWS = {
 
 @pytest.mark.parametrize("text", ROWS)
 def test_two_frames_open_and_two_close_a_span(text):
+    """C: on, .: off, -: not known, which neither opens nor closes. A span ends before its first closing frame."""
     assert steady_spans(*flags(text), 2) == ROWS[text]
 
 
 @given(st.text(alphabet="C.-", max_size=60))
 def test_spans_do_not_touch_and_contain_their_opening_frames(text):
+    """``spans_of`` has every run of C; a steady span starts with C and holds the two known frames that open it."""
     flag, known = flags(text)
     assert [any(a <= k < b for a, b in spans_of(flag)) for k in range(len(flag))] == flag.tolist()
     spans = steady_spans(flag, known, 2)

@@ -76,7 +76,7 @@ def test_dissolved_mass_is_counted_from_the_first_precipitate():
     ],
 )
 def test_reactions_with_acid_start_when_acid_is_poured_in(solute, molar, equation, rate):
-    """Each once ran in its own neutral or basic solution."""
+    """Before the pour nothing reacts, as the salt's own solution has no acid; then more than half of the 10 mL does."""
     bodies = (
         glass("a", volume_ml=60.0, solute="HCl", molar=1.0),
         glass("b", volume_ml=10.0, solute=solute, molar=molar),
@@ -101,7 +101,7 @@ ACIDS_THAT_FREE_GASES = {
 def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):
     """Acid is poured on 20 mL of a salt: either some gas leaves and the rest stays dissolved, or all of it stays.
 
-    SO2 once left at once where its equation has a rate, and stayed dissolved where it has none.
+    The same amount leaves whether the equation runs at once or by 20 a second.
     """
     salt, acid, equation = ACIDS_THAT_FREE_GASES[gas]
     bodies = (glass("a", volume_ml=60.0, solute=acid, molar=2.0), glass("b", volume_ml=20.0, solute=salt, molar=molar))
@@ -170,7 +170,7 @@ def test_vessel_starts_at_its_declared_temperature(mass_g):
     [("NH4NO3", ()), ("CaO", (reaction("CaO + H2O -> Ca(OH)2"), precipitates("Ca(OH)2")))],
 )
 def test_temperature_of_wetted_solids_stays_between_reported_extremes(solid, more):
-    """Water of 20 degC is poured on a dry solid; the events state the warmest and the coldest."""
+    """Water of 20 degC is poured on 4 g of a dry solid; the events state the warmest and the coldest."""
     bodies = (
         glass("a", volume_ml=60.0),
         glass("b", volume_ml=0.0, properties={"solid": {"formula": solid, "mass_g": 4.0}}),
@@ -211,9 +211,9 @@ def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
 
 @pytest.mark.parametrize("millilitres", [1.0, 2.2, 3.0])
 def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
-    """25 mL of 0.01 mol/L acid end at 2.5 mL of base. Base that stops between 80 % of that and the end is short of it;
+    """25 mL of 0.01 mol/L acid end at 2.5 mL of 0.1 mol/L base: base that stops between 2 mL and that is short of it.
 
-    other volumes are not reported.
+    ``millilitres``: that run in, about; other volumes are not reported.
     """
     flask = glass("flask", volume_ml=25.0, solute="HCl", molar=0.01)
     frames = 400
@@ -260,10 +260,10 @@ def test_liquid_poured_over_a_flame_needs_a_boiling_point():
 
 
 def test_acetic_acid_at_rest_has_its_ph():
+    """Ka = 1.75e-5 = x^2 / (0.1 - x) gives x = 1.31e-3 mol/L of protons."""
     (event,) = standing(
         glass("flask", volume_ml=50.0, solute="CH3COOH", molar=0.1), reaction("CH3COOH -> CH3COO- + H+")
     )["reaction"].events
-    # Ka = 1.75e-5: x^2 / (0.1 - x).
     assert event.name == "ph" and event.values["to_ph"] == pytest.approx(2.88, abs=0.02)
 
 
@@ -301,7 +301,7 @@ def test_edta_abbreviation_is_refused_with_the_full_formula(written):
 
 
 @pytest.mark.parametrize(
-    ("solutes", "equation", "told"),
+    ("solutes", "equation", "sentences"),
     [
         ({"NaHCO3": 1.0, "C6H8O7": 0.4}, "HCO3- + H+ -> CO2 + H2O", ["48.2 mmol CO2 have left flask as gas"]),
         (
@@ -313,20 +313,23 @@ def test_edta_abbreviation_is_refused_with_the_full_formula(written):
         ({"HCl": 0.1, "NaOH": 0.05}, "HCl + NaOH -> NaCl + H2O", []),
     ],
 )
-def test_reactions_of_the_starting_mixture_are_reported_as_before(solutes, equation, told):
-    """A flask that holds both reactants at the start has reacted before the recording begins."""
+def test_reactions_of_the_starting_mixture_are_reported_as_before(solutes, equation, sentences):
+    """A flask of 50 mL holds both reactants at the start, or a solid beyond its solubility, and so reacts before.
+
+    25 mmol of O2 are half of 50 mmol of H2O2; acid that neutralises is not worth an event.
+    """
     acid = {"HCl": 0.1} if "HCl" in equation else {}
     flask = glass("flask", volume_ml=50.0, solutes=solutes)
     other = glass("other", volume_ml=1.0, solutes=acid)
     bodies, poses = (flask, other), {"flask": poses_at_rest(count=3), "other": poses_at_rest(count=3)}
     tables = (("mixing", {"in": ["flask", "other"]}), reaction(equation))
     events = compute(session_with_effects(poses, bodies, *tables)).effects["reaction"].output.events_named("before")
-    expected = [f"{text} before the recording begins" for text in told]
+    expected = [f"{text} before the recording begins" for text in sentences]
     assert [event.text.partition(", by ")[0] for event in events] == expected
 
 
 def test_an_emptied_vessel_has_no_temperature():
-    """A glass that was poured out was said to cool from 80 to 20 degC: to that of the room."""
+    """A glass of 80 degC is poured out: its temperature ends with its water, and no event says that it cooled."""
     hot = glass("a", volume_ml=60.0, properties={"temperature_c": 80.0})
     effects = effects_of_tilt_degrees(
         [0.0, *np.linspace(0.0, 120.0, 40), 120.0], (hot, glass("b", volume_ml=10.0)), MIXING_IN_B, NO_HEAT_LOSS

@@ -34,6 +34,7 @@ def end_points(burette, flask, solid, equation):
 
 @pytest.mark.parametrize(("burette", "flask", "solid", "equation", "expected"), ROWS, ids=lambda row: str(row)[:24])
 def test_an_end_point_gives_the_concentration_that_was_sought(burette, flask, solid, equation, expected):
+    """``expected``: the scene's own mol/L in the flask, or where 0.1 mmol of Mohr's salt is weighed, in the burette."""
     *_, event = end_points(burette, flask, solid, equation)
     formula, molar = expected
     assert event.values["formula"] == formula and event.values["mol_per_l"] == pytest.approx(molar, rel=0.01)
@@ -41,6 +42,7 @@ def test_an_end_point_gives_the_concentration_that_was_sought(burette, flask, so
 
 
 def test_two_bases_give_no_single_concentration():
+    """The last end point of lye and soda in one flask cannot say how much of each there was."""
     events = end_points({"HCl": 0.1}, {"NaOH": 0.03, "Na2CO3": 0.02}, solid=None, equation="HCl + NaOH -> NaCl + H2O")
     assert "mol_per_l" in events[0].values and "mol_per_l" not in events[-1].values
 
@@ -62,13 +64,16 @@ def test_no_titrated_concentration_without_a_whole_number_ratio():
 
 
 def test_salt_with_an_ion_of_the_equation_is_titrated():
-    """The equation takes copper sulfate; the flask has its sulfate from 1 mmol of sodium sulfate in 20 mL."""
+    """12.5 mL with 0.08 mol/L of barium end the 1 mmol of sodium sulfate in 20 mL, which is 0.05 mol/L.
+
+    The equation names copper sulfate, whose sulfate it shares; of K2SO4 there is none, and KNO3 has no such ion.
+    """
     flask = {"H2O": 1.1, "Na2SO4": 1e-3, "KNO3": 1e-3, "K2SO4": 0.0}
     contents = {
-        "b": Contents(volume_ml=50.0, amounts={"BaCl2": 5e-3}, solids={}, solubility={}),
+        "b": Contents(volume_ml=50.0, amounts={"BaCl2": 4e-3}, solids={}, solubility={}),
         "f": Contents(volume_ml=20.0, amounts=flask, solids={}, solubility={}),
     }
-    text, values = titrated_concentration(contents, vessel="f", source="b", names=("BaCl2", "CuSO4"), volume_ml=10.0)
+    text, values = titrated_concentration(contents, vessel="f", source="b", names=("BaCl2", "CuSO4"), volume_ml=12.5)
     assert values == {"formula": "Na2SO4", "mol_per_l": pytest.approx(0.05)} and "Na2SO4 had 0.05 mol/L" in text
 
 

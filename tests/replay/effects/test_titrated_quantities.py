@@ -39,5 +39,5 @@ IRON = {"MnO4-": -1.0, "Fe^2+": -5.0, "H+": -8.0, "H2O": 4.0}
     ids=["iron in the flask", "did not run", "one reagent", "a solid"],
 )
 def test_two_dissolved_reagents_of_the_flask_are_drawn(changes, amounts, extents, expected):
-    """Permanganate came later, so of it nothing is titrated."""
+    """Permanganate came later, so of it nothing is titrated; ``amounts``, ``extents``: mol at 0 and 1 s."""
     assert series_of(changes, amounts, extents) == expected

@@ -76,7 +76,10 @@ def test_a_mixture_names_the_strong_acid_first():
 
 @pytest.mark.parametrize("hz", RATES_HZ)
 def test_carbonate_titration_has_two_end_points_at_any_frame_rate(hz):
-    """Carbonate takes a proton to hydrogencarbonate (5 mL) and a second to CO2 (10 mL)."""
+    """0.5 mmol of carbonate take a proton each to hydrogencarbonate (5 mL of 0.1 mol/L), a second to CO2 (10 mL).
+
+    The curve of the pH marks both; it takes the effects reaction and mixing together.
+    """
     gas = "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
     effects = titrated({"Na2CO3": 0.05}, {"HCl": 0.1}, (gas,), hz=hz)
     events = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
@@ -89,6 +92,7 @@ def test_carbonate_titration_has_two_end_points_at_any_frame_rate(hz):
 @pytest.mark.sampled(7)
 @pytest.mark.parametrize("row", TABLE["ions"], ids=lambda row: row["equation"])
 def test_an_oxidation_in_ions_has_a_single_end_point(row):
+    """``row``: of titrations.toml, mol/L on both sides, and after how many mL which two are equivalent."""
     (event,) = titrated(row["flask"], row["burette"], (row["equation"],))["reaction"].output.events_named("end-point")
     assert event.values["volume_ml"] == pytest.approx(row["volume_ml"], abs=0.01)
     assert event.text.startswith(f"{row['names']} are equivalent in flask")

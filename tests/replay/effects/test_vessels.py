@@ -14,6 +14,7 @@ from sessions.model.scene import Scene, SceneBody
 
 
 def test_a_declared_cylinder_precedes_the_cavity_of_the_instrument():
+    """Without its radius the cylinder does not count but the beaker's cavity; without a beaker nothing is full."""
     cavity = dict(glass("a").extra["cavity"])
     declared = SceneBody("a", instrument="beaker_50", extra={"cavity": cavity})
     assert Vessel(declared).brim_ml == pytest.approx(math.pi * RADIUS**2 * HEIGHT * 1e6)
@@ -24,6 +25,7 @@ def test_a_declared_cylinder_precedes_the_cavity_of_the_instrument():
 
 @pytest.mark.parametrize("name", ["beaker_100", "erlenmeyer_flask", "burette"])
 def test_an_instrument_brings_its_cavity_and_its_level(name):
+    """Filled to its capacity the liquid stands at the mark."""
     vessel, cavity = Vessel(SceneBody("a", instrument=name)), make_instrument(name).cavity
     assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
     level = vessel.liquid_to_draw(np.zeros(1), np.array([cavity.capacity_m3 * 1e6])).level
@@ -58,6 +60,7 @@ def test_point_inside_a_vessel_is_between_floor_and_opening():
 
 
 def test_vessel_may_be_full_to_its_brim_and_not_above():
+    """The cylinder of 75.4 mL is full, or has a thousandth more."""
     brim_ml = math.pi * RADIUS**2 * HEIGHT * 1e6
     tables = {"mixing": ({"in": ["a"]},)}
     check_vessels(tables, Scene(bodies=(glass("a", brim_ml),)), "scene.toml")

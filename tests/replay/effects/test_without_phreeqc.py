@@ -53,6 +53,7 @@ def phreeqc_not_installed(monkeypatch):
 @pytest.mark.usefixtures("phreeqc_not_installed")
 @pytest.mark.parametrize("name", WITH_EQUILIBRIUM)
 def test_without_the_extra_a_scene_gets_a_sentence(name):
+    """Every made-up experiment with an equilibrium has this one fault."""
     with pytest.raises(PlanError) as refused:
         plan(experiment(name).scene())
     assert len(refused.value.faults) == 1 and refused.value.faults[0].endswith(SENTENCE)
@@ -61,4 +62,5 @@ def test_without_the_extra_a_scene_gets_a_sentence(name):
 @pytest.mark.usefixtures("phreeqc_not_installed")
 @pytest.mark.parametrize("name", ["acid-dilution", "gas-collection"])
 def test_scene_without_equilibrium_is_planned_without_the_extra(name):
+    """One dilutes an acid without a reaction; in the other the only reaction has a rate."""
     assert plan(experiment(name).scene()).effects

@@ -40,13 +40,14 @@ def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
 
 @pytest.mark.parametrize(("iodide", "is_reported"), [(0.01, True), (0.5, False)])
 def test_iodine_beyond_its_solubility_is_reported(iodide, is_reported):
-    """Much iodide dissolves iodine as triiodide, so with 0.5 mol/L nothing is beyond."""
+    """Iodide of 0.01 mol/L gives half as much iodine, of which 1.4 mmol/L dissolve; much iodide binds all of it."""
     output = reaction({"H2O2": 0.1}, {"KI": iodide, "H2SO4": 0.2}, PEROXIDE)
     events = output.events_named("beyond")
     assert bool(events) == is_reported and all("falls out as a solid" in event.text for event in events)
 
 
 def test_a_known_solid_assumes_nothing():
+    """PHREEQC has a constant of silver chloride."""
     silver = reaction({"AgNO3": 0.1}, {"NaCl": 0.05}, "AgNO3 + NaCl -> AgCl + NaNO3")
     assert not silver.events_named("assumed") and not silver.events_named("beyond")
 
@@ -130,7 +131,10 @@ def equation(*reagents, process=-1, free_energy_j=np.nan):
     ],
 )  # fmt: skip
 def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
-    """Not traces of chlorine, nor where an equation has it react with water or hydroxide."""
+    """``mol``: of chlorine in 10 mL; ``reagents``: of the scene's equation, if there is one.
+
+    Traces are not reported, nor chlorine whose equation lets it react with water or hydroxide.
+    """
     assert assumed({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected
 
 
@@ -143,7 +147,10 @@ def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
     ],
 )  # fmt: skip
 def test_halogens_in_lye_are_reported_without_their_equation(formula, mol, ph, reagents, expected):
-    """Iodine at pH 9.5, bromine already at 8.5; not traces, nor with an equation with hydroxide."""
+    """Iodine is reported above pH 9, bromine above pH 8; not traces, nor with an equation with hydroxide.
+
+    ``mol``: in 10 mL, of which 1e-4 mol/L count; ``reagents``: of the scene's equation, if there is one.
+    """
     assert assumed({formula: mol}, ph=ph, reactions=[equation(*reagents)] if reagents else ()) == expected
 
 
@@ -152,7 +159,7 @@ def test_halogens_in_lye_are_reported_without_their_equation(formula, mol, ph, r
     [("Mn^2+", 5.0, 1e-3, ["to Mn"]), ("Mn^2+", 3.0, 1e-3, []), ("MnO4^2-", 5.0, 1e-3, []), ("Mn^2+", 5.0, 0.0, [])],
 )
 def test_permanganate_in_little_acid_is_doubted(product, ph, extent, expected):
-    """At pH 5 it does not become Mn^2+, as it does at pH 3; a reaction that did not run is not doubted."""
+    """Above pH 4 it does not become Mn^2+; a reaction that did not run (``extent`` mol) is not doubted."""
     process = Process("to Mn", {"MnO4-": -1.0, product: 1.0})
     assert assumed(ph=ph, processes=[process], extent=extent) == expected
 
@@ -177,7 +184,10 @@ def test_equation_that_would_stop_early_is_named(energy_j, free_of_equilibrium, 
     ids=["hot", "warm", "own course", "hardly dissolved", "no solid"],
 )  # fmt: skip
 def test_hot_solid_by_its_constant_at_25_degrees_is_doubted(solid, ion, celsius, options, expected):
-    """``solid``, ``ion``: mol of silver bromide and of its ions; ``options``: a course by temperature of its own."""
+    """``solid``, ``ion``: mol of silver bromide and of its ions; ``options``: a course by temperature of its own.
+
+    Hot is above 45 degC; what hardly dissolves is less than a twentieth of the solid.
+    """
     ions = {"Ag+": 1, "Br-": 1}
     phase = SimpleNamespace(column="AgBr(s)", components=ions, entry=SimpleNamespace(options=options))
     assert assumed({"AgBr(s)": solid, "Ag+": ion, "Br-": ion}, celsius=celsius, phases=[phase]) == expected

@@ -27,6 +27,7 @@ def texts(amounts, *, brought=(), extent=0.0, process=0, followed=()):
 
 @pytest.mark.parametrize(("moles", "expected"), [(2e-3, ["2 mmol H2 have left flask as gas"]), (1e-7, [])])
 def test_gas_that_left_is_reported_from_a_bubble_on(moles, expected):
+    """A bubble is 1e-6 mol."""
     assert texts({"H2(g)": moles}) == expected
 
 
@@ -42,10 +43,14 @@ def test_gas_that_left_is_reported_from_a_bubble_on(moles, expected):
     ids=["none brought", "some brought", "all brought", "followed", "half a milligram"],
 )
 def test_solid_counts_beyond_what_was_brought(moles, brought, followed, expected):
-    """A mol of calcium carbonate is 100.09 g."""
+    """``brought``: mol that the scene declares; of CaCO3, 100.09 g/mol, less than a milligram is not reported.
+
+    ``followed``: solids that an effect precipitation reports itself.
+    """
     assert texts({"CaCO3(s)": moles}, brought=brought, followed=followed) == expected
 
 
 @pytest.mark.parametrize(("extent", "process", "count"), [(2e-3, 0, 1), (1e-7, 0, 0), (2e-3, -1, 0)])
 def test_equation_that_ran_before_the_start_is_reported(extent, process, count):
+    """``extent``: mol, of which 1e-6 count; ``process``: row of the equation's process, -1 where it has none."""
     assert len(texts({}, extent=extent, process=process)) == count

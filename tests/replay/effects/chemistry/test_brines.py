@@ -49,6 +49,7 @@ def dissolved_by_table(formula, other, molal):
     ],
 )  # fmt: skip
 def test_salt_solubility_beside_other_ions_agrees_with_pitzer(formula, phase, other, elements, molal):
+    """``elements``: of the other electrolyte, by PHREEQC's names; the protons of HCl balance the charge."""
     expected = dissolved_by_pitzer(phase, dict.fromkeys(elements, molal))
     assert dissolved_by_table(formula, other, molal) == pytest.approx(expected, rel=0.06)
 

@@ -86,7 +86,7 @@ def test_a_course_by_temperature_is_that_of_its_source():
 
 
 def test_most_equilibrium_constants_have_a_source_at_hand():
-    unverified = [row[0] for row in EQUATIONS if row[3] == "unverified"]
+    unverified = [equation for equation, _log_k, _heat, source, _reaction in EQUATIONS if source == "unverified"]
     assert len(EQUATIONS) >= 50 and len(unverified) <= 2
 
 
@@ -99,7 +99,7 @@ def test_most_equilibrium_constants_have_a_source_at_hand():
 )
 def test_unverified_ammines_of_zinc_are_near_those_of_llnl(equation, reaction):
     """log K of the two data bases differ by at most 0.7."""
-    value = next(row[1] for row in EQUATIONS if row[0] == equation)
+    value = next(log_k for own_equation, log_k, *_ in EQUATIONS if own_equation == equation)
     assert value == pytest.approx(SOURCES.log_k("llnl", reaction), abs=0.7)
 
 

@@ -65,6 +65,7 @@ def test_solid_of_a_complex_has_the_constant_of_ions(extended):
 
 
 def test_later_constant_of_a_species_replaces_the_former(extended):
+    """EXTRA gives CoCl+ a log_k of 7.0, which minteq.v4 does not have."""
     assert extended.species["CoCl+"].log_k == 7.0 != database_of().species["CoCl+"].log_k
 
 
@@ -78,6 +79,7 @@ def test_later_constant_of_a_species_replaces_the_former(extended):
     ],
 )
 def test_ion_differs_from_its_column_by_protons_and_water(ion, makeup):
+    """``ion``: by its name in minteq.v4; ``makeup``: columns of the ledger that it is counted in."""
     assert database_of().ions[ion] == makeup
 
 

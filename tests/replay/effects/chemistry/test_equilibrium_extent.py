@@ -52,6 +52,7 @@ def test_isomers_of_a_long_titration_stop_in_every_row():
     "process", [Process("", ISOMER, rate=1.0, log_k=0.0), Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0)]
 )
 def test_slow_reactions_and_gases_never_run_back(process):
+    """B is 0.8 mol and A 0.2 mol at a constant of 1: at once and dissolved, 0.3 mol of B would become A."""
     assert extent(process, most=0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0
 
 
@@ -65,7 +66,7 @@ def test_free_protons_count_in_the_quotient_and_water_does_not():
 
 @pytest.mark.parametrize(("constant", "expected"), [(1e12, 1.0), (2000.0, 1.0), (500.0, 500.0 / 501.0)])
 def test_reaction_leaving_less_than_a_thousandth_is_complete(constant, expected):
-    """A constant of 2,000 leaves 0.5 mmol of 1 mol of A, and a constant of 500 leaves 2 mmol."""
+    """A constant of 2,000 leaves 0.5 mmol of 1 mol of A, one of 500 leaves 2 mmol."""
     made = extent(Process("", ISOMER, log_k=np.log10(constant)), most=1.0, A=1.0)
     assert made == pytest.approx(expected, abs=1e-6)
 
@@ -151,5 +152,6 @@ def test_few_phreeqc_solutions_are_computed_a_row(chloride, most_a_row):
 
 
 def test_complete_reaction_needs_no_answer_of_phreeqc():
+    """At a constant of 1e12 all 0.05 mol of silver react, of 0.4 mol as much as there is iron(II)."""
     extents, solutions = silver_made_of([{"Ag+": 0.05}, {"Ag+": 0.4}], log_k=12.0)
     assert extents.tolist() == [0.05, IRON_MOL] and solutions == 0

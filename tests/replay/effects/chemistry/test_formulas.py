@@ -90,13 +90,14 @@ def test_edta_by_its_abbreviation_is_refused_with_its_formula(text):
 
 
 def test_two_balanced_readings_are_refused_with_a_remedy():
+    """Xe22+ may be Xe2 with 2+ or Xe22 with +, on both sides."""
     with pytest.raises(ValueError, match=r"read in \d ways; write charges with \^"):
         equation_of("Xe22+ -> Xe22+")
 
 
 @pytest.mark.parametrize("reading", ["Xe2^2+", "Xe22+"])
 def test_of_two_balanced_readings_the_known_is_taken(reading):
-    """The charge of Xe22+ is 2 or 1; a molecule need not be known."""
+    """Xe22+ is Xe2 with 2+ or Xe22 with +; the tables know ``reading`` alone. A molecule need not be known."""
     equation = equation_of("Xe22+ + H2O -> Xe22+ + H2O", lambda formula: formula == reading)
     assert equation.reagents == {reading: 1, "H2O": 1}
 
@@ -117,6 +118,7 @@ def test_crystal_water_is_counted_behind_the_dot():
      ("[Cu(NH3)4]2+", "Cu(NH3)4^2+"), ("[Fe(CN)6] 3-", "Fe(CN)6^3-"), ("[Al(OH)4]-", "Al(OH)4-")],
 )  # fmt: skip
 def test_an_ion_alone_is_read_as_known(written, read):
+    """Its charge is written behind a caret, unless it is 1; brackets of a complex are left out."""
     assert ion_of(written, is_in_the_tables) == read
 
 
@@ -139,10 +141,12 @@ def test_molecules_and_metals_are_not_split_into_ions(formula):
      ("Cu2(OH)3Cl", {"Cu^2+": 2, "Cl-": 1, "H+": -3, "H2O": 3}), ("Ca(ClO)2", {"Ca^2+": 1, "ClO-": 2})],
 )  # fmt: skip
 def test_salts_are_counted_by_their_ions_and_oxidation_states(formula, components):
+    """Hydroxide is counted as water less a proton, ammonium as ammonia and a proton."""
     assert components_of(formula) == components
 
 
 def test_only_unbalanced_atoms_are_named_with_their_counts():
+    """Hydrogen of the first equation and the metals of the second are balanced, and not named."""
     for text, named in (("H2 + O2 -> H2O", "O 2 and 1"), ("Cu2+ + Zn -> Cu + Zn", "charge 2 and 0")):
         with pytest.raises(ValueError, match=f"balanced: {named};"):
             equation_of(text)

@@ -58,7 +58,7 @@ def test_dilute_solutions_keep_the_heat_of_water():
 
 
 def test_a_strong_capacity_is_named_as_estimated_unless_declared():
-    """6 mol/L, against a declared 4 J/K a millilitre."""
+    """6 mol/L, against a declared 4 J/K a millilitre: estimates are named for both vessels, and are not 4 J/K."""
     effect, declared = neutralised(molar=6.0), neutralised(molar=6.0, per_ml=4.0)
     events = effect.output.events_named("estimated")
     assert {event.bodies for event in events} == {("a",), ("b",)}

@@ -41,7 +41,7 @@ def pitzer_kilojoule(key, molal):
 
 
 def test_heats_of_the_table_are_those_of_pitzers_equation():
-    """kJ/mol at mol/kg of water."""
+    """To 0.4 kJ/mol, of 0.1 to 2 mol/kg of water; Pitzer's equation is written out above."""
     for key, molal in product(PITZER, (0.1, 0.5, 1.0, 2.0)):
         heat = SALT_HEATS_KJ_MOL[key][f"{molal:g}"]
         assert heat == pytest.approx(pitzer_kilojoule(key, molal), abs=0.4), (key, molal)
@@ -80,6 +80,7 @@ def test_heat_of_dissolved_salts_depends_only_on_their_ions():
 
 
 def test_declared_salt_has_no_tabled_heat_of_its_own():
+    """The table has a heat of 4 mol/kg of NaCl, unless the scene declares the heat of NaCl itself."""
     assert joule_of({"NaCl": 4.0}, declared=["NaCl"]) == 0.0
     assert joule_of({"NaCl": 4.0}, declared=["NaNO3"]) == joule_of({"NaCl": 4.0})
 
@@ -162,13 +163,17 @@ def test_undissolved_solid_leaves_the_capacity_of_its_solution_alone():
 
 
 def test_solid_that_does_not_dissolve_is_warmed():
-    """143 g of silver chloride keep 52 J/K by Kopp's rule: hot water on it cools by that of both."""
+    """100 mL of water, 40 K above the room's 20 degC, are poured on 1 mol of silver chloride of the room's temperature.
+
+    The water's heat stays in vessel b, and warms both, by the sum of their heat capacities.
+    """
+    room_c, excess_k, water_j_per_k, solid_j_per_k = 20.0, 40.0, 100.0 * 4.18, 52.0
     chloride = {"properties": {"solid": {"formula": "AgCl", "mass_g": 143.32}}, "volume_ml": 0.0}
-    joule, _, warmest = heat_of_pouring(
-        {"volume_ml": 100.0}, chloride, equation=None, solids={"b": 52.0}, excess={"a": 40.0}
+    joule, _coldest, warmest = heat_of_pouring(
+        {"volume_ml": 100.0}, chloride, equation=None, solids={"b": solid_j_per_k}, excess={"a": excess_k}
     )
-    assert joule == pytest.approx(100.0 * 4.18 * 40.0, rel=1e-4)
-    assert warmest == pytest.approx(20.0 + joule / (418.0 + 52.0), abs=0.1)
+    assert joule == pytest.approx(water_j_per_k * excess_k, rel=1e-4)
+    assert warmest == pytest.approx(room_c + joule / (water_j_per_k + solid_j_per_k), abs=0.1)
 
 
 def test_heat_content_is_not_computed_where_no_heat_is_followed():

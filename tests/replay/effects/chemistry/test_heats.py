@@ -15,7 +15,10 @@ PER_ML = 4.18
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])
 def test_a_heat_is_that_of_the_textbook(row):
-    """To 3 %; temperatures stay between the lowest freezing point of brine, -21.1 degC, and boiling."""
+    """To 3 %; temperatures stay between the lowest freezing point of brine, -21.1 degC, and boiling.
+
+    A row has an equation, kJ per mol, and what is in both vessels: 50 mL of a solution each, or 100 mL on a solid.
+    """
     solid = row["b"].get("solid")
     moles = row["b"].get("moles", row.get("moles"))
     a = {"volume_ml": 100.0 if solid else 50.0, **({"solutes": row["a"]} if "a" in row else {})}

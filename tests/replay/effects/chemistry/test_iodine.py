@@ -10,7 +10,7 @@ from replay.effects.chemistry.iodine import TRIIODIDE_CONSTANT, free_iodine
 def test_triiodide_takes_iodine_and_iodide_by_its_constant(iodine, iodide):
     """Bound over free iodine and free iodide is the constant, each in mol/kg; amounts are in half a kilogram."""
     kilograms = np.array([0.5])
-    free = free_iodine({"I2": 0, "I-": 1}, np.array([[iodine, iodide]]) * 0.5, kilograms)
+    free = free_iodine(column={"I2": 0, "I-": 1}, amounts=np.array([[iodine, iodide]]) * kilograms, kilograms=kilograms)
     (free_iodine_kg,), (free_iodide_kg,) = free["I2"], free["I-"]
     bound = iodine - free_iodine_kg
     assert free_iodine_kg >= 0.0 and free_iodide_kg >= 0.0
@@ -19,5 +19,6 @@ def test_triiodide_takes_iodine_and_iodide_by_its_constant(iodine, iodide):
 
 
 def test_without_iodide_all_iodine_is_free():
-    free = free_iodine({"I2": 0}, np.array([[0.2]]), np.array([2.0]))
+    """0.2 mol of iodine, the only column, in 2 kg of water: 0.1 mol/kg is free, and of iodide none."""
+    free = free_iodine(column={"I2": 0}, amounts=np.array([[0.2]]), kilograms=np.array([2.0]))
     assert free["I2"].tolist() == [0.1] and free["I-"].tolist() == [0.0]

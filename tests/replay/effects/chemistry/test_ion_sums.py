@@ -30,6 +30,7 @@ def test_ion_sums_of_a_formula_equal_an_exhaustive_search(ions, wanted):
 @pytest.mark.slow
 @pytest.mark.parametrize("formula", ["Fe4(Fe(CN)6)3", "Fe3(Fe(CN)6)2", "Zn3K2(Fe(CN)6)2", "Mg2C10H12N2O8"])
 def test_large_formula_is_read_within_a_second(formula):
+    """Double cyanides and an EDTA salt, whose many atoms many ions could sum to."""
     components_of.cache_clear()
     began = time.process_time()
     components_of(formula)

@@ -128,6 +128,7 @@ def test_liquid_stays_between_freezing_and_boiling(excess, warmer, latent):
     ids=["no heat effect", "known", "unknown"],
 )
 def test_reaction_heat_counts_where_known_and_followed(warmth, joule, expected):
+    """``joule``: that a mol of the reaction takes, NaN if unknown; ``warmth``: followed by an effect heat, or not."""
     process = replace(MAGNESIUM, joule=joule)
     assert Ledger("a", ["Cl-"], [process], solver=None, warmth=warmth).reactions.process_joule(0) == expected
 

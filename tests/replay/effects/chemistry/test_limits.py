@@ -46,21 +46,23 @@ def test_gas_leaves_only_beyond_its_hydrogen_salt(acid, expected):
     assert limit(takes_water, Cause.ACID, **moles) == pytest.approx(expected, abs=1e-9), "water holds no acid"
 
 
-def test_lye_dissolves_half_a_mol_of_zinc():
+def test_lye_dissolves_half_as_many_mol_of_zinc():
+    """A mol of zinc takes two of hydroxide, which count as protons below 0: 3 mol dissolve 1.5 mol."""
     assert limit(LYE, Cause.HYDROXIDE, **{"H+": -3.0, "Zn(s)": 9.0}) == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize(("acid", "sulfite", "expected"), [(0.5, 0.0, np.inf), (0.5, 1.0, 0.0), (0.0, 0.0, 0.0)])
 def test_protons_of_a_weak_acid_catalyse_nothing(acid, sulfite, expected):
-    """Half a mol of protons beside a mol of sulfite are hydrogensulfite, whose pKa is 7.2."""
+    """Half a mol of protons beside a mol of sulfite are hydrogensulfite, whose pKa is 7.2: 0 mol may run, else any."""
     assert limit(CATALYSED, Cause.CATALYST, **{"H+": acid, "SO3^2-": sulfite, "I2": 1.0}) == expected
 
 
 def test_each_reagent_but_protons_and_water_is_a_limit():
+    """3 mol of Zn at one a time, 4 mol of I2 at two a time: 2 mol of the process use up the iodine first."""
     process = Process("", {"Zn(s)": -1.0, "I2": -2.0, "H+": -1.0, "H2O": -1.0, "NO3-": 1.0})
-    limits, row = limits_and_amounts(process, {"Zn(s)": 3.0, "I2": 4.0, "H+": 0.1, "H2O": 0.1, "NO3-": 7.0})
-    assert limits.by_cause(0, row) == {"Zn(s)": 3.0, "I2": 2.0}
-    assert limits.extent_to_the_end(0, row) == 2.0
+    limits, amounts = limits_and_amounts(process, {"Zn(s)": 3.0, "I2": 4.0, "H+": 0.1, "H2O": 0.1, "NO3-": 7.0})
+    assert limits.by_cause(0, amounts) == {"Zn(s)": 3.0, "I2": 2.0}
+    assert limits.extent_to_the_end(row=0, amounts=amounts) == 2.0
 
 
 def test_gas_that_stays_dissolved_does_not_leave():

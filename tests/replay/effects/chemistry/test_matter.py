@@ -29,10 +29,12 @@ def mixed(contents, times=TIMES, volume_ml=FILLING):
     ],
 )
 def test_vessel_without_a_dry_solid_is_always_mixed(contents):
+    """Nothing is known of its contents; a solid stands in 5 mL of water; or it is empty."""
     assert mixed(contents) == [True] * 5
 
 
 def test_dry_solid_is_mixed_at_start_and_after_the_inflow():
+    """Water comes until 0.3 s: in the rows 0.1 and 0.2 s some of the solid is still to be wetted."""
     dry = Contents(volume_ml=0.0, amounts={}, solids={"NaCl": 1.0}, solubility={})
     assert mixed(dry) == [True, False, False, True, True]
     assert mixed(dry, TIMES[1:3], FILLING[1:3]) == [False, True], "of a part its last row counts, not its first"

@@ -23,7 +23,9 @@ MIXTURES, MORE = (
     tomllib.loads(Path(__file__).with_name(name).read_text("utf-8"))["mixture"]
     for name in ("mixtures.toml", "more_mixtures.toml")
 )
-GIVEN = tomllib.loads(Path(__file__).with_name("given_mixtures.toml").read_text("utf-8"))
+FORMER = tomllib.loads(Path(__file__).with_name("given_mixtures.toml").read_text("utf-8"))
+"""Mixtures of the former solver: names of rows of mixtures.toml (``computed``), and whole rows (``refused``)."""
+
 LARGE = {"radius": 0.05, "height": 0.08}
 """A beaker that holds 600 mL."""
 
@@ -98,6 +100,7 @@ def test_a_mixture_comes_out_as_phreeqc_or_the_manual_says(row):
 
 
 def test_every_family_has_its_rows():
+    """mixtures.toml has rows of nine families, at least 80; more_mixtures.toml at least 60, and no other family."""
     families = {row["family"] for row in MIXTURES}
     assert {row["family"] for row in MORE} <= families
     assert len(MIXTURES) >= 80 and len(MORE) >= 60 and families == {
@@ -106,15 +109,19 @@ def test_every_family_has_its_rows():
 
 
 def test_the_56_mixtures_of_the_former_solver_are_all_tested():
-    """They were compared with PHREEQC when it replaced the own solver, and must not get fewer."""
+    """At least 50 are ``computed``, by rows of mixtures.toml; the ``refused`` are tested below by their words.
+
+    They were compared with PHREEQC when it replaced the former solver.
+    """
     tested = {row["name"] for row in MIXTURES}
-    assert set(GIVEN["computed"]) - tested == set()
-    assert len(GIVEN["computed"]) + len(GIVEN["refused"]) == 56
-    assert len(GIVEN["computed"]) >= 50
+    assert set(FORMER["computed"]) - tested == set()
+    assert len(FORMER["computed"]) + len(FORMER["refused"]) == 56
+    assert len(FORMER["computed"]) >= 50
 
 
-@pytest.mark.parametrize("row", GIVEN["refused"], ids=lambda row: row["name"])
+@pytest.mark.parametrize("row", FORMER["refused"], ids=lambda row: row["name"])
 def test_a_refused_mixture_names_the_remedy(row):
+    """``words``: of the refusal; ``without_keys``: what PHREEQC has where the keys that are refused are left out."""
     with pytest.raises(PlanError) as refused:
         plan(scene_of(row))
     assert row["words"] in str(refused.value)
@@ -163,6 +170,7 @@ def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
 
 @pytest.mark.parametrize("row", [row for row in MORE if row["by"] == "PHREEQC"][::9], ids=lambda row: row["name"])
 def test_tabled_mixtures_are_reproduced_by_phreeqc(row):
+    """The expected amounts of every ninth row of more_mixtures.toml, which a plain call of PHREEQC computes again."""
     moles, litres = mixture(row)
     answered = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
     assert answered == pytest.approx(row["expected"], rel=1e-5, abs=1e-9)

@@ -34,24 +34,26 @@ def test_equation_states_how_far_it_ran_and_what_ended_it():
     """It has run from the first time at which its extent has grown, 2 s; magnesium ended it, chloride did not."""
     limits = {"Mg(s)": np.array(0.0), "Cl-": np.array(0.01), Cause.ACID: np.array(0.01)}
     flask = matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits)
-    (event,) = reacted_events(flask, (), ())
+    (event,) = reacted_events(flask, followed=(), earlier_events=())
     assert event.text == "Mg + 2 HCl runs in flask by 5 mmol, until no Mg is left"
     assert event.time == 2.0 and event.end == 3.0 and event.values["moles"] == 0.005
 
 
 def test_used_up_reagent_is_named_and_not_the_acid():
+    """Both are at 0 mol in the end; a reagent of the equation says more than its protons."""
     limits = {"Mg(s)": np.array(0.0), Cause.ACID: np.array(0.0)}
-    (event,) = reacted_events(matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits), (), ())
+    flask = matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits)
+    (event,) = reacted_events(flask, followed=(), earlier_events=())
     assert event.text.endswith("until no Mg is left")
 
 
 def test_solid_that_an_equation_makes_has_its_mass():
-    """2 mmol of calcium carbonate, 100.09 g/mol."""
-    world = matter(CARBONATE, [0.001, 0.003, 0.003, 0.003], {"Ca^2+": np.array(1.0)})
-    (event,) = reacted_events(world, (), ())
+    """2 mmol of calcium carbonate, 100.09 g/mol, from 0 to 1 s; an effect precipitation that follows it reports it."""
+    flask = matter(CARBONATE, extent=[0.001, 0.003, 0.003, 0.003], limits={"Ca^2+": np.array(1.0)})
+    (event,) = reacted_events(flask, followed=(), earlier_events=())
     assert event.text == "CaCl2 + Na2CO3 runs in flask by 2 mmol; 0.2 g CaCO3 come as a solid"
     assert event.time == 1.0 and event.end is None
-    assert list(reacted_events(world, ("CaCO3",), ())) == []
+    assert list(reacted_events(flask, followed=("CaCO3",), earlier_events=())) == []
 
 
 @pytest.mark.parametrize(
@@ -67,14 +69,17 @@ def test_solid_that_an_equation_makes_has_its_mass():
     ],
 )
 def test_an_equation_that_another_event_reports_is_not_repeated(name, values, is_reported):
+    """``name``, ``values``: of an earlier event; an end point of acid and base is not of the equation of magnesium."""
     earlier = EffectEvent(time=1.0, name=name, bodies=("flask",), end=None, values=values)
-    events = list(reacted_events(matter(MAGNESIUM, [0.0, 0.0, 0.0, 0.005], {"Mg(s)": np.array(1.0)}), (), [earlier]))
+    flask = matter(MAGNESIUM, extent=[0.0, 0.0, 0.0, 0.005], limits={"Mg(s)": np.array(1.0)})
+    events = list(reacted_events(flask, followed=(), earlier_events=[earlier]))
     assert len(events) == (not is_reported)
 
 
 @pytest.mark.parametrize("process", [Process("", {"X": -1.0, "H2(g)": 1.0}), Process("", {"X": -1.0}, salt=object())])
 def test_gas_and_dissolving_salts_have_events_of_their_own(process):
-    assert list(reacted_events(matter(process, [0.0, 0.0, 0.0, 1.0], {"X": np.array(1.0)}), (), ())) == []
+    flask = matter(process, extent=[0.0, 0.0, 0.0, 1.0], limits={"X": np.array(1.0)})
+    assert list(reacted_events(flask, followed=(), earlier_events=())) == []
 
 
 @pytest.mark.parametrize(
@@ -88,7 +93,10 @@ def test_gas_and_dissolving_salts_have_events_of_their_own(process):
     ids=["falls out", "dissolves", "half a milligram", "a two-thousandth"],
 )
 def test_change_of_a_solid_is_reported_where_it_is_visible(moles, text):
-    """``moles``: of CaCO3, 100 g/mol, at 0 to 3 s; no event where an effect precipitation reports it."""
+    """``moles``: of CaCO3, 100 g/mol, at 0 to 3 s; visible are a milligram and a thousandth of what there was.
+
+    Where an effect precipitation follows CaCO3 it reports the change itself.
+    """
     reactions = SimpleNamespace(phases=np.array([0]), salt_columns=np.zeros(0, dtype=int))
     world = SimpleNamespace(
         ledger=SimpleNamespace(columns=["CaCO3(s)"], reactions=reactions),

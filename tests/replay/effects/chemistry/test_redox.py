@@ -73,6 +73,7 @@ def test_standard_potentials_agree_with_the_handbook(changes, oxidant, reductant
      {"VO2+": -1.0, "Fe^2+": -1.0, "VO^2+": 1.0, "Fe^3+": 1.0}],
 )  # fmt: skip
 def test_couples_without_free_energies_are_not_invented(changes):
+    """Acetate alone is no pair of reagents, silver and chloride exchange no electron, no table has vanadium's ions."""
     assert couples_of(changes) is None
 
 
@@ -128,6 +129,7 @@ def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
 
 
 def test_slow_oxidation_plots_the_remaining_reductant():
+    """An equation with a rate has no potential: its couples are not at equilibrium."""
     assert set(curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE, rate=5.0)) == {"mol of Fe^2+ left"}
 
 

@@ -58,7 +58,10 @@ def stepwise(acid_mol, kilograms):
 @pytest.mark.slow
 @pytest.mark.parametrize("molar", [1.0, *(pytest.param(molar, marks=pytest.mark.slow) for molar in (0.3, 0.1))])
 def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
-    """With acid alone as its limit 3.6 % more dissolved, and the pH was 6.3."""
+    """Expected are 200 portions of marble that PHREEQC dissolves one by one in the acid that came, while CO2 leaves.
+
+    With acid alone as its limit 3.6 % more dissolved, and the pH was 6.3.
+    """
     series, gas, effects = acid_poured_on("CaCO3", "HCl", molar=molar, equation=MARBLE, rate_per_s=20.0)
     volume = effects["mixing"].series["b/volume"].values[-1]
     dissolved, left, ph = stepwise(1e-3 * molar * (volume - WATER_ML), 1e-3 * volume)
@@ -76,7 +79,10 @@ SULFIDES = [
 
 @pytest.mark.parametrize(("solid", "equation", "tolerance"), SULFIDES)
 def test_a_rate_changes_no_amount_of_a_sulfide_that_dissolves(solid, equation, tolerance):
-    """CuS is the one that does not dissolve in 1 mol/L of acid and gives no gas."""
+    """Acid of 1 mol/L is poured on each sulfide, once without and once with a rate; ``tolerance``: of the gas.
+
+    CuS is the one that does not dissolve and gives no gas.
+    """
     at_once, gas, _ = acid_poured_on(solid, "HCl", molar=1.0, equation=equation)
     slow, slow_gas, effects = acid_poured_on(solid, "HCl", molar=1.0, equation=equation, rate_per_s=20.0)
     assert slow_gas == pytest.approx(gas, rel=max(tolerance, 1e-9))

@@ -35,18 +35,21 @@ def grams_of_water(formula, percent, density):
     ("row", "tolerance"), [*((row, 0.02) for row in DENSITIES), *((row, 0.04) for row in ROUGH)], ids=str
 )
 def test_water_of_strong_solutions_is_that_of_their_density(row, tolerance):
-    computed, measured = grams_of_water(*row)
+    """A litre weighs 1000 g times the density, of which all but the mass fraction of the solute is water."""
+    formula, percent, density = row
+    computed, measured = grams_of_water(formula, percent, density)
     assert computed == pytest.approx(measured, rel=tolerance)
 
 
 def test_dilute_solutions_hold_a_kilogram_of_water_a_litre():
-    """Up to 0.5 mol/L in all."""
+    """Up to 0.5 mol/L in all; 0.7 mol/L already displace some of it."""
     assert WATER_ML * water_molar({"NaCl": 0.3, "HCl": 0.2}) == pytest.approx(1000.0)
     assert WATER_ML * water_molar({"NaCl": 0.6, "HCl": 0.1}) < 1000.0
     assert WATER_ML * water_molar({}) == pytest.approx(1000.0)
 
 
 def test_hydrates_and_salts_make_the_same_solution():
+    """A mol of the hydrate brings five mol of its water itself, so much less water is added."""
     hydrate, salt = (water_molar({formula: 1.0}) for formula in ("CuSO4.5H2O", "CuSO4"))
     assert hydrate + 5.0 == pytest.approx(salt)
     assert molar_of_molal("CuSO4.5H2O", 1.0) == pytest.approx(molar_of_molal("CuSO4", 1.0))
@@ -64,7 +67,7 @@ def test_hydroxide_takes_its_room_and_brings_no_water():
 
 
 def test_saturated_molalities_convert_to_handbook_molarities():
-    # 38 g KNO3 and 36 g NaCl in 100 g of water at 25 degC are 3.3 and 5.4 mol/L.
+    """38 g of KNO3 and 36 g of NaCl in 100 g of water at 25 degC, 3.79 and 6.15 mol/kg, are 3.29 and 5.43 mol/L."""
     assert molar_of_molal("KNO3", 3.79) == pytest.approx(3.29, rel=0.01)
     assert molar_of_molal("NaCl", 6.15) == pytest.approx(5.43, rel=0.01)
 
@@ -77,6 +80,10 @@ def test_much_of_a_solute_without_known_room_is_refused():
 
 
 def test_every_room_is_that_of_a_component():
+    """Each key of the table of volumes is an ion or molecule that the ledger counts.
+
+    Tables of the strongest solutions and of their water are of the same solutes.
+    """
     assert all(components_of(name) == {name: 1} for name in MOLAR_VOLUME_ML)
     assert set(CONSTANTS["strong_water"]) == set(CONSTANTS["strongest"])
 

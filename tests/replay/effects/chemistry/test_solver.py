@@ -34,7 +34,7 @@ def equilibrium(solver, totals, celsius=25.0):
 
 @pytest.mark.parametrize("solids", [(), (("CaCO3", "Calcite"), ("Mg(OH)2", "Brucite"))])
 def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
-    """Forty random solutions: again backwards, and each alone by a solver without a memory."""
+    """Forty random solutions: again backwards without a new query, and each alone by a solver without a memory."""
     rng = np.random.default_rng(1)
     formulas = ("CaCl2", "MgCl2", "Na2CO3", "NaOH", "CH3COOH", "HCl")
     rows = [{formula: 10.0 ** rng.uniform(-4, -1) for formula in formulas} for _ in range(40)]
@@ -81,7 +81,7 @@ def test_a_charged_composition_keeps_its_charge():
 
 
 def test_an_unanswered_row_leaves_the_others_answered():
-    """A million mol/kg of acid have no answer; 0.01 mol/kg have a pH of 2.04."""
+    """A million mol/kg of acid have no answer; 0.01 mol/kg have a pH of 2.04 by an activity coefficient of 0.9."""
     solver, totals = solver_and_totals([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
     answer = equilibrium(solver, totals)
     assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered_queries == 1
@@ -107,7 +107,7 @@ def test_no_sulfide_is_a_polysulfide():
 # g of Ca(OH)2 in a kg of water, at equilibrium. Source: CRC Handbook and Lange's Handbook, which differ by 6 %.
 @pytest.mark.parametrize(("celsius", "grams"), [(0.0, 1.87), (20.0, 1.69), (60.0, 1.18), (80.0, 0.93), (99.0, 0.75)])
 def test_calcium_hydroxide_dissolves_less_in_hot_water(celsius, grams):
-    """``grams`` of Ca(OH)2 (74.09 g/mol) dissolve in a litre, by tables; 0.05 mol are given."""
+    """``grams`` of Ca(OH)2 (74.09 g/mol) dissolve in a kilogram of water, by tables; 0.05 mol are put into it."""
     data = database_of("")
     lime = Phase("Ca(OH)2(s)", {"Ca^2+": 1, "H+": -2, "H2O": 2}, data.phases["Portlandite"])
     solver = Solver(mixture_of(data, ["Ca^2+"], [lime]))

@@ -44,6 +44,7 @@ def test_sparing_solubility_agrees_with_tables_hot_and_cold(solid, celsius, gram
 
 @pytest.mark.parametrize(("solid", "is_reported"), [("AgBr", True), ("AgCl", False)])
 def test_a_hot_solid_without_a_course_is_reported(solid, is_reported):
+    """At 80 degC PHREEQC has a course of the constant of AgCl by temperature, of AgBr none."""
     flask = glass(
         "flask", volume_ml=50.0, properties={"solid": {"formula": solid, "mass_g": 0.001}, "temperature_c": 80.0}
     )

@@ -48,7 +48,7 @@ def scene_with(equation, solutes):
 
 @pytest.mark.parametrize(("equation", "solutes", "kilojoule"), ENERGIES, ids=lambda value: str(value)[:40])
 def test_free_energies_follow_from_potentials_and_constants(equation, solutes, kilojoule):
-    """kJ/mol, to 5 % or 5 kJ."""
+    """Equal to -n F E of the potentials, or RT ln 10 pK of the constants, to 5 % or 5 kJ/mol."""
     scene = scene_with(equation, solutes).scene
     tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
     (reaction,) = recipe_of(tables, contents_of_scene(scene, "scene.toml")).reactions
@@ -144,7 +144,7 @@ def test_equilibrium_of_potentials_takes_at_most_five_queries_a_row():
 
 @pytest.mark.parametrize(("base", "is_reported"), [("NH3", True), ("NaOH", False)])
 def test_aluminium_that_ammonia_dissolves_is_reported(base, is_reported):
-    """Textbooks leave it; of the fresh hydroxide two thirds dissolve in 0.5 mol/L by PHREEQC."""
+    """In textbooks ammonia leaves the fresh hydroxide; by PHREEQC two thirds of it dissolve in 0.5 mol/L."""
     body = glass("flask", volume_ml=50.0, solutes={"AlCl3": 0.025, base: 0.5})
     reaction = ("reaction", {"equation": "Al3+ + 3 OH- -> Al(OH)3"})
     output = (

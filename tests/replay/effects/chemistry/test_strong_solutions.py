@@ -101,7 +101,10 @@ ANGSTROM = {"Cu+2": 6.0, "Fe+2": 6.0, "Zn+2": 5.0}
 
 @pytest.mark.parametrize("salt", MEAN_ACTIVITY)
 def test_ions_of_sulfates_have_their_measured_activity(salt):
-    """Within a third: ion pairs and activities together; by the equation of Davies it was 60 % and more."""
+    """Within a third: ion pairs and activities together; by the equation of Davies it was 60 % and more.
+
+    Free ions have the activity of the extended equation of Debye and Hueckel, sizes in ANGSTROM and 5 of sulfate.
+    """
     for molal, measured in zip((0.2, 1.0), MEAN_ACTIVITY[salt], strict=True):
         metal = salt.removesuffix("SO4") + "+2"
         _, moles = dissolved({salt: molal})
@@ -113,7 +116,7 @@ def test_ions_of_sulfates_have_their_measured_activity(salt):
 
 @pytest.mark.parametrize("metal", ["Ba", "Sr", "Ca"])
 def test_alkaline_earth_ammonia_complexes_have_their_nist_constants(metal):
-    """Stability constants of MNH3 2+ by NIST 46."""
+    """Stability constants of MNH3 2+ by NIST 46: 0.63 of barium, 0.79 of strontium, 1.26 of calcium."""
     _, moles = dissolved({f"{metal}Cl2": 1.0, "NH3": 1.0})
     constant = moles[f"{metal}NH3+2"] / (moles["NH3"] * moles[f"{metal}+2"])
     assert constant == pytest.approx({"Ba": 0.63, "Sr": 0.79, "Ca": 1.26}[metal], rel=0.1)

@@ -43,6 +43,7 @@ def test_aluminium_that_ammonia_keeps_dissolved_is_fresh(solid, dissolved, ammon
 
 
 def test_aluminium_is_not_fresh_where_nobody_knows_the_ph():
+    """The row "half" of the table above, without PHREEQC, which would know the pH."""
     contents = matter(**{"Al(OH)3(s)": 0.5, "Al^3+": 0.5, "NH3": 2.0})
     contents.solver = None
     assert list(aged_hydroxide_events(contents)) == []

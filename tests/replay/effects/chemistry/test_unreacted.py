@@ -72,6 +72,7 @@ STATES = [
 
 @pytest.mark.parametrize(("flask", "burette", "equation", "reason"), STATES)
 def test_reaction_that_does_not_proceed_states_the_reason(flask, burette, equation, reason):
+    """``flask``, ``burette``: solute -> mol/L; a reagent that nobody brings is refused before the run."""
     if reason.startswith("nobody brings"):
         with pytest.raises(Exception, match=reason):
             run(flask, burette, equation)
@@ -83,6 +84,7 @@ def test_reaction_that_does_not_proceed_states_the_reason(flask, burette, equati
 @pytest.mark.slow
 @pytest.mark.parametrize("flask", [{"FeSO4": 0.05, "H2SO4": 0.05}, {"FeSO4": 0.05, "CH3COOH": 0.5}])
 def test_enough_acid_is_reported_as_no_lack(flask):
+    """Half a mmol of iron(II) needs 0.8 mmol of protons; of either acid more is in the 10 mL."""
     events = run(flask, {"KMnO4": 0.02}, IRON).events
     assert not {event.name for event in events} & {"no-reaction", "stopped"}
 
@@ -158,7 +160,10 @@ def test_a_cold_solution_is_saturated_by_its_own_temperature():
 
 @pytest.mark.parametrize(("equations", "is_reported"), [((IN_WATER,), True), ((IN_WATER, IODATE), False)])
 def test_iodine_that_stands_in_lye_is_reported(equations, is_reported):
-    """Permanganate makes iodine of iodide in water, and 8 hydroxide ions: a pH of 12."""
+    """Permanganate makes iodine of iodide in water, and 8 hydroxide ions: a pH of 12, where iodine disproportionates.
+
+    Where an equation lets it (IODATE) nothing has to be reported.
+    """
     output = run({"KI": 0.05}, {"KMnO4": 0.005}, *equations).output
     assert any("lye takes it apart" in event.text for event in output.events_named("assumed")) == is_reported
 

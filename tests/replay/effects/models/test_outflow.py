@@ -81,19 +81,23 @@ def test_liquid_lands_where_its_parabola_meets_the_height(speed_up):
 
 
 def test_twist_angle_is_that_of_the_rotation_about_the_axis():
+    """SciPy makes the rotations of these angles, in radians, about the axis (1, 2, -2) / 3."""
     axis, angles = np.array([1.0, 2.0, -2.0]) / 3.0, np.array([-3.0, -1.0, 0.0, 0.5, 2.5])
     rotations = Rotation.from_rotvec(angles[:, None] * axis).as_matrix()
     assert twist_angle(rotations, axis) == pytest.approx(angles)
 
 
 def test_only_a_long_pause_splits_a_flow():
-    """Pauses of 0.6 s and 0.8 s."""
+    """A pause of 0.6 s does not, one of 0.8 s does."""
     segments = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
     assert [stream.times.tolist() for stream in segments] == [[0.0, 0.6], [1.4]]
 
 
 def test_column_runs_out_by_torricelli_between_refills():
-    """100 mL stand 12.5 cm high, 15 cm over the outlet; 20 mL come after 1 s. The root of the head falls evenly."""
+    """100 mL stand 12.5 cm high, 15 cm over the outlet; 20 mL come after 1 s. The root of the head falls evenly.
+
+    With the opening shut (area 0) nothing runs out.
+    """
     section, foot, area, discharge = 8e-4, 0.15, 4e-6, 0.6
     times, inflow = np.linspace(0.0, 2.0, 21), np.zeros(21)
     inflow[10] = 2e-5
