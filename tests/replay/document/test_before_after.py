@@ -54,12 +54,14 @@ STATES = {
 
 @pytest.mark.parametrize("state", STATES)
 def test_change_sentence_names_values_before_and_after_a_fix(state):
+    """Before: 86 % false, up to 1 of 18 contacts missed (0.5 in the mean), none late; STATES has what comes after."""
     after, text, worse = STATES[state]
     assert change_text(BEFORE, after, "28 pieces") == text
     assert worse_text(BEFORE, after) == worse
 
 
 def test_errors_absent_before_and_after_share_one_clause():
+    """Nothing is missed or late before or after; 86 % false contact goes."""
     before, after = errors_of_detector(missed=(0, 0, 0.0)), errors_of_detector(false=0.0, missed=(0, 0, 0.0))
     assert change_text(before, after, "1 piece") == "False 86 % -> 0 %, none missed or late; 1 piece"
 
@@ -80,6 +82,7 @@ def test_time_is_a_difference_where_both_were_measured(seconds, text):
 
 
 def test_row_of_scoring_is_read_with_its_ranges():
+    """A row has mean, smallest and largest count over sampling offsets; false null, of nothing reported, is 0."""
     row = {"false": None, "missed": 0.5, "missed_smallest": 0.0, "missed_largest": 1.0}
     row |= {"late": 2.0, "late_smallest": 2.0, "late_largest": 2.0}
     assert errors_of_row(row, contacts=18, seconds=1e-3) == errors_of_detector(

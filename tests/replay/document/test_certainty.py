@@ -45,5 +45,9 @@ def test_interval_wider_than_half_of_all_is_not_very_sure(missed, contacts, is_w
     ],
 )
 def test_contacts_that_hold_in_noise_are_stated_where_tried(noise, proof, text):
+    """``noise``: of the run, with 2 copies; ``proof``: of the detector, 4 contacts of which hold in the copies.
+
+    The reference has 9 contacts; one of both alone says nothing.
+    """
     document = document_with(audit={"slow": audit_of(noise_proof=proof)}, noise=noise)
     assert text in certainty(document, ranks_of(3, contacts=9))[-1]

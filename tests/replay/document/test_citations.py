@@ -16,6 +16,7 @@ from sessions.model.event import LiveContact
 
 
 def test_each_detector_and_effect_is_cited_once():
+    """The run has ``discrete`` twice; expected are the sources that classes and the effect's spec name themselves."""
     contact = SimpleNamespace(spec=load_effect("contact"))
     behind = sources_behind(["sphere", "discrete", "discrete", "hybrid"], [("contact", contact)])
     detectors = {f"detector {name}": load_detector(name).sources for name in ("sphere", "discrete", "hybrid")}
@@ -23,16 +24,19 @@ def test_each_detector_and_effect_is_cited_once():
 
 
 def test_detector_without_sources_is_cited_as_naming_no_sources(monkeypatch):
+    """The class of ``sphere`` loses its attribute ``sources``, as a user's own class may have none."""
     monkeypatch.delattr(load_detector("sphere"), "sources")
     assert sources_behind(["sphere"])["detector sphere"] == ("names no sources",)
 
 
 @pytest.mark.parametrize("name", [*DETECTORS, *OPTIONAL, RECORDED_DETECTOR])
 def test_every_detector_of_a_run_can_be_cited(name):
+    """Built in, of an extra, or an engine's recorded reports: each has at least one source."""
     assert sources_behind([name])[f"detector {name}"]
 
 
 def test_a_verbose_run_cites_the_reports_of_an_engine(tmp_path, capsys):
+    """The recording has a live contact from 40 to 50 ms."""
     reports = (LiveContact(40_000_000, "a", "b", "enter"), LiveContact(50_000_000, "a", "b", "exit"))
     write_session(replace(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), live_contacts=reports), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "recorded", "-v"]) == 0

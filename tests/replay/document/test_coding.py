@@ -71,6 +71,10 @@ def removed(plain, path):
     ],
 )
 def test_run_document_survives_writing_and_reading_as_json(settings):
+    """Runs with and without reference, noise or detectors: read and written again the text is the same.
+
+    It fits the schema too.
+    """
     text = text_of(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **settings))
     document, problems = document_of(json.loads(text))
     assert problems == ()
@@ -80,6 +84,7 @@ def test_run_document_survives_writing_and_reading_as_json(settings):
 
 @pytest.mark.parametrize("path", TAMPERED)
 def test_a_tampered_value_is_named_with_its_path(plain_document, path):
+    """A row of TAMPERED: the path of a value, what stands there instead, and what the problem says of it."""
     value, reason = TAMPERED[path]
     bad = copy.deepcopy(plain_document)
     changed(bad, path, value)
@@ -88,6 +93,7 @@ def test_a_tampered_value_is_named_with_its_path(plain_document, path):
 
 
 def test_every_tampered_value_is_named(plain_document):
+    """All rows of TAMPERED at once."""
     bad = copy.deepcopy(plain_document)
     for path, (value, _) in TAMPERED.items():
         changed(bad, path, value)
@@ -105,6 +111,7 @@ def test_every_missing_key_is_named(plain_document):
 
 
 def test_document_with_detectors_foreign_to_its_run_is_faulted(plain_document):
+    """The audit of ``slow`` is renamed to ``quick``, and the reference to ``truth``, which the run does not have."""
     bad = copy.deepcopy(plain_document)
     bad["audit"]["quick"] = bad["audit"].pop("slow")
     bad["oracle"] = "truth"
@@ -117,6 +124,7 @@ def test_document_with_detectors_foreign_to_its_run_is_faulted(plain_document):
 
 
 def test_run_document_ignores_unknown_keys(plain_document):
+    """Keys of a later version are left out when the document is written again."""
     more = copy.deepcopy(plain_document) | {"surprise": 1}
     more["audit"]["slow"]["surprise"] = 1
     assert json.loads(json_of(document_of(more)[0])) == plain_document

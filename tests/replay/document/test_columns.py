@@ -37,6 +37,7 @@ def test_percentage_of_false_contact_is_yellow_unless_zero(fraction, cell):
     ],
 )
 def test_cell_of_false_contact_of_a_detector(false, unconfirmed, cell):
+    """``false``: none of the reference, 0 of 0 where nothing is reported; ``unconfirmed``: only volumes overlap."""
     assert false_cell((false, unconfirmed)) == cell
 
 
@@ -63,11 +64,13 @@ def effect_cells(**fields):
     ],
 )
 def test_row_of_an_effect_has_events_or_curves_and_trigger(fields, text):
+    """``fields``: of the effect, other than usual; ``text``: of one of its cells, as 75 where 25 of 100 frames ran."""
     assert text in effect_cells(**fields).values()
 
 
 @pytest.mark.parametrize(("uncertainty", "below"), [(0.0, ""), (CERTAIN_TOUCH_S, ""), (2e-6, "within 2 µs")])
 def test_moment_states_an_uncertainty_above_a_microsecond(uncertainty, below):
+    """``uncertainty``: seconds; ``below``: the small print under the cell of a moment at 1.5 s."""
     cell = column_called("misses", "at s").cell((1.5, uncertainty))
     assert text_of(cell) == "1.500" and (cell.below if isinstance(cell, Marked) else "") == below
 
@@ -83,6 +86,7 @@ def test_files_have_the_mean_number_of_faulty_contacts(missed, mean):
 
 
 def test_what_is_absent_has_a_dash_or_no_value():
+    """No settings are a dash; without lengths of contacts nobody knows how many were cut."""
     assert [column_called("tradeoff", "settings").cell(text) for text in ("", "exact")] == ["-", "exact"]
     cut = column_called("cut", "cut by lost poses")
     assert [cut.value({"lengths": lengths}) for lengths in (None, SimpleNamespace(cut=3))] == [None, 3]
@@ -107,6 +111,7 @@ def test_effect_runs_always_or_where_its_trigger_lets_it(trigger, frames_run, ru
 
 @pytest.mark.parametrize(("lengths", "cut"), [(SimpleNamespace(cut=2), 2), (None, None)])
 def test_cut_contacts_are_unknown_where_lengths_are(lengths, cut):
+    """``lengths``: of the contacts of a pair, with the number that lost poses cut."""
     assert column_called("cut", "cut by lost poses").of({"lengths": lengths}) == cut
 
 

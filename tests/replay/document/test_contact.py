@@ -31,6 +31,7 @@ def run_and_folder(tmp_path_factory):
 
 
 def test_the_document_counts_the_rows_of_its_tables(run_and_folder):
+    """Expected are the counts of the run in memory, and the one note; ``slow`` misses contact at 5 Hz."""
     result, folder = run_and_folder
     contacts = sum(len(contacts) for contacts in result.contacts.values())
     misses = sum(len(misses) for misses in result.misses.values())
@@ -42,6 +43,7 @@ def test_the_document_counts_the_rows_of_its_tables(run_and_folder):
 
 
 def test_run_in_memory_and_its_folder_have_the_same_records(run_and_folder):
+    """Contacts and events are equal; of faults their numbers (a test below compares the rest)."""
     result, folder = run_and_folder
     read = read_run_folder(folder)
     assert {label: tuple(contacts) for label, contacts in read.contacts.items()} == {
@@ -55,6 +57,7 @@ def test_run_in_memory_and_its_folder_have_the_same_records(run_and_folder):
 
 @pytest.mark.parametrize("name", ["episodes", "misses", "events"])
 def test_a_table_of_other_length_than_counted_is_refused(run_and_folder, name):
+    """The document is made to count 99 rows."""
     _, folder = run_and_folder
     read = read_run_folder(folder)
     read.document.tables[name] = StoredTable(file=f"{name}.parquet", rows=99)
@@ -71,6 +74,7 @@ def plain_types(annotation):
 
 @pytest.mark.parametrize("name", TABLES)
 def test_fields_of_a_record_are_declared_columns_of_their_type(name):
+    """A record is what is read of a row; columns of the file are declared apart from it."""
     columns = {column.name: column for column in file_columns(name)}
     for declared in msgspec.structs.fields(TABLES[name]):
         column = columns[declared.encode_name]
@@ -79,11 +83,11 @@ def test_fields_of_a_record_are_declared_columns_of_their_type(name):
 
 
 def test_faults_read_from_a_run_folder_equal_the_run(run_and_folder):
+    """All fields but what a folder does not store: first touch, nearest faces, how many frames agree on the cause."""
     result, folder = run_and_folder
     read = read_run_folder(folder).faults
     assert any(result.faults.values())
     for label, faults in result.faults.items():
         for fault, again in zip(faults, read[label], strict=True):
-            # A folder stores no first touch, no nearest faces, and not how many frames agree on the cause.
             evidence = replace(fault.evidence, touch=None, nearest=None)
             assert again == replace(fault, evidence=evidence, agreeing=(0, 0))

@@ -19,13 +19,14 @@ def document_of_reference(processor_fraction, *, p99, live=True):
     [(1.0, 4e-3, True), (None, 4e-3, True), (0.6, 4e-3, False), (1.0, None, False), (0.6, None, False)],
 )
 def test_slowest_frames_are_stated_when_timed_on_an_idle_machine(processor_fraction, p99, has_slowest):
-    """1 ms is 9 % of the 11.1 ms of a frame at 90 Hz."""
+    """1 ms is 9 % of the 11.1 ms of a frame at 90 Hz; ``processor_fraction``: what the detector had, if known."""
     text = cost_sentence(document_of_reference(processor_fraction, p99=p99))
     assert text.startswith("exact takes 1 ms a frame, 9 % of a 90 Hz frame")
     assert ("99 % of frames within 4 ms" in text) == has_slowest
 
 
 def test_cost_of_a_batch_states_how_it_was_timed():
+    """Not live, a detector got all frames at once and was timed as a whole; without detectors nothing is said."""
     texts = [cost_sentence(document_of_reference(1.0, p99=None, live=live)) for live in (True, False)]
     assert [text.endswith(BATCH_TIMING_SENTENCE) for text in texts] == [False, True]
     assert cost_sentence(document_with()) == ""

@@ -29,6 +29,10 @@ SCRIPTED_VERDICTS = str.maketrans(".C-", "ncn")
 
 @pytest.mark.parametrize("state", STATES)
 def test_every_sentence_holds_in_every_state(state):
+    """A state is a row of sentences.toml: verdicts of reference and detector, a letter a frame, and the sentences.
+
+    Gates allow no miss and no false contact.
+    """
     row = STATES[state]
     status = [[Status.VALID, Status.LOST if letter == "-" else Status.VALID] for letter in row["oracle"]]
     oracle, subject = (row[name].translate(SCRIPTED_VERDICTS) for name in ("oracle", "subject"))
@@ -63,6 +67,7 @@ def test_the_moment_of_a_false_contact_holds_its_gap():
     ],
 )
 def test_report_states_the_severity_of_the_doctors_findings(severities, text):
+    """Notes are nothing suspicious; errors come before warnings."""
     findings = [Finding("frozen", "it stood still", own_severity=severity).as_json() for severity in severities]
     records = tuple(convert(finding, FindingRecord) for finding in findings)
     assert trust(document_with(findings=records, detectors={"it": detector_of("hybrid")})) == text
@@ -120,4 +125,5 @@ def test_contact_offset_explains_false_contact_of_distant_shapes(skin, gap):
     ],
 )
 def test_colliders_are_named_by_shape_or_number_of_pieces(settings, label):
+    """``settings``: of a collider."""
     assert shape_label(settings) == label

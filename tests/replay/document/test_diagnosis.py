@@ -78,12 +78,14 @@ def test_pieces_of_a_cube_are_not_advised_its_offset_is():
 
 @pytest.mark.slow
 def test_two_numbers_of_pieces_are_two_settings():
-    # Cut by planes, all numbers of pieces of a body come from a single cut.
+    """Compounds of 1, 2 and 4 pieces; the fix of each is twice as many pieces, with the figures of that row alone.
+
+    Cut by planes, all numbers of pieces of a body come from a single cut.
+    """
     compounds = [f"c{pieces}=collider[shape=compound,pieces={pieces},method=planes]" for pieces in (1, 2, 4)]
     run = compute(in_hollow(), detectors=["hull=collider[shape=hull]", *compounds, "exact"])
     answers, ranks = ({row.label: row for row in rows} for rows in (run.answers, run.ranking))
     assert ranks["hull"].loss == ranks["c1"].loss > ranks["c2"].loss > ranks["c4"].loss
-    # The fix of each is the compound of twice as many pieces, with the figures of that row alone.
     for label, mended in {"c1": "c2", "c2": "c4"}.items():
         fix = answers[label].fix
         assert f"Up to {mended[1:]} convex pieces" in fix.text and f"({mended})" in fix.text

@@ -392,6 +392,7 @@ def without_noise(why, fault):
 
 
 def test_only_shallow_contacts_of_known_depth_may_be_noise():
+    """``at_least``: the depth is a lower bound, so the contact may be deeper than noise makes it."""
     shallow, deep = NOISE_MM / 2000, NOISE_MM / 500  # metres: half and twice of what noise can make
     assert "the noise of a tracker could have made it" in noise_remark(shallow, at_least=False)
     assert noise_remark(shallow, at_least=True) == noise_remark(deep, at_least=False) == ""

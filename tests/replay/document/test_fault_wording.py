@@ -82,12 +82,14 @@ FALSE = {
 
 @pytest.mark.parametrize("form", MISSES)
 def test_sentence_about_a_miss_reads_as_it_did(form, snapshot):
+    """The contact is in frames 4 to 7; a form of MISSES is a fault and what its detector sampled and reported."""
     miss, detector = MISSES[form]
     assert why_missed(miss, "slow", detector, CONTACT) == snapshot
 
 
 @pytest.mark.parametrize("form", FALSE)
 def test_sentence_about_a_false_contact_reads_as_it_did(form, snapshot):
+    """A form of FALSE is a fault and what its detector sampled and reported; surfaces are 2 mm apart."""
     false_contact, detector = FALSE[form]
     assert why_false(false_contact, "slow", detector) == snapshot
 

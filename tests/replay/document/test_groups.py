@@ -54,6 +54,7 @@ def paper_run():
 
 
 def test_members_are_not_paired_and_touch_as_a_group(paper_run):
+    """Frames 2 to 4, by thumb and index in turn, are one contact of the hand, frame 6 another."""
     assembly = paper_run.assembly
     names = {"-".join(assembly.bodies_of(pair)) for pair in range(len(assembly.pairs))}
     assert names == {"thumb-glass", "index-glass", "palm-glass"}
@@ -64,6 +65,7 @@ def test_members_are_not_paired_and_touch_as_a_group(paper_run):
 
 
 def test_tables_name_the_group_and_open_to_members(paper_run):
+    """The rows of the members have their own frames, 2 of the thumb and 3 of the index; the palm never touches."""
     table = pair_table(paper_run, "paper")
     assert table.column("pair") == ["hand-glass", "  thumb-glass", "  index-glass"]
     assert table.column("contacts") == [2, None, None]
@@ -118,6 +120,7 @@ def test_contact_of_a_member_hides_no_false_contact_of_another():
     ],
 )
 def test_outcome_of_a_hand_follows_from_outcomes_of_its_links(thumb, index, hand):
+    """An outcome is of one frame, beside a glass; ``hand``: what counts for both links together."""
     outcomes_of_one_frame = np.array([[thumb, index]], dtype=np.uint8)
     assert joined_outcome(outcomes_of_one_frame) == [hand]
 

@@ -79,6 +79,8 @@ def test_cost_of_sampling_every_frame_is_measured_only_live():
 
 
 def test_a_note_names_contacts_not_counted_while_grasped():
+    """``counts``: contacts and false frames while a hand holds a body; of none there is no note."""
+
     def notes_of_counts(**counts):
         audit = audit_of(while_grasped=zeros(GraspedCounts, **counts))
         return grasped_notes(SimpleNamespace(document=document_with(audit={"slow": audit})))
@@ -99,6 +101,7 @@ def test_a_note_names_contacts_not_counted_while_grasped():
     ],
 )
 def test_number_of_pieces_of_a_compound_is_printed(counts, lines):
+    """``counts``: pieces of each mesh, of at most 4; a hull has none."""
     pieces = {str(k): (None,) * count for k, count in enumerate(counts)}
     shape = "compound" if counts else "hull"
     detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=pieces)
@@ -106,6 +109,10 @@ def test_number_of_pieces_of_a_compound_is_printed(counts, lines):
 
 
 def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
+    """Without figures over sampling offsets (``phases``) no fix is measured: meshes at every frame are advised.
+
+    The first contact that meshes at 20 Hz miss begins in frame 4, at 10 ms a frame.
+    """
     run = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=collider[shape=mesh,rate_hz=20]")
     (answer,) = answers_of_run(replace(run, phases={}), run.document, run.ranking)
     assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
@@ -114,7 +121,7 @@ def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
 
 @pytest.mark.parametrize("detector", ["collider[shape=mesh]", "discrete[containment=false]"])
 def test_a_contact_between_frames_is_fixed_by_continuous(detector):
-    # 3 edges away at 10 ms, and as far beyond at 20 ms.
+    """A cube is 3 edges away at 10 ms and as far beyond at 20 ms: it touches after 2 of 6 edges, a third of the way."""
     (answer,) = compute(jumping(), detectors=detector, oracle="continuous").answers
     assert answer.fix.measured and "continuous" in answer.fix.text
     assert answer.moment.seconds == pytest.approx(0.01 + 0.01 / 3, abs=1e-6)

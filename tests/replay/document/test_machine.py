@@ -12,12 +12,14 @@ from replay.document.machine import give_back_memory, machine, processor_name, v
 
 
 def test_versions_list_python_and_packages_that_decide_verdicts():
+    """Five packages must be among them."""
     result = versions()
     assert result["python"] == platform.python_version()
     assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(result)
 
 
 def test_the_machine_is_named_without_naming_user_or_host():
+    """The number of cores and the architecture are as Python's standard library says."""
     text = json.dumps(machine())
     assert machine()["cores"] == os.cpu_count() and machine()["architecture"] == platform.machine()
     assert platform.node() == "" or platform.node() not in text
@@ -31,6 +33,7 @@ def test_the_machine_is_named_without_naming_user_or_host():
     ],
 )
 def test_linux_processor_is_named_by_model_or_architecture(listed, named, tmp_path, monkeypatch):
+    """``listed``: of /proc/cpuinfo, of which the first model counts; without the file the architecture is the name."""
     monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(module, "LINUX_PROCESSOR_FILE", tmp_path / "cpuinfo")
     assert processor_name() == platform.machine()
@@ -39,7 +42,9 @@ def test_linux_processor_is_named_by_model_or_architecture(listed, named, tmp_pa
 
 
 @pytest.mark.parametrize(("answer", "named"), [("Apple M2\n", "Apple M2"), (None, platform.machine())])
-def test_silent_mac_is_named_by_its_architecture(answer, named, monkeypatch):
+def test_mac_is_named_by_its_command_or_architecture(answer, named, monkeypatch):
+    """``answer``: of the system's command; None: there is no such command."""
+
     def asked(*_, **__):
         if answer is None:
             raise FileNotFoundError

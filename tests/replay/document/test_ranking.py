@@ -48,6 +48,7 @@ def test_the_largest_loss_comes_first_and_the_oracle_last():
 
 @pytest.mark.parametrize(("missed", "late_or_cut_short"), [(1, 0), (0, 1), (1, 1), (0, 0)])
 def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
+    """So many of 18 contacts are missed, and late or cut short."""
     first, _ = ranking(document_of_audits(mesh50=audit_of_18_contacts(missed, late_or_cut_short, false=0)))
     assert first.lost == (missed + late_or_cut_short > 0)
 
@@ -144,6 +145,7 @@ def test_ranking_prints_zeros_and_dashes_for_the_reference():
 
 
 def test_the_time_of_a_recorded_engine_is_not_measured():
+    """The reports of an engine stood in the recording: mean and slowest time are dashes."""
     document = document_of_audits(recorded=audit_of_18_contacts(missed=1, late=0, false=0))
     engine = structs.replace(document.detectors["recorded"], name="recorded")
     document = structs.replace(document, detectors=document.detectors | {"recorded": engine})
@@ -155,6 +157,7 @@ def test_the_time_of_a_recorded_engine_is_not_measured():
     [("discrete", "triangle meshes at 50 Hz"), ("recorded", "what the engine reported"), ("my:Own", "my:Own at 50 Hz")],
 )
 def test_a_label_has_the_rate_but_not_the_engine_rate(name, text):
+    """``my:Own``: a class of the user; what an engine reported came at its own steps."""
     assert detector_label(name, {"rate_hz": 50}) == text
 
 
@@ -187,5 +190,6 @@ def test_a_mean_above_p99_is_explained(mean, noted):
 
 @pytest.mark.parametrize(("unconfirmed", "false", "all_are"), [(0, 0, False), (2, 2, True), (2, 3, False)])
 def test_false_contact_is_unconfirmed_if_all_of_it_is(unconfirmed, false, all_are):
+    """``unconfirmed``, ``false``: pair-frames in which only bounding volumes overlap, and all that are false."""
     pair_frames = zeros(PairFrames, false_contact=false)
     assert all_unconfirmed(audit_of(unconfirmed=unconfirmed, pair_frames=pair_frames)) == all_are

@@ -69,6 +69,7 @@ def test_pooled_sessions_sum_counts_before_dividing():
 
 
 def test_means_over_offsets_are_pooled_only_if_all_have_means():
+    """1 of 16 in two sessions are 2 of 32; a session without offsets leaves no mean."""
     same = proportion(1, 16)
     means = OffsetProportions(contacts_missed=same, late_or_cut_short=same, time_missed=same, false_contact=same)
     rated = structs.replace(SINGLE, means_over_offsets=means)

@@ -24,12 +24,14 @@ def document_of_short_run():
 
 
 def test_summary_json_is_read_back_as_the_same_document(document_of_short_run):
+    """The run had seed 5 and began at 0 s."""
     plain = json.loads(json_of(document_of_short_run))
     assert document_of(plain) == (document_of_short_run, ())
     assert plain["schema"] == SCHEMA and plain["seed"] == 5 and plain["window"] == {"start": 0.0, "end": None}
 
 
 def test_summary_holds_settings_digest_and_times_of_every_detector(document_of_short_run):
+    """A digest is 64 hexadecimal digits (SHA-256); the six frames of the one pair have six verdicts."""
     for detector in document_of_short_run.detectors.values():
         assert len(detector.digest) == 64 and detector.settings and detector.seconds.stages
     slow, hybrid = document_of_short_run.detectors["slow"], document_of_short_run.detectors["hybrid"]
@@ -61,6 +63,7 @@ def test_verdicts_that_rest_on_a_flagged_pose_are_counted(monkeypatch):
 
 
 def test_seconds_of_a_frame_are_the_sum_of_stages():
+    """Stages x and y take 1 and 0.5 s in frame 0, 2 and 0.25 s in frame 1; without times by frame there is no sum."""
     head = verdicts(["..", ".."])
     online = Detection(**{**vars(head), "seconds": {"x": np.array([1.0, 2.0]), "y": np.array([0.5, 0.25])}})
     assert frame_seconds(online).tolist() == [1.5, 2.25]
@@ -78,6 +81,7 @@ def test_samples_over_the_frame_of_a_headset_are_a_fraction():
 
 
 def test_facts_about_a_person_stay_in_the_session_file():
+    """Serial number, name and address are withheld; clock and pseudonym stay; a room that is not stated is nothing."""
     known = {"clock": "steady", "pseudonym": "S07"}
     private = {"devices": "LHR-8F0A0C11 -> left", "student_name": "Anna Muster", "email": "anna@example.org"}
     session = unit_cubes_on_x(
@@ -97,6 +101,7 @@ def test_facts_about_a_person_stay_in_the_session_file():
     [("Titration", "S07", "Titration"), ("", "S07", "S07"), ("", "not stated", "session 1f"), ("", None, "session 1f")],
 )
 def test_session_is_called_by_scene_then_pseudonym_then_id(scene, pseudonym, name):
+    """``session 1f`` is made of the session's id."""
     facts = {} if pseudonym is None else {"pseudonym": pseudonym}
     session = unit_cubes_on_x({"a": [0.0], "b": [3.0]}, scene=Scene(name=scene), facts=facts)
     assert session_name(session, "1f") == name

@@ -35,6 +35,10 @@ def dots_of_ranks(*ranks, undecided=(0, 10)):
     ],
 )
 def test_measured_and_decided_detectors_have_a_dot_by_fault(ranks, kinds):
+    """The first rank is the worst, and its dot has the kind of its larger fault; others have none.
+
+    Without a time, or with undecided contacts, there is no dot.
+    """
     assert {dot.detector: dot.kind for dot in dots_of_ranks(*ranks)} == kinds
 
 
@@ -46,10 +50,12 @@ def test_dot_stands_at_milliseconds_and_loss():
 
 
 def test_run_that_decided_nothing_has_no_dots():
+    """All ten pair-frames of the only audit are undecided."""
     assert dots_of_ranks(MISSING, undecided=(10, 10)) == []
 
 
 @pytest.mark.parametrize(("loss", "axis_end"), [(0.0, 0.1), (0.4, 0.4)])
 def test_axis_of_losses_reaches_a_tenth_at_least(loss, axis_end):
+    """``loss``: of the only dot, 0 or 0.4; the largest number beside the axes is at least so much."""
     plot = accuracy_plot([Dot("exact", 0.04, loss)], (300.0, 200.0))
     assert max(float(text.text) for text in plot.labels if text.text.replace(".", "").isdigit()) >= axis_end

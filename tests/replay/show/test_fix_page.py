@@ -69,6 +69,7 @@ def page(fix_of_stirred_cup, small_pictures):
 
 
 def test_fix_page_headline_has_values_before_and_after(fix_of_stirred_cup, page):
+    """A percentage before and after, and so many pieces in place of the three hulls of cup, rod and spare."""
     text = re.sub(r"<[^>]*>", "", re.search(r"<h1>(.*?)</h1>", page, re.S)[1])
     text = unescape(" ".join(text.split()))
     assert text == cure_sentences(fix_of_stirred_cup.result, fix_of_stirred_cup.before, fix_of_stirred_cup.after)
@@ -76,6 +77,7 @@ def test_fix_page_headline_has_values_before_and_after(fix_of_stirred_cup, page)
 
 
 def test_page_has_both_lanes_and_both_stills(page):
+    """One still of the same moment with hulls and with pieces, which report no contact there."""
     lanes = re.findall(r'<svg class="lane" data-detector="(\w+)"', page)
     assert lanes[:3] == ["exact", "hulls", "pieces"]
     pair = page[page.index('<div class="pair">') : page.index('<section class="compared">')]
@@ -93,6 +95,7 @@ def test_every_body_has_a_card_with_pictures(fix_of_stirred_cup, page):
 
 
 def test_page_is_self_contained_and_names_no_run_folder(page):
+    """Addresses are places on the page or data; a command to view would need a run folder."""
     assert not re.findall(r'(?:src|href)="(?!#|data:)[^"]*"', page)
     assert "replay view" not in page
 
@@ -100,6 +103,10 @@ def test_page_is_self_contained_and_names_no_run_folder(page):
 @pytest.mark.slow
 @pytest.mark.parametrize("fraction", [1.0, 0.6])
 def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fix_of_stirred_cup, fraction):
+    """``fraction``: of the processor that the detectors had; other programs had the other 40 %.
+
+    Then a cost twice as large is not marked as worse either.
+    """
     document = fix_of_stirred_cup.result.document
     detectors = {
         label: structs.replace(row, seconds=structs.replace(row.seconds, processor_fraction=fraction))
@@ -128,11 +135,13 @@ def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fix_of_stirred_c
     ],
 )
 def test_figure_changed_by_over_1_percent_is_marked(before, after, change):
+    """Larger is worse for a gap; from 0 any growth counts, and nothing where one is unknown."""
     (figure,) = comparison([Column("gap", float)], {"gap": before}, {"gap": after}, is_busy=False)
     assert figure.change == change
 
 
 def test_new_columns_of_a_fix_reach_terminal_and_page(fix_of_stirred_cup, monkeypatch):
+    """A column with a cell of its own is added to each of three tables, and to nothing else."""
     tables = ("before_after", "pieces_front", "cards")
     for table in tables:
         probe = Column("probe", float, of=lambda row: 40.0, show=lambda value, table=table: f"cell of {table}")
@@ -163,6 +172,7 @@ def test_distance_beyond_a_box_is_that_of_its_surface():
 
 
 def test_neighbouring_pieces_have_different_colours():
+    """Twelve cubes in a row, each touching the next; more than two colours are used."""
     row = [shift_mesh(box_mesh((1.0, 1.0, 1.0)), (1.0 * k, 0.0, 0.0)) for k in range(12)]
     numbers = colour_numbers(row, len(SERIES_COLOURS))
     assert all(a != b for a, b in pairwise(numbers)) and len(set(numbers)) > 2
@@ -183,11 +193,13 @@ def test_colour_scale_grows_lighter_and_is_never_red():
 
 
 def test_seam_is_named_by_kind_width_pieces_and_place():
+    """Pieces are counted from 0 in the data and from 1 for people; millimetres have one digit."""
     seam = {"kind": "slit", "pieces": [2, 6], "width_mm": 0.4, "at_mm": [12.0, -40.04, 3.0]}
     assert seam_line(seam) == "slit of 0.4 mm: pieces 3 and 7, at 12.0, -40.0, 3.0 mm"
 
 
-def test_report_cards_list_pieces_of_cut_bodies_only():
+def test_report_cards_list_the_hull_and_what_was_tried():
+    """The cup is cut into 4 pieces; the rod keeps its hull, beside which a box was tried."""
     fractions = dict.fromkeys(("beyond", "missing", "false", "missed", "ms"))
     card = {**fractions, "triangles": 12, "reach_mm": 0.0, "overlap_mm": 0.0, "slit_mm": 0.0}
     hull, cut = {**card, "pieces": 1}, {**card, "pieces": 4}
@@ -231,6 +243,7 @@ def test_piece_20_mm_beyond_has_the_nearest_of_24_colours(monkeypatch):
     ],
 )
 def test_card_states_why_a_body_keeps_its_hull(pieces, reason, text):
+    """``pieces``: after the fix; a body in one piece has one picture and no figures after."""
     box = box_mesh((0.1, 0.1, 0.1))
     figures = dict.fromkeys(
         ("triangles", "beyond", "missing", "reach_mm", "overlap_mm", "slit_mm", "false", "missed", "ms"), 0.0

@@ -80,6 +80,7 @@ def test_column_added_to_the_table_appears_in_every_output(texts):
 
 
 def test_a_new_column_is_a_column_in_parquet(texts):
+    """The cell of a column is text (probe-45), the file has its number: 40 and the letters of the label."""
     result, folder, *_ = texts
     rows = pq.read_table(folder / "ranking.parquet").to_pylist()
     assert {row["detector"]: row["probe"] for row in rows} == {
@@ -88,6 +89,7 @@ def test_a_new_column_is_a_column_in_parquet(texts):
 
 
 def test_parquet_holds_the_numbers_behind_the_cells(texts):
+    """Counts are fractions times contacts, seconds are milliseconds; the reference, the last rank, misses nothing."""
     result, folder, *_ = texts
     rows = {row["detector"]: row for row in pq.read_table(folder / "ranking.parquet").to_pylist()}
     for rank in ranks_with_fixes(result.ranking, result.document)[:-1]:
@@ -156,19 +158,21 @@ def folder_with_columns(faulty, tmp_path, monkeypatch):
 
 
 def test_new_column_reaches_parquet_csv_and_reader(folder_with_columns):
+    """The column has 2.5 in every row of every table of the folder."""
     folder = folder_with_columns
     for name in FILE_TABLES:
         table = pq.read_table(folder / f"{name}.parquet")
-        assert set(table["probe"].to_pylist()) <= {2.5}, name
+        assert set(table["probe"].to_pylist()) == {2.5}, name
         write_tables({name: table}, folder, "csv")
         head, *rows = csv.reader((folder / f"{name}.csv").read_text(encoding="utf-8-sig").splitlines())
-        assert {row[head.index("probe")] for row in rows} <= {"2.5"}, name
+        assert {row[head.index("probe")] for row in rows} == {"2.5"}, name
     run = read_run_folder(folder)
     for name in ("episodes", "misses", "false", "events"):
-        assert {row["probe"] for row in run.rows(name)} <= {2.5}, name
+        assert {row["probe"] for row in run.rows(name)} == {2.5}, name
 
 
 def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
+    """Each column of each file has the type of its declaration; with a slash, that of the name up to the slash."""
     tried = Tradeoff(
         rows=(price_row("exact", ms=1.0, missed=0, front=True),),
         front=("exact",),
@@ -188,6 +192,7 @@ def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
 
 
 def test_a_heading_has_the_unit_that_its_table_declares():
+    """Columns without a unit, or that no table has (probe), stay as they are."""
     assert headings(["start", "cut_length", "frames"], "misses") == ["start [s]", "cut_length [m]", "frames"]
     assert headings(["mean_ms", "missed"], "ranking") == ["mean_ms [ms]", "missed"]
     assert headings(["seconds/exact/broad", "frame"], "timing") == ["seconds/exact/broad [s]", "frame"]
@@ -224,15 +229,18 @@ def test_every_output_renders_answer_and_ranking_of_the_list(faulty, monkeypatch
 
 
 def test_no_output_shows_a_column_that_no_table_has(faulty):
+    """The marker that the tests above add is in none of the outputs as they are."""
     assert not [output for output, text in all_texts(faulty).items() if "marker-cell" in text]
 
 
 def test_every_column_of_every_table_has_a_meaning():
+    """It stands in the guide."""
     tables = columns.COLUMNS.items()
     assert [(table, column.name) for table, some in tables for column in some if not column.meaning] == []
 
 
 def test_a_new_column_is_in_the_list_of_the_guide(monkeypatch, capsys):
+    """A line has name, unit, type and meaning; sections have the columns of their tables, in order."""
     monkeypatch.setitem(columns.COLUMNS, "misses", (*columns.COLUMNS["misses"], replace(MEASURED, meaning="a probe")))
     assert main(["guide", "columns"]) == 0
     listed = capsys.readouterr().out
@@ -243,5 +251,6 @@ def test_a_new_column_is_in_the_list_of_the_guide(monkeypatch, capsys):
 
 
 def test_the_guide_lists_the_tables_over_many_runs():
+    """Tables that are joined over runs are those of the data set."""
     assert joined_tables() in page("many-sessions")
     assert [table.joined for table in columns.FILE_TABLES.values() if table.joined] == list(DATA_SET)

@@ -34,6 +34,7 @@ def distant():
 
 
 def test_a_wide_gap_is_read_in_millimetres(distant):
+    """300 mm, in terminal and page; numbers of drawings are left out of the page."""
     page = report_html(distant)
     body = re.sub(r"<style>.*?</style>|data:[^\"]*|<path[^>]*>", "", page, flags=re.DOTALL)
     screens = [printed(run_screen(distant)), printed(run_tables(distant)), answer_text(distant), body]

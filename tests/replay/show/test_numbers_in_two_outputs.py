@@ -340,6 +340,7 @@ def agrees(a, b):
 
 @pytest.mark.sampled(4)
 def test_a_cell_reads_the_same_in_every_output(outputs):
+    """Cells of any two outputs that have one; a number of a file is within the digits that a text shows."""
     facts, _ = outputs
     different = [
         (cell, a, facts[a][cell], b, facts[b][cell])
@@ -351,12 +352,12 @@ def test_a_cell_reads_the_same_in_every_output(outputs):
 
 
 def test_a_sentence_has_the_same_numbers_in_every_output(outputs):
+    """Sentences of any two outputs that have the same words; a list that is cut short has some of the numbers."""
     _, sentences = outputs
     different = [
         (words, a, sentences[a][words], b, sentences[b][words])
         for a, b in combinations(sentences, 2)
         for words in sentences[a].keys() & sentences[b].keys()
-        # A list that is cut short has some of the numbers.
         if not (sentences[a][words] <= sentences[b][words] or sentences[b][words] <= sentences[a][words])
     ]
     assert different == []
@@ -364,6 +365,7 @@ def test_a_sentence_has_the_same_numbers_in_every_output(outputs):
 
 @pytest.mark.parametrize("outputs", ["several"], indirect=True)
 def test_most_numbers_occur_in_more_than_two_outputs(outputs):
+    """So that the two tests above compare much: over 80 % of the cells, and half of the first screen's sentences."""
     facts, sentences = outputs
     cells = set().union(*facts.values())
     several = {cell for cell in cells if sum(cell in known for known in facts.values()) > 2}

@@ -151,6 +151,7 @@ WALKS = {
 
 @pytest.mark.parametrize("output", WALKS)
 def test_a_miss_is_rendered_through_at_most_thirteen_files(output):
+    """Files of the product whose functions are called, once templates and the like are in memory."""
     WALKS[output](run("one"))
     files = entered(lambda: WALKS[output](run("one")))
     assert 2 < len(files) <= 13, sorted(files)
@@ -163,7 +164,10 @@ OF_AUDITED = ("audit_of_detector", "false_contacts", "match_episodes", "count_co
 
 @pytest.mark.slow
 def test_facts_are_computed_once_and_outputs_compute_nothing(tmp_path):
-    # A contact in one frame; two more than 0.5 m deep, of which one is cut by the end.
+    """Calls are counted by name: once a run, once for each of 3 detectors, or of 2 that are audited.
+
+    A contact is in one frame; two are over 0.5 m deep, of which one is cut by the end.
+    """
     session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.9, 3, 3, 3, 0.4, 0.4, 3, 3, 3, 0.4, 0.4]})
     made = []
     matches = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact")))

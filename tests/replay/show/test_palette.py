@@ -25,6 +25,7 @@ def lightness(colour):
 
 
 def test_nothing_but_missed_is_near_the_red():
+    """The distance in red, green and blue (0 to 255) to outcomes, verdicts, curves and bodies."""
     others = [colour for outcome, (_, colour) in palette.OUTCOME_STYLES.items() if outcome != Outcome.MISSED]
     others += [colour for _, colour in palette.VERDICT_STYLES.values()]
     others += [*palette.SERIES_COLOURS, palette.WHITE, palette.BUDGET]
@@ -36,6 +37,7 @@ def test_nothing_but_missed_is_near_the_red():
 
 @pytest.mark.parametrize("kind", FaultKind)
 def test_each_kind_of_fault_has_the_same_colour_everywhere(kind):
+    """The red is only for contacts never reported; the legend of lanes names each colour."""
     key = palette.fault_key(kind)
     assert palette.hex_of(palette.fault_colour(kind)) == palette.DARK_COLOURS[key]
     assert (palette.fault_colour(kind) == palette.MISSED) == (kind is FaultKind.NEVER_REPORTED)
@@ -79,16 +81,17 @@ def lab(linear):
 @pytest.mark.parametrize("eyes", VISION)
 @pytest.mark.parametrize("colours", [palette.LIGHT_COLOURS, palette.DARK_COLOURS], ids=["light", "dark"])
 def test_kinds_differ_for_every_kind_of_colour_vision(colours, eyes):
+    """Distances are of CIE L*a*b*: ten are distinct side by side; small marks at a distance need more, 20."""
     linear = {
         kind: ((np.array(palette.rgba_of(text)[:3]) / 255 + 0.055) / 1.055) ** 2.4 for kind, text in colours.items()
     }
     perceived = {kind: lab(np.array(VISION[eyes]) @ value) for kind, value in linear.items()}
     pairs = [(a, b) for a in perceived for b in perceived if a < b]
-    # Ten units are told apart side by side; small marks at a distance need more.
     assert min(float(np.linalg.norm(perceived[a] - perceived[b])) for a, b in pairs) > 20
 
 
 def test_pages_picture_and_terminal_share_the_colours():
+    """The page's style, the picture's constants and the terminal's marks, by kind."""
     css = palette.page_colours()
     assert all(
         f"--{kind}:{colour}" in css
@@ -110,16 +113,19 @@ def test_pages_picture_and_terminal_share_the_colours():
     ],
 )
 def test_lane_legend_names_present_outcomes_and_who_missed(missing_detector, has_late, legend):
+    """Contact is reported by both, or missed; the legend says by whom if that is known, and of late parts in pink."""
     outcomes = [Outcome.BOTH, Outcome.MISSED, Outcome.NEITHER]
     assert lane_legend(outcomes, missing_detector, has_late=has_late).split("    ") == legend
 
 
 def test_tags_of_a_body_default_to_its_name():
+    """Words of a name are tags, in small letters and without a number; declared tags come first."""
     scene = Scene(bodies=(SceneBody("Glass rod 2"), SceneBody("tool", tags=("metal",))))
     names = ("Glass rod 2", "tool", "left_hand")
     assert [tags_of(name, scene) for name in names] == [("glass", "rod"), ("metal",), ("left", "hand")]
 
 
 def test_body_before_a_contact_is_see_through_except_the_bench():
+    """The fourth number of a colour is its opacity, of 255."""
     assert see_through(("rod",))[3] < albedo(("rod",))[3] == 255
     assert see_through(("bench",)) == albedo(("bench",))

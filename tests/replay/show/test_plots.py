@@ -38,6 +38,7 @@ def test_labels_of_a_scatter_plot_do_not_overlap(seed):
 
 
 def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():
+    """From 0.01 to 1000, each once."""
     assert Axis.of("ms", [0.01, 1000.0], 5).ticks == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
 
 
@@ -129,6 +130,7 @@ def test_name_of_an_interval_ends_two_characters_before_its_figure():
     ("lower", "upper", "has_line"), [(0.0, 1.0, True), (-np.inf, 1.0, False), (0.0, np.inf, False)]
 )
 def test_interval_without_a_finite_end_is_a_dot(lower, upper, has_line):
+    """A whisker is the line from end to end; the dot of the value is there in any case."""
     plot = interval_plot([IntervalRow("a", value=0.5, lower=lower, upper=upper, label="0.5")], "", "", start=0.0)
     assert [kind for kind, _ in plot.lines if kind.startswith("whisker")] == ["whisker"] * has_line
     assert len(plot.dots) == 1
@@ -188,6 +190,7 @@ def test_value_on_a_logarithmic_axis_stands_at_its_power():
 
 
 def test_equal_values_have_an_axis_of_their_own():
+    """A curve of one value lies on the lower axis, an interval of one value at the axis' begin, 8 units."""
     level = curve([(0.0, 20.0), (1.0, 20.0)], (), "", "s", "degC", lowest=20.0)
     heights = {height for _, height in dict(level.lines)["curve"]}
     assert heights == {FIELD["bottom"]}
@@ -196,6 +199,7 @@ def test_equal_values_have_an_axis_of_their_own():
 
 
 def test_wide_and_non_ascii_characters_count_as_widest():
+    """M and ä are 15.8 units wide, a 8.9, the full stop 5.7 and A 10.9."""
     assert text_width("M\u00e4a.A") == pytest.approx(15.8 + 15.8 + 8.9 + 5.7 + 10.9)
 
 
@@ -231,6 +235,7 @@ BESIDE, OTHER_SIDE = (10.0, -8.0), (-10.0 - 26.7, -8.0)
     ],
 )
 def test_name_keeps_6_units_from_the_middle_of_other_dots(offset, side):
+    """``offset``: of another dot, 5.5 or 6.5 units from the name on any of its four sides."""
     assert label_among(offset) == side
 
 
@@ -250,6 +255,7 @@ BELOW_BOTH_SIDES = ((20.0, 10.0), (-20.0, 10.0))
     ids=["above", "above right", "above left", "a little higher", "a little higher, on the left"],
 )
 def test_name_moves_up_where_dots_stand_beside(offsets, side):
+    """``offsets``: of other dots; ``side``: of the name's corner, units right of and below its own dot."""
     assert label_among(*offsets) == side
 
 

@@ -20,6 +20,7 @@ from replay.words import duration
 
 
 def test_unmeasured_values_of_table_columns_are_none():
+    """NaN, and a path through what is not there (touch.moment), have no value; point.1 is the second coordinate."""
     row = SimpleNamespace(gap=float("nan"), touch=None, point=(1.0, 2.0, 3.0))
     columns = Column("gap", float, ""), Column("when", float, "", "touch.moment"), Column("y", float, "", "point.1")
     assert [column.value(row) for column in columns] == [None, None, 2.0]
@@ -38,7 +39,10 @@ def column(made, name):
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
 def test_uncertain_first_touch_states_its_uncertainty(away, known):
-    """``away``: metres from the origin; at 10 km rounding is larger than a micrometre."""
+    """``away``: metres from the origin; at 10 km rounding is larger than a micrometre.
+
+    A cube's edge turns 1 nm deep into another: free and touching times must enclose the closed form of its way.
+    """
     depth, rotated = 1e-9, 1.5
     result = compute(grazing(away, depth, rotated), detectors="exact", oracle="continuous")
     (miss,) = result.misses["exact"]

@@ -107,7 +107,11 @@ def test_a_ranking_has_the_same_cells_on_every_screen(screens):
     assert all(line in texts["picture"] for line in pages["picture"].splitlines())
 
 
-def test_loss_is_the_same_in_tables_plots_and_the_tradeoff(screens):
+def test_loss_is_the_same_in_tables_and_plots(screens):
+    """The expected loss is made of the numbers of summary.json.
+
+    Names of dots that lie on each other find no room, so that a plot may lack some.
+    """
     result, summary, texts, _ = screens
     losses = {label: loss_of(audit) for label, audit in summary["audit"].items()} | {summary["oracle"]: 0.0}
     assert {rank.label: rank.loss for rank in result.ranking} == pytest.approx(losses)
@@ -121,12 +125,12 @@ def test_loss_is_the_same_in_tables_plots_and_the_tradeoff(screens):
     assert {dot.name for dot, _ in documents.dots_of(result)} == dots
     for label, loss in losses.items():
         for name in ("report", "picture"):
-            # Names of dots that lie on each other find no room.
             written = re.findall(rf">{re.escape(label)}: ([\d.]+)<", texts[name])
             assert set(written) <= {words.loss_number(loss)}, name
 
 
 def test_a_busy_machine_is_named_on_every_screen(screens):
+    """Busy by the fraction of the processor that detectors lacked, of summary.json; else no screen names it."""
     _, summary, texts, _ = screens
     fractions = [1.0 - figures["seconds"].get("processor_fraction", 1.0) for figures in summary["detectors"].values()]
     sentence = busy_sentence(max(fractions))
@@ -136,6 +140,7 @@ def test_a_busy_machine_is_named_on_every_screen(screens):
 
 
 def test_recording_rate_is_the_same_in_fix_and_report(screens):
+    """One over the median step of summary.json; a fix that samples every frame names it."""
     result, summary, texts, _ = screens
     rate = frame_rate(result.assembly.motion.times)
     assert summary["session"]["median_step"] == pytest.approx(1.0 / rate)
@@ -146,6 +151,7 @@ def test_recording_rate_is_the_same_in_fix_and_report(screens):
 
 @pytest.mark.parametrize("state", ["several", pytest.param("nine pairs", marks=pytest.mark.slow)])
 def test_tradeoff_and_ranking_have_the_same_counts(state):
+    """A tradeoff scores the detections of a run again; the last rank is the reference."""
     result = RUN_OF_STATE[state]()
     scoring = Scoring(
         result.assembly,
@@ -154,7 +160,7 @@ def test_tradeoff_and_ranking_have_the_same_counts(state):
         tau=2e-6,
         session=result.session,
     )
-    assert len(result.ranking) > 1  # the last is the reference
+    assert len(result.ranking) > 1
     for rank in result.ranking[:-1]:
         (setting,) = settings_of(f"{rank.label}={rank.setting}")
         row = scoring.figures(result.detections[rank.label], setting)

@@ -28,6 +28,7 @@ def test_first_and_middle_picture_have_poses(posed, frames):
 
 
 def test_closest_picture_names_its_two_bodies():
+    """The first and the middle picture are of no pair; the third is of bodies 0 and 1 of the only pair."""
     moments = moments_to_show(assembly_of([1], pairs=[(0, 1)]), closest_frame=2, closest_pair=0)
     assert [moment.bodies for moment in moments] == [(), (), (0, 1)]
 
@@ -50,6 +51,7 @@ def test_axes_stand_at_the_grid_corner_in_that_direction(direction, corner):
 
 @pytest.mark.parametrize(("lengths", "spacing"), [(MOST_LINES - 2, GRID_M), (MOST_LINES - 1, 10 * GRID_M)])
 def test_grid_of_too_many_lines_is_coarser(lengths, spacing):
+    """``lengths``: of the grid along Z, in steps of 0.1 m; the points have no width on X."""
     points = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0 + 0.999 * lengths * GRID_M]])
     assert guides_of(points, np.ones(3)).spacing == pytest.approx(spacing)
 
@@ -91,6 +93,7 @@ def test_grid_lies_below_the_bodies_that_the_picture_is_about(pair, posed, bodie
 
 
 def test_axes_are_named_right_of_and_above_their_ends(monkeypatch):
+    """By less than 10 pixels, of which those downwards count positive."""
     drawn, texts = drawn_and_written(monkeypatch, Moment("first", 0))
     for name, axis in zip(scene_look.AXIS_NAMES, drawn["axes"], strict=True):
         x, y, _ = drawn["view"].pixels(axis.ends[0, 1:])[0]

@@ -25,13 +25,17 @@ def test_path_and_idle_time_of_a_half_idle_hand():
 
 
 def test_a_lost_tracker_adds_no_path_and_no_valid_time():
-    """Lost in 100 of 300 frames of 10 ms; of 600 samples of two bodies 100 are flagged."""
+    """The hand goes a metre a frame and is lost in 100 of 300 frames of 10 ms: 2 s and at most 200 m count.
+
+    Of 600 samples of two bodies 100 are flagged.
+    """
     status = np.ones((300, 2), dtype=np.uint8)
     status[100:200, 0] = Status.ABSENT
     assembly = assemble(session_of_frames(np.arange(300) * 10_000_000, status, names=("hand", "cube")))
     result = measure_hands(assembly, [0])
-    assert result.valid_minutes * 60 < 2.1
-    assert result.flagged_fraction == pytest.approx((100 - 0) / 600, abs=0.01)
+    assert 1.7 < result.valid_minutes * 60 < 2.1
+    assert 170.0 < result.path_m < 210.0
+    assert result.flagged_fraction == pytest.approx(100 / 600, abs=0.01)
 
 
 def test_a_trackers_noise_adds_little_to_the_path():

@@ -27,12 +27,16 @@ def near(gap):
 
 
 def test_two_approaches_count_twice_and_a_flicker_once():
+    """Each approach is to 4 mm, 0.1 s before and after its centre: two are 1.8 s from each other, or only 0.1 s."""
     assert len(near(np.minimum(approach(least=0.004, centre=1.0), approach(least=0.004, centre=3.0)))) == 2
     assert len(near(np.minimum(approach(least=0.004, centre=2.0), approach(least=0.004, centre=2.3)))) == 1
 
 
 def test_near_miss_needs_half_a_second_without_contact():
-    """The bodies are close from 1.9 to 2.1 s: what ends at 1.6 or begins at 2.5 s is within half a second of them."""
+    """The bodies are close from 1.9 to 2.1 s: what ends at 1.6 or begins at 2.5 s is within half a second of them.
+
+    A contact is (pair, start, end in seconds); pair 1 is of other bodies.
+    """
     result = near(approach(least=0.004))
     assert without_contact(result, np.array([[0, 2.5, 2.6]])) == ()
     assert without_contact(result, np.array([[0, 1.5, 1.6]])) == ()
@@ -112,7 +116,7 @@ def test_a_lost_pose_is_not_close_to_anything(lost):
     ],
 )
 def test_contact_within_half_a_second_is_no_near_miss(pair, start, end, remains):
-    """The bodies of pair 0 are close from 5 to 6 s."""
+    """The bodies of pair 0 are close from 5 to 6 s: contacts until 4.5 s or from 6.5 s on are apart from that."""
     near_miss = NearMiss(0, 5.0, 6.0)
     contacts = np.array([[pair, start, end]])
     assert without_contact([near_miss], contacts) == ((near_miss,) if remains else ())

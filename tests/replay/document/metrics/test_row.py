@@ -57,6 +57,7 @@ def test_metrics_of_a_made_up_session_equal_planted_counts(silver_chloride_run, 
 
 
 def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_by_detector):
+    """Recall is the fraction of the reference's pair-frames in contact that a detector reports; ``slow`` has 30 Hz."""
     result, _ = silver_chloride_run
     assert set(rows_by_detector) == {"slow", "hybrid", "exact"}
     assert rows_by_detector["exact"]["recall"] == 1.0 and 0.0 < rows_by_detector["slow"]["recall"] < 1.0
@@ -161,6 +162,7 @@ class Unread(dict):
 
 
 def test_a_scene_of_effects_counts_no_grasp_or_breakage():
+    """The scene declares a pour alone: nobody reads the tracks of hands, and the metrics are null, not 0."""
     glasses = (glass("a", volume_ml=60.0), glass("b"))
     session = session_with_effects(
         {"a": poses_of_tilted_glass([0.0, 60.0, 60.0]), "b": poses_at_rest(count=3)},

@@ -7,6 +7,7 @@ from replay.show.report.charts import lane, path_of, ruler
 
 
 def test_corners_between_two_of_their_height_are_left_out():
+    """Corners are (x, y): of three at height 5 the middle one adds nothing."""
     corners = [(0, 0), (1, 5), (2, 5), (3, 5), (4, 0)]
     assert path_of(corners) == "M0.0 0.0L1.0 5.0L3.0 5.0L4.0 0.0"
     assert path_of([(0, 5), (1, 5), (2, 5)]) == "M0.0 5.0L2.0 5.0"

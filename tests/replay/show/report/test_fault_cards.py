@@ -66,6 +66,7 @@ def test_lanes_of_a_card_reach_beyond_its_fault(end, window):
 
 
 def test_commands_name_the_detector_if_several_ran():
+    """The fault is miss 2 of ``hull``; an address names its detector unless that is the first."""
     fault = fault_of(2, "rod", 0.1)
     commands = [card(view_of_detectors(*labels), fault).command for labels in (["hull"], ["hull", "mesh"])]
     assert commands == ["replay view . --miss 2", "replay view . --miss 2 --by hull"]
@@ -74,6 +75,7 @@ def test_commands_name_the_detector_if_several_ran():
 
 
 def test_only_cards_with_a_picture_have_lanes_and_a_still():
+    """The first picture of a page is larger and has no lanes; a run without stills has no picture."""
     view, fault = view_of_detectors("hull"), fault_of(2, "rod", 0.1)
     with_picture, without, large = (
         card(view, fault, **options) for options in ({}, {"with_picture": False}, {"is_first_picture": True})
@@ -90,5 +92,6 @@ def test_only_cards_with_a_picture_have_lanes_and_a_still():
 
 @pytest.mark.parametrize(("why", "text"), [("The rod passed.", "The rod passed."), ("", Cause.NOT_EXAMINED.value)])
 def test_card_explains_a_fault_or_names_its_cause(why, text):
+    """``why``: the sentence of the fault, which one that was not examined has not."""
     fault = Fault(1, "hull", 0, ("cup", "rod"), FaultKind.NEVER_REPORTED, 3, 4, 0.3, 0.5, 3, why=why)
     assert card(view_of_detectors("hull"), fault).why == text

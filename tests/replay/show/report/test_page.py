@@ -52,6 +52,7 @@ def test_report_leaves_grasped_contacts_out_of_the_reference():
 
 @pytest.mark.parametrize(("count", "last_line"), [(6, "6.000 s: spilt"), (9, "and 3 more")])
 def test_report_lists_six_events_and_counts_the_rest(count, last_line):
+    """Events come in order of time, though they are listed backwards in the run: one at each second."""
     events = [
         EventRecord(stamp_ns=k, source="effect/spill", name="spill", time=float(k), message="spilt")
         for k in range(count, 0, -1)
@@ -62,6 +63,7 @@ def test_report_lists_six_events_and_counts_the_rest(count, last_line):
 
 
 def test_page_loads_nothing_and_runs_its_own_script_only():
+    """Addresses are data or places on the page; the policy allows the script by its SHA-256, of at most 25 kB."""
     page = report_html(run_with_steady_times("several"))
     assert all(place.startswith(("data:", "#")) for place in re.findall(r'(?:src|href)="([^"]*)"', page))
     assert "@import" not in page
@@ -73,6 +75,7 @@ def test_page_loads_nothing_and_runs_its_own_script_only():
 
 
 def test_page_script_has_no_comments_or_blank_lines():
+    """The sources of the script have comments."""
     assert "//" in file_text("show/report/script/tools.js")
     lines = page_script(REPORT_SCRIPTS).text.splitlines()
     assert [line for line in lines if not line or line != line.strip() or line.startswith("//")] == []
@@ -108,6 +111,10 @@ def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
 
 
 def test_hostile_names_stay_text():
+    """One body is named like a script, the other has a quote and the sign that turns the direction of text.
+
+    The only script is that of the page.
+    """
     session = unit_cubes_on_x({"<script>alert(1)</script>": [0] * 30, 'b"&\u202e': [3, 2, 0.9, 2, 3] * 6})
     text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
     assert text.count("<script") == 1 and "&lt;script&gt;" in text and "\u202e" not in text
@@ -115,11 +122,13 @@ def test_hostile_names_stay_text():
 
 @given(st.text("a<>&\"'/\n\0ä\u202e杯"))
 def test_no_text_becomes_an_element(text):
+    """The template has one element with one attribute: two angle brackets of each kind, and two quotes."""
     page = environment().from_string('<p title="{{ text }}">{{ text }}</p>').render(text=text)
     assert page.count("<") == page.count(">") == page.count('"') == 2
 
 
 def test_report_names_no_path_and_no_session_file(tmp_path):
+    """The run folder is called like a person; commands of the page call it a dot."""
     out = tmp_path / "anna-smith"
     run(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
     page = (out / "report.html").read_text("utf-8")

@@ -53,7 +53,7 @@ def test_right_spans_are_common_to_detector_and_reference():
 
 
 def test_reference_and_unaudited_detector_have_spans_of_contact():
-    """In frames, the last not included; without a reference nothing is wrong or right."""
+    """Spans are seconds of VIEW's contacts of the pair; without a reference nothing is wrong or right."""
     assert spans(VIEW, "exact", PAIR) == {"reference": [(0, 2), (3, 5), (6, 7)]}
     unaudited = RunView(SimpleNamespace(oracle="", contacts={"hull": [contact(1, 4)]}, faults={}), "s")
     assert spans(unaudited, "hull") == {"contact": [(1, 4)]}
@@ -70,6 +70,7 @@ def test_reference_and_unaudited_detector_have_spans_of_contact():
     ],
 )
 def test_session_is_named_by_scene_or_bodies_and_pseudonym(scene, bodies, facts, stamp_ns, names):
+    """``bodies``: a letter a body; ``stamp_ns``: of the first frame, too early for a date."""
     session = structs.replace(
         EMPTY.session, scene=scene, bodies=dict.fromkeys(bodies), facts=facts, first_stamp_ns=stamp_ns
     )
@@ -77,6 +78,7 @@ def test_session_is_named_by_scene_or_bodies_and_pseudonym(scene, bodies, facts,
 
 
 def test_date_is_named_where_stamps_have_a_date():
+    """Stamps from FIRST_DATE_NS on count from 1970: the page has the scene's name and a date."""
     session = structs.replace(EMPTY.session, scene="Titration", first_stamp_ns=FIRST_DATE_NS)
     assert len(session_names(document_with(session=session))) == 2
 

@@ -212,6 +212,7 @@ def test_keys_lead_through_faults_in_time_and_open_help(page):
 
 
 def test_report_opened_at_a_faults_address_shows_that_fault(page, pages_folder):
+    """The address ends in the id of the last fault of each detector; a window is 800 pixels high."""
     for fault in (faults_on(page, "slow")[-1], faults_on(page, "late")[-1]):
         with opened(f"{(pages_folder / 'report.html').as_uri()}#{fault}", pages_folder / fault) as other:
             assert other.ask("document.querySelector('.current').id") == fault
@@ -220,6 +221,7 @@ def test_report_opened_at_a_faults_address_shows_that_fault(page, pages_folder):
 
 
 def test_copy_button_beside_a_command_copies_the_command(page):
+    """Every command has a button behind it; the browser's clipboard is a list here."""
     pairs = page.ask("[...document.querySelectorAll('code')].map((code) => code.nextElementSibling?.className)")
     assert pairs and set(pairs) == {"copy"}
     page.ask("window.copied = []; navigator.clipboard.writeText = async (text) => { copied.push(text); }; 0")
@@ -229,6 +231,7 @@ def test_copy_button_beside_a_command_copies_the_command(page):
 
 
 def test_ranking_sorts_by_heading_and_keeps_reference_last(page):
+    """The fifth heading is that of mean ms; a first click sorts by falling values."""
     cells = "[...document.querySelectorAll('.rank tbody tr')].map((row) => row.cells[0].querySelector('b').textContent)"
     before = page.ask(cells)
     page.ask("document.querySelectorAll('.rank th button')[4].click(); 0")
@@ -239,6 +242,10 @@ def test_ranking_sorts_by_heading_and_keeps_reference_last(page):
 
 
 def test_charts_are_saved_as_pictures_and_faults_as_csv(page):
+    """The last two buttons of timeline and plot save SVG and PNG, one of the list of faults a CSV: five files.
+
+    The CSV has a line for each fault, and its heading.
+    """
     page.ask("saved.length = 0; saved.names = []; 0")
     for bar in (".th2", "h2:has(+ .sc)"):
         page.ask(f"[...document.querySelectorAll('{bar} .tools button')].slice(-2).forEach((one) => one.click()); 0")
@@ -325,6 +332,7 @@ def test_tools_pass_accessibility_checks_and_fit(page, pages_folder, width, sche
 
 
 def test_page_without_script_shows_and_prints_everything(page, pages_folder):
+    """The script is cut off the page, as where a browser runs none."""
     text = (pages_folder / "report.html").read_text(encoding="utf-8")
     file = pages_folder / "still.html"
     file.write_text(text[: text.index("<script>")], encoding="utf-8")

@@ -28,6 +28,7 @@ EFFECT = convert(
     ],
 )
 def test_page_lists_the_first_events_and_says_how_many(count, title):
+    """All but the first EVENT_ROWS events are left out of the table; without effects there is no section."""
     event = SimpleNamespace(effect="pour", name="spill", message="spilt", time=1.0, end_time=None)
     run_document = document_with(effects={"pour": EFFECT})
     view = SimpleNamespace(document=run_document, events=[event] * count)
@@ -46,6 +47,10 @@ def flagged(body, action, samples):
 
 
 def test_repaired_poses_are_summed_by_body_and_policy():
+    """Two spans of 2 and 3 dropped poses of the rod are one row.
+
+    A row is kind, body, policy, spans, poses, and poses dropped, held and interpolated.
+    """
     spans = (flagged("rod", "drop", 2), flagged("rod", "drop", 3), flagged("rod", "hold", 4), flagged("", "drop", 5))
     (table,) = finding_parts(document_with(flagged=spans))
     assert table.rows == (

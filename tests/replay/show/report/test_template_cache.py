@@ -30,6 +30,10 @@ def text_of(template="{{ 2 + number }}"):
 
 
 def test_kept_code_is_used_until_damaged_or_template_changes(cache_folder):
+    """The template adds 2, then 3, to 3; the second number is how many templates were compiled.
+
+    The kept file is cut by 9 bytes.
+    """
     assert text_of() == ("5", 1)
     assert text_of() == ("5", 0)
     (file,) = cache_folder.iterdir()
@@ -39,5 +43,6 @@ def test_kept_code_is_used_until_damaged_or_template_changes(cache_folder):
 
 
 def test_page_is_rendered_without_a_writable_template_cache(cache_folder):
+    """The template adds 2 to 3; it is compiled, and nothing is kept."""
     cache_folder.write_text("a file where the folder would be")
     assert text_of() == ("5", 1)

@@ -82,13 +82,15 @@ def test_line_of_a_gap_has_a_bar_at_both_ends():
 
 
 def test_screen_points_are_right_and_up_in_eye_distances():
+    """The eye is 2 m away: 0.25 to the right is 0.5 m, 0.1 down is 0.2 m; texts are 40 % of the way from the eye."""
     point = point_on_screen(EYE, right=0.25, up=-0.1)
     assert point == pytest.approx([0.5, -0.2, 0.0])
-    assert in_front(EYE, point[None]) == pytest.approx(np.array([[0.2, -0.08, 1.2]]))  # 40 % of the way from the eye
+    assert in_front(EYE, point[None]) == pytest.approx(np.array([[0.2, -0.08, 1.2]]))
 
 
 @pytest.mark.parametrize(("up", "line_begins"), [(0.3, 0.3 - TEXT_HEIGHT), (-0.3, -0.3)])
 def test_line_from_text_above_begins_below_the_text(up, line_begins):
+    """``up``: of the text, in distances of the eye (2 m); its line ends at the point, at a height of 0."""
     text, line = text_beside(EYE, np.zeros(3), "gap", GAP_COLOUR, right=0.0, up=up)
     heights = [TEXT_DISTANCE_FRACTION * 2.0 * height for height in (up, line_begins, 0.0)]
     assert [*text.places[:, 1], *line.places[:, 1]] == pytest.approx(heights)

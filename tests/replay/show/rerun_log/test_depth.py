@@ -39,6 +39,7 @@ def test_depth_plot_title_counts_drawn_pairs_when_some_are_not():
 
 
 def test_pairs_of_the_depth_plot_are_sorted_deepest_first():
+    """b0, b1 and b2 overlap a by 10, 11 and 12 cm."""
     result = run_of_overlapping_pairs(pair_count=3)
     names = [result.assembly.pair_name(pair) for pair in deepest_pairs(result)]
     assert names == ["a-b2", "a-b1", "a-b0"]

@@ -6,6 +6,7 @@ from replay.show.rerun_log.documents import dots_of, replayed_sentence
 
 
 def test_setting_is_plotted_at_its_mean_time_and_loss():
+    """Milliseconds a frame, and the loss of a row of the tradeoff, which stands in its name with two digits."""
     slow, quick = price_row("slow", ms=0.5, missed=(0, 1), late=1), price_row("quick", ms=0.05, missed=2, late=3)
     dots = [dot for dot, _ in dots_of(traded(slow, quick))]
     assert [(dot.x, dot.y) for dot in dots] == [(0.5, slow["loss"]), (0.05, quick["loss"])]

@@ -22,6 +22,7 @@ def run_of(events=(), series=(), lanes=(), liquids=None):
 
 
 def test_amounts_of_substance_are_plotted_last():
+    """The effect has its mol first, then millilitres, and a number without a unit."""
     plots = effect_plots({"mix": run_of(series={"flask/HCl": "mol", "flask/volume": "mL", "other": ""})})
     quantities = [quantity for quantity, _ in plots]
     assert quantities == [QUANTITIES["mL"], "numbers", QUANTITIES["mol"]]

@@ -55,7 +55,10 @@ def test_neighbours_in_a_lane_are_parted_by_a_reset(spans, states):
 
 
 def test_pairs_are_ranked_by_missed_false_shared_and_other_contact():
-    """A column a pair, a frame a row; the last pair is held, and the one that is in contact never has no lane."""
+    """A row of ``frames_of_pair`` is a pair, by its three frames; pair 8 is grasped and comes last.
+
+    Pair 5, in contact never, has no lane.
+    """
     missed, false, both = Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH
     tolerance, between, neither = Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.NEITHER
     frames_of_pair = [
@@ -166,4 +169,5 @@ def test_lane_of_all_pairs_has_the_worst_and_wide_misses():
 
 @pytest.mark.parametrize("lanes", [0, 1, 3])
 def test_lanes_need_room_for_themselves_and_a_ruler(lanes):
+    """Points of a screen; without lanes there is no ruler."""
     assert height_of_lanes(lanes) * LOW_POINTS == (RULER_POINTS + LANE_POINTS * lanes if lanes else 0)

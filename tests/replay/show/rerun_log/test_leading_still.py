@@ -19,6 +19,7 @@ def webp_text(width, height):
 
 @pytest.mark.parametrize("size", [(3, 2), (LARGEST_SIDE_PIXELS, 1), (1, LARGEST_SIDE_PIXELS)])
 def test_still_of_a_recording_is_passed_on_as_pixels(monkeypatch, tmp_path, size):
+    """``size``: width and height in pixels."""
     monkeypatch.setattr(leading_still, "read_texts", lambda *_: (None, [webp_text(*size)]))
     with Image.open(BytesIO(b64decode(read_still(tmp_path / "run.rrd")))) as image:
         assert (image.format, image.size) == ("WEBP", size)
@@ -29,5 +30,6 @@ def test_still_of_a_recording_is_passed_on_as_pixels(monkeypatch, tmp_path, size
     [[], ["no base64"], ["AAAA"], [webp_text(LARGEST_SIDE_PIXELS + 1, 1)], [webp_text(1, LARGEST_SIDE_PIXELS + 1)]],
 )
 def test_absent_damaged_or_huge_still_is_left_out(monkeypatch, tmp_path, texts):
+    """``texts``: stills in a recording: none, no base64, no picture, or a side one pixel too long."""
     monkeypatch.setattr(leading_still, "read_texts", lambda *_: (None, texts))
     assert read_still(tmp_path / "run.rrd") == ""

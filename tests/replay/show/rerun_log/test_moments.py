@@ -115,6 +115,7 @@ def test_longest_contact_of_a_faultless_pair_is_a_moment():
 
 
 def test_line_of_a_contact_counts_its_frames():
+    """The contact is in frames 3 to 7; its moment is at 0 s of the session."""
     lists = {}
     writer = SimpleNamespace(
         session_ns=lambda time: 0, log_lines=lambda path, times, lines: lists.update({path: lines})

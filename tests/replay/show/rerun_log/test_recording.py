@@ -20,7 +20,7 @@ SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
 
 def test_two_recordings_of_a_run_are_two_applications(demo, recording, tmp_path):
-    """So that a viewer does not merge them."""
+    """Otherwise a viewer would merge them."""
     write_recording(demo, tmp_path / "again.rrd")
     stores = [RrdReader(path).recordings() for path in (recording, tmp_path / "again.rrd")]
     assert [len(item) for item in stores] == [1, 1]
@@ -29,6 +29,7 @@ def test_two_recordings_of_a_run_are_two_applications(demo, recording, tmp_path)
 
 
 def test_failed_write_of_a_picture_keeps_the_old_file(demo, tmp_path, monkeypatch):
+    """Drawing the times of detectors fails; no second file is left."""
     (tmp_path / "run.rrd").write_bytes(b"old")
 
     def fail(*args):
@@ -40,7 +41,8 @@ def test_failed_write_of_a_picture_keeps_the_old_file(demo, tmp_path, monkeypatc
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
 
 
-def test_run_without_audit_draws_the_session_or_bodies(demo, drawn):
+def test_run_without_audit_draws_the_room_and_its_contacts(demo, drawn):
+    """Without a detection the room is drawn; with one, but no reference, the lanes of its contacts too."""
     document = structs.replace(demo.document, audit={}, oracle="")
     bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, document=document)
     room = drawn(bare)

@@ -38,6 +38,7 @@ def write(path, count=30):
 
 
 def test_a_recording_ends_in_a_footer_and_reads_back(tmp_path):
+    """The file holds one recording and the layout of its views (blueprint)."""
     write(tmp_path / "x.rrd")
     require_complete((tmp_path / "x.rrd").read_bytes())
     reader = RrdReader(tmp_path / "x.rrd")
@@ -49,12 +50,15 @@ def test_a_recording_ends_in_a_footer_and_reads_back(tmp_path):
     [lambda whole: whole[:-1], lambda whole: whole[: len(whole) // 2], lambda whole: b"", lambda whole: whole[40:]],
 )
 def test_a_cut_recording_is_refused(cut, tmp_path):
+    """``cut``: what is left of a whole file: without its last byte, half, nothing, without its head."""
     write(tmp_path / "x.rrd")
     with pytest.raises(OSError, match="has no end"):
         require_complete(cut((tmp_path / "x.rrd").read_bytes()))
 
 
 def test_an_encoder_that_does_not_end_is_an_error(tmp_path, monkeypatch):
+    """Rerun's encoder says that its time is over; no file is left."""
+
     def hanging(self, *, flush, flush_timeout_sec):
         raise RuntimeError("Flush timed out")
 
@@ -90,6 +94,7 @@ def test_clock_counts_from_the_session_not_from_the_window():
 
 @pytest.mark.parametrize(("when", "ns"), [([0, 2], [0, 30]), ([(0, 3), (2, 4)], [3, 34])])
 def test_rows_stand_at_their_frames_or_nanoseconds_after(when, ns, monkeypatch):
+    """Frames are at 0, 10 and 30 ns; ``when``: frames, or (frame, nanoseconds after it)."""
     writer = RecordingWriter(None, RecordingClock(np.array([0, 10, 30]), np.arange(3), np.arange(0)))
     rows = []
     monkeypatch.setattr(writer, "session_rows", lambda path, times, columns, counts: rows.append(times.tolist()))

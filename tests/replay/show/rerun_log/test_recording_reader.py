@@ -29,6 +29,7 @@ def reader_process():
 
 @pytest.mark.slow
 def test_reader_that_ended_or_hangs_is_replaced(recording, monkeypatch):
+    """The process that reads recordings is killed, and later has no time at all: each fails one question."""
     bookmarks = read_bookmarks(recording)
     ended = reader_process()
     monkeypatch.setattr(ended, "is_alive", lambda: True)  # it ends after it was looked at

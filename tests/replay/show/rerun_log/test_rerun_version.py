@@ -39,4 +39,5 @@ def test_other_rerun_version_is_named_first_and_only_for_pictures(present, tmp_p
 
 
 def test_named_version_is_the_required_version():
+    """Required by pyproject.toml."""
     assert [item for item in PROJECT["dependencies"] if item.startswith(f"rerun-sdk>={RERUN_VERSION},")]

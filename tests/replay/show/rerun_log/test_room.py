@@ -225,6 +225,7 @@ def test_picture_opens_with_bodies_posed_as_in_the_headline(runs, drawn):
 
 
 def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch):
+    """Room is left for 20 contacts; the frames of all misses stay, and contacts of drawn frames only."""
     sets = demo.detections[demo.oracle].face_sets
     moments = [miss.frame for miss in demo.misses["22.5Hz"]]
     clock = RecordingClock.of(demo.assembly, moments)

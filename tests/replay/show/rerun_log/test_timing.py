@@ -59,6 +59,7 @@ def test_stages_of_a_phase_are_added_and_idle_omitted():
     [([], BUDGET_MS), ([np.zeros(0)], BUDGET_MS), ([np.zeros(2)], BUDGET_MS), ([np.zeros(2), np.arange(1001)], 999.0)],
 )
 def test_plot_of_times_ends_at_the_largest_99_9th_percentile(totals, cut):
+    """``totals``: milliseconds of each detector; of 0 to 1000 ms 999 is it, and without times the budget of a frame."""
     assert plot_cut_ms(totals) == pytest.approx(cut)
 
 
@@ -98,5 +99,6 @@ def test_labels_of_the_loss_plot_have_position_and_colour():
 
 
 def test_view_of_the_loss_plot_holds_the_whole_plot():
+    """The view's range on each axis begins before 0 and ends beyond the plot's length."""
     for (lower, upper), length in zip((X_RANGE, Y_RANGE), SCATTER_SIZE, strict=True):
         assert lower < 0.0 < UNITS_PER_PLOT_UNIT * length < upper

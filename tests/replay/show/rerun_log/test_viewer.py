@@ -18,12 +18,14 @@ from replay.show.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, s
 
 
 def test_missing_viewer_is_one_clear_error(monkeypatch, tmp_path):
+    """Rerun's package is looked for in an empty folder."""
     monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
     with pytest.raises(ViewerError, match="came without its viewer"):
         start_viewer()
 
 
 def test_viewer_that_fails_to_start_is_reported_with_output(monkeypatch):
+    """It is to listen on an address that is none."""
     monkeypatch.setattr(module, "LOOPBACK", "not-an-address")
     monkeypatch.setattr(module, "free_port", lambda: 1)
     with pytest.raises(ViewerError, match=r"the viewer ended: .*; a browser shows the same"):
@@ -31,6 +33,7 @@ def test_viewer_that_fails_to_start_is_reported_with_output(monkeypatch):
 
 
 def test_opening_waits_until_the_viewer_has_loaded_everything(tmp_path):
+    """Nothing, an empty recording, a second one, still loading; the fifth state is that of a viewer that is done."""
     empty, whole = SimpleNamespace(timelines=[]), SimpleNamespace(timelines=["session"])
     arriving = [([], False), ([empty], False), ([whole, empty], False), ([whole], True), ([whole], False)]
     states = [SimpleNamespace(recordings=recordings, loading=loading) for recordings, loading in arriving]
@@ -40,6 +43,7 @@ def test_opening_waits_until_the_viewer_has_loaded_everything(tmp_path):
 
 
 def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
+    """The second of two bookmarks leads, at 7 ns."""
     bookmarks = [
         Bookmark("hull", "miss", number=1, session_ns=5, leads=False),
         Bookmark("mesh", "miss", number=1, session_ns=7, leads=True),
@@ -100,6 +104,7 @@ def settled(opened, title):
 
 @pytest.mark.slow
 def test_no_view_reports_an_error_and_a_recording_is_open(open_rerun):
+    """A real viewer without a window says of each view what it could not draw."""
     settled(open_rerun, "Where   a dot: a fault, in the colours of When")
     state = open_rerun.state()
     assert len(state.recordings) == 1
@@ -109,6 +114,7 @@ def test_no_view_reports_an_error_and_a_recording_is_open(open_rerun):
 
 @pytest.mark.slow
 def test_viewer_opens_paused_at_the_moment_of_the_headline(open_rerun, recording):
+    """Half a second later the cursor is still there."""
     bookmark = next(item for item in read_bookmarks(recording) if item.leads)
     time.sleep(0.5)
     printed = open_rerun.state().recordings[0]
@@ -117,6 +123,7 @@ def test_viewer_opens_paused_at_the_moment_of_the_headline(open_rerun, recording
 
 @pytest.mark.slow
 def test_the_viewer_listens_on_the_loopback_interface_alone(open_rerun):
+    """All ports that its process listens on are of 127.0.0.1 or ::1."""
     listening = [
         item.laddr
         for item in psutil.Process(open_rerun.process.pid).net_connections()
@@ -128,6 +135,7 @@ def test_the_viewer_listens_on_the_loopback_interface_alone(open_rerun):
 
 @pytest.mark.slow
 def test_closing_ends_the_process_and_frees_the_port(open_rerun, recording):
+    """A second viewer, on a port of its own, is closed by leaving its context; then the port can be bound."""
     with open_viewer(recording, miss=1, headless=True) as second:
         port, process = second.port, second.process
         assert port != open_rerun.port

@@ -82,6 +82,7 @@ def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
 
 
 def test_reply_of_another_program_on_the_port_is_rejected():
+    """A file comes from the port, but the server that was started has ended (``poll`` gives 1, not None)."""
     with server(send_all) as url:
         assert web_viewer.fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
         with pytest.raises(web_viewer.ServerEndedError):
@@ -116,6 +117,7 @@ def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
 
 
 def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
+    """The program ``false`` is started in its place."""
     ended = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
     monkeypatch.setattr(web_viewer, "start_server", ended)
     with pytest.raises(viewer.ViewerError, match="ended at once, 3 times"):
@@ -124,6 +126,7 @@ def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
 
 
 def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
+    """The first detector needs no name in an address; an empty one leads to the moment that leads, an event at 7 ns."""
     positions = [
         Bookmark("hull", "miss", number=2, session_ns=5, leads=False),
         Bookmark("mesh", "false", number=1, session_ns=6, leads=False),

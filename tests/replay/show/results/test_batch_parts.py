@@ -59,6 +59,7 @@ def test_batch_tables_hold_all_rows_in_the_same_order(batch):
 
 
 def test_batch_tables_follow_deleted_and_renewed_run_folders(batch):
+    """Run 3 is deleted; run 7 is written again, with one row of metrics instead of all."""
     shutil.rmtree(batch / "run003")
     metrics = pq.read_table(batch / "run007" / "metrics.parquet").slice(0, 1)
     pq.write_table(metrics, batch / "run007" / "metrics.parquet")
@@ -70,6 +71,7 @@ def test_batch_tables_follow_deleted_and_renewed_run_folders(batch):
 
 
 def test_batch_tables_of_unchanged_runs_are_not_rewritten(batch):
+    """12 runs, 5 a file, are three files of each table; without run 11 only the third is written again."""
     before = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
     write_batch_tables(batch, dict.fromkeys(RUNS, "asked"))
     assert {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")} == before
@@ -92,6 +94,7 @@ UNREADABLE = [
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("text", UNREADABLE)
 def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
+    """``text``: of the list of files: empty, of another form or version, or naming files outside."""
     expected = rows_by_table(read(batch))
     (batch / "batch.tables" / "parts.json").write_text(text, "utf-8")
     assert rows_by_table(read(batch)) == expected
@@ -99,15 +102,16 @@ def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
 
 @pytest.mark.parametrize("length", [0, 4, 1000])
 def test_damaged_batch_file_leaves_the_run_folders(batch, length):
+    """The first file of a table is cut to so many bytes; its runs are read from their folders, after the others."""
     expected = rows_by_table(read(batch))
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     file.write_bytes(file.read_bytes()[:length])
-    # Rows of folders come after those of parts.
     by_run = {name: sorted(table, key=lambda row: row["run"]) for name, table in rows_by_table(read(batch)).items()}
     assert by_run == expected
 
 
 def test_batch_rows_naming_a_folder_outside_are_ignored(batch):
+    """One row of the first file names a folder above the batch: it is the only one that is not read."""
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     table = pq.read_table(file)
     names = ["../../elsewhere", *table["run"].to_pylist()[1:]]

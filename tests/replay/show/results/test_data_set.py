@@ -192,6 +192,7 @@ def test_rows_of_the_data_set_name_run_student_and_task(tables, result_by_name):
 
 
 def test_newer_tables_are_refused_and_broken_tables_named(result_by_name, tmp_path):
+    """One table of a run is given a newer schema, then a column of text for stamps, then a byte that is no table."""
     file = write_run_folder(result_by_name["one"], tmp_path / "one") / "events.parquet"
     newer = SCHEMA.replace("2", "3")
     pq.write_table(pq.read_table(file).replace_schema_metadata({"schema": newer}), file)
@@ -209,6 +210,7 @@ def test_newer_tables_are_refused_and_broken_tables_named(result_by_name, tmp_pa
 
 @pytest.mark.parametrize(("stated", "offline"), [({"vr_type": "desktop"}, False), ({}, True)])
 def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_path):
+    """Times are milliseconds in the table and seconds in the document; offline no detector is timed frame by frame."""
     recorded = replace(session_named("one"), facts=stated)
     result = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
     write_run_folder(result, tmp_path / "one")

@@ -50,7 +50,8 @@ def cell_text(value):
 
 @pytest.mark.parametrize("name", RUNS)
 def test_tables_of_a_run_equal_their_snapshot(name, tmp_path, snapshot, monkeypatch):
-    monkeypatch.setattr(tables, "VERDICT_FRAMES", 5)  # a run of 12 frames is written in three parts
+    """Names and types of columns, and all rows; a run of 12 frames is written in three parts."""
+    monkeypatch.setattr(tables, "VERDICT_FRAMES", 5)
     make_run = RUNS[name]
     folder = write_run_folder(with_steady_times(make_run()), tmp_path / "run")
     lines = []
@@ -62,6 +63,7 @@ def test_tables_of_a_run_equal_their_snapshot(name, tmp_path, snapshot, monkeypa
 
 
 def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
+    """Two rows a group; together they are the table that is made at once."""
     result = run_with_steady_times("several")
     (whole,) = tables.frame_table(result)
     monkeypatch.setattr(tables, "ROWS_PER_BATCH", 2)
@@ -71,6 +73,7 @@ def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
 
 
 def test_every_column_is_described_and_written_with_its_type():
+    """Columns say name, type and meaning; Arrow's table has these names, types and the same rows."""
     for made in run_with_steady_times("several").tables.values():
         columns = made.columns
         assert len({column.name for column in columns}) == len(columns)

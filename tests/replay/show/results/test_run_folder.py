@@ -60,6 +60,8 @@ def test_a_run_folder_holds_tables_summary_and_picture(result_of_two_contacts, t
 
 
 def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result_of_two_contacts, tmp_path, drawing):
+    """Drawing the picture fails half way, into a new folder and over an earlier run."""
+
     def broken(got, path):
         path.write_text("half")
         raise ValueError("no ink")
@@ -76,6 +78,7 @@ def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result_of_
 
 
 def test_earlier_run_is_replaced_only_on_request(result_of_two_contacts, tmp_path):
+    """Files that the earlier summary lists go; a note and a folder of the user's own stay."""
     out = write_run_folder(result_of_two_contacts, tmp_path / "run")
     (out / "old.parquet").write_text("earlier")
     _list(out, [*file_names(out)])
@@ -95,6 +98,7 @@ def _list(out, files):
 
 
 def test_force_never_replaces_a_folder_without_a_run(tmp_path):
+    """A folder of other files, also beside a summary that is none, is of another program or lists a file outside."""
     (tmp_path / "thesis.txt").write_text("years")
     with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
         check_target(tmp_path, force=True)
@@ -111,15 +115,18 @@ def test_force_never_replaces_a_folder_without_a_run(tmp_path):
 
 
 def test_unwritable_path_is_one_clear_error(result_of_two_contacts, tmp_path):
+    """A folder inside a file cannot be made."""
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         write_run_folder(result_of_two_contacts, tmp_path / "file" / "run")
 
 
 def test_a_run_folder_reads_back(result_of_two_contacts, tmp_path):
+    """Its misses are numbered from 1, and it was written without a picture."""
     folder = read_run_folder(write_run_folder(result_of_two_contacts, tmp_path / "run"))
     assert folder.document.oracle == "hybrid"
-    assert [row["number"] for row in folder.rows("misses")] == [1, 2][: len(result_of_two_contacts.misses["slow"])]
+    numbers = [row["number"] for row in folder.rows("misses")]
+    assert numbers == [miss.number for miss in result_of_two_contacts.misses["slow"]] and numbers[0] == 1
     with pytest.raises(RunFolderError, match="holds no picture"):
         _ = folder.picture
 
@@ -142,6 +149,7 @@ def test_run_folder_of_another_schema_names_its_age_if_known(schema, message, tm
 
 
 def test_reading_a_folder_without_a_known_run_is_refused(tmp_path):
+    """Without a summary, with one of a newer version, and with one that is a list."""
     with pytest.raises(RunFolderError, match="is not a run folder"):
         read_run_folder(tmp_path)
     (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/99"}')
@@ -174,11 +182,13 @@ def flipped(result_of_two_contacts, tmp_path, drawing):
     ids=["view", "diff", "share"],
 )
 def test_a_flipped_bit_in_the_picture_is_refused(flipped, use):
+    """``use``: what is done with the run folder."""
     with pytest.raises(RunFolderError, match=r"run.rrd is damaged: it is not the picture that its run wrote"):
         use(flipped)
 
 
 def test_a_picture_that_no_run_wrote_is_refused(result_of_two_contacts, tmp_path):
+    """The run was written without a picture; the file is put beside."""
     folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
     (folder / "run.rrd").write_bytes(b"of another run")
     with pytest.raises(RunFolderError, match="is not the picture that its run wrote"):
@@ -186,6 +196,7 @@ def test_a_picture_that_no_run_wrote_is_refused(result_of_two_contacts, tmp_path
 
 
 def test_run_folder_of_an_older_version_names_the_renewing_command(tmp_path):
+    """Version 1; this one reads 2."""
     (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/1"}')
     with pytest.raises(RunFolderError, match=r"older version .* replay run SESSION.mcap --out FOLDER --force"):
         read_run_folder(tmp_path)

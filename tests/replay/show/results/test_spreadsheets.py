@@ -56,6 +56,7 @@ def text_of(value):
 
 
 def test_csv_has_the_rows_of_parquet_and_units_in_headings(run_with_formula_name):
+    """Each table of a run; the name of a body that is a formula has an apostrophe before it."""
     assert write_run_tables(run_with_formula_name.out, "csv") == []
     for file in run_with_formula_name.out.glob("*.parquet"):
         table = pq.read_table(file)
@@ -68,6 +69,7 @@ def test_csv_has_the_rows_of_parquet_and_units_in_headings(run_with_formula_name
 
 @pytest.mark.slow
 def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run_with_formula_name):
+    """Each table is a sheet; no cell is a formula, and numbers agree to 12 digits, as Excel keeps 15."""
     openpyxl = pytest.importorskip("openpyxl")
     assert write_run_tables(run_with_formula_name.out, "xlsx") == []
     book = openpyxl.load_workbook(run_with_formula_name.out / "tables.xlsx")
@@ -76,7 +78,6 @@ def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run_with_formula
     assert [cell.value for cell in head] == headings(table.column_names, "misses")
     expected = [list(row.values()) for row in table.to_pylist()]
     for cells, values in zip(rows, expected, strict=True):
-        # Excel keeps 15 digits of a number.
         assert [_rounded(cell.value) for cell in cells] == [_rounded(value) for value in values]
         assert all(cell.data_type != "f" for cell in cells)
 
@@ -107,10 +108,12 @@ def test_no_text_becomes_a_formula(text, tmp_path):
     [("a=1", "a=1"), ("a =1", "a =1"), ("\tplain", "'\tplain"), (" plain", " plain"), ("=", "'="), (" ", " ")],
 )
 def test_only_a_text_that_begins_like_a_formula_is_changed(text, inert):
+    """An apostrophe before it makes it text; a tab begins one too."""
     assert inert_value(text) == inert
 
 
 def test_large_stamps_stay_exact_in_a_workbook(tmp_path):
+    """Excel keeps 15 digits of a number, so a stamp of 19 is written as text; 5 stays a number."""
     openpyxl = pytest.importorskip("openpyxl")
     write_tables({"events": pa.table({"stamp_ns": [1709283600000000001, 5]})}, tmp_path, "xlsx")
     values = [row[0].value for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["events"].rows]
@@ -118,6 +121,7 @@ def test_large_stamps_stay_exact_in_a_workbook(tmp_path):
 
 
 def test_table_too_long_for_excel_is_omitted_with_a_sentence(tmp_path, monkeypatch):
+    """A sheet is made to hold 2 rows: t has 3, u has 1."""
     pytest.importorskip("xlsxwriter")
     monkeypatch.setattr("replay.show.results.spreadsheets.MOST_ROWS", 2)
     (sentence,) = write_tables({"t": pa.table({"a": [1, 2, 3]}), "u": pa.table({"a": [1]})}, tmp_path, "xlsx")
@@ -125,6 +129,7 @@ def test_table_too_long_for_excel_is_omitted_with_a_sentence(tmp_path, monkeypat
 
 
 def test_missing_package_is_one_clear_error(tmp_path, monkeypatch, run_with_formula_name):
+    """None in ``sys.modules`` lets an import fail."""
     for name in ("xlsxwriter", "pandas", "polars"):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(OutputError, match=r'Excel tables need XlsxWriter: pip install "vrlab-replay\[excel\]"'):
@@ -135,6 +140,7 @@ def test_missing_package_is_one_clear_error(tmp_path, monkeypatch, run_with_form
 
 
 def test_result_gives_data_frames_of_its_tables(run_with_formula_name):
+    """Rows of misses are the run's misses; an unknown table is refused with the names of those there are."""
     frame = run_with_formula_name.to_pandas("misses")
     assert len(frame) == len(run_with_formula_name.misses["slow"]) and frame["student"].tolist() == [""] * len(frame)
     assert set(run_with_formula_name.to_pandas("metrics")["detector"]) == {"slow", "exact"}
@@ -146,6 +152,7 @@ def test_result_gives_data_frames_of_its_tables(run_with_formula_name):
 
 @pytest.mark.parametrize("form", ["csv", "xlsx"])
 def test_replacing_a_run_takes_its_spreadsheets_away(tmp_path, form):
+    """A file of the user's own, mine.csv, stays."""
     result = replay.RunResult.of(RUN_OF_STATE["no contact"]()).write(tmp_path / "run", picture=False)
     before = {file.name for file in result.out.iterdir()}
     write_run_tables(result.out, form)

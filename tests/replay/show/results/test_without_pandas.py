@@ -22,12 +22,14 @@ assert pa.array(pd.Series([1.0, float("nan")])).null_count == 1
 
 @pytest.mark.slow
 def test_pandas_is_imported_only_to_make_a_data_frame():
+    """A program of its own, SCRIPT, asserts it."""
     pytest.importorskip("pandas")
     done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 
 def test_no_module_but_pandas_is_hidden():
+    """A finder that gives None leaves a module to the finders after it."""
     with pytest.raises(ModuleNotFoundError, match="pandas"):
         WithoutPandas().find_spec("pandas")
     assert WithoutPandas().find_spec("numpy") is None

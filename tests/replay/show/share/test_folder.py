@@ -76,6 +76,7 @@ def run_folder_with_consent(run, words):
 
 
 def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_folder):
+    """The recording must state exactly ``share``; of two runs one without it is enough to refuse both."""
     require_consent([run_folder_with_consent(revealing_run_folder, "share")])
     for text in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
         with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
@@ -137,6 +138,7 @@ def test_every_moment_has_a_message_with_its_time(revealing_run_folder, shared_f
 
 
 def test_every_miss_of_the_run_links_to_its_moment(revealing_run_folder, shared_folder):
+    """The first detector, slow, needs no name in an address: ``miss-1``, but ``miss-1-late``."""
     page, sent = (shared_folder / "index.html").read_text(), moment_messages(shared_folder)
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
     rows = read_run_folder(revealing_run_folder).rows("misses")
@@ -174,6 +176,8 @@ def test_run_and_shared_folder_hold_no_serial_path_or_name(revealing_run_folder,
 
 
 def test_a_rerun_without_a_viewer_leaves_the_report_alone(revealing_run_folder, tmp_path, monkeypatch):
+    """The folder holds the page and the list of what was shared, and no picture."""
+
     def none():
         raise ViewerError(module.NO_WEB_VIEWER)
 
@@ -190,10 +194,10 @@ REPLACED = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed<
 
 
 def test_a_damaged_picture_is_refused_before_the_viewer_starts(revealing_run_folder, tmp_path, monkeypatch):
+    """The second of two runs has a picture cut to 1000 bytes, and a summary with the hash of these."""
     monkeypatch.setattr(module, "web_viewer", lambda: pytest.fail("the viewer was started"))
     damaged = shutil.copytree(revealing_run_folder, tmp_path / "damaged")
     (damaged / "run.rrd").write_bytes((revealing_run_folder / "run.rrd").read_bytes()[:1000])
-    # Whoever damages a picture may write its hash too.
     document = json.loads((damaged / "summary.json").read_text())
     document["picture_sha256"] = file_hash(damaged / "run.rrd")
     (damaged / "summary.json").write_text(json.dumps(document))
@@ -217,6 +221,7 @@ def test_a_replaced_report_is_never_passed_on(revealing_run_folder, tmp_path, mo
 
 
 def test_summary_strings_are_text_in_the_page(revealing_run_folder, tmp_path):
+    """Detector, pseudonym and scene end an element and begin a script: the page has its own script only."""
     forged = shutil.copytree(revealing_run_folder, tmp_path / "forged")
     (forged / "run.rrd").unlink()
     reported = json.loads((forged / "summary.json").read_text())
@@ -229,6 +234,7 @@ def test_summary_strings_are_text_in_the_page(revealing_run_folder, tmp_path):
 
 
 def test_runs_have_a_common_viewer_and_a_list(revealing_run_folder, tmp_path, monkeypatch):
+    """The same run twice; a later folder of one run replaces all that the two had."""
     monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
     write_shared_folder([read_run_folder(revealing_run_folder)] * 2, tmp_path / "sent")
     names = {item.name for item in (tmp_path / "sent").iterdir()}
@@ -280,6 +286,7 @@ def test_shared_folder_opens_alone_and_every_link_moves_the_picture(revealing_ru
 
 
 def test_shared_page_takes_only_pixels_of_the_still(shared_folder, tmp_path, monkeypatch):
+    """A still too large, of no base64, of an SVG or cut short is left out of the page."""
     page = (shared_folder / "index.html").read_text()
     (still,) = re.findall(r'class="open-picture"><img src="data:image/webp;base64,([A-Za-z0-9+/=]+)"', page)
     with Image.open(io.BytesIO(base64.b64decode(still))) as image:
@@ -293,6 +300,7 @@ def test_shared_page_takes_only_pixels_of_the_still(shared_folder, tmp_path, mon
 
 @pytest.mark.slow
 def test_phone_shows_the_still_and_loads_the_picture_on_request(shared_folder, tmp_path):
+    """400 x 800 pixels: the viewer is requested only after a click on the link below the still."""
     with opened((shared_folder / "index.html").as_uri(), tmp_path, (400, 800)) as page:
         boxes = "[...document.querySelectorAll('.open-picture img, .open-picture a')].map((n) => n.offsetTop)"
         still, link = page.ask(boxes)
