@@ -15,12 +15,14 @@ def class_of(students, seconds=1.5):
 
 
 def test_time_in_contact_is_drawn_from_enough_students_only():
+    """At least LEAST_IN_CELL students and a known time have a chart, one student fewer has none."""
     assert len(class_charts(class_of(LEAST_IN_CELL), study=None)) == 1
     assert class_charts(class_of(LEAST_IN_CELL - 1), study=None) == []
     assert class_charts(class_of(LEAST_IN_CELL, seconds=float("nan")), study=None) == []
 
 
 def test_time_in_contact_has_a_row_for_each_group():
+    """Students S1 and S3 are in one group, S2 in the other."""
     queried = []
     study = study_of()
     study.group_of = {"S1": "first", "S2": "second", "S3": "first"}
@@ -84,6 +86,7 @@ def test_charts_by_detector_come_first_if_a_conclusion_changes():
 
 
 def test_result_not_significant_after_holm_is_labelled_undecided():
+    """p is 0.04 alone, and 0.1 after Holm's correction."""
     undecided = finding_of_grasps(beta=0.2, kind="simple", p=0.04)
     study = study_of()
     study.coefficients = (Finding(**vars(undecided) | {"p_holm": 0.1}),)

@@ -158,6 +158,7 @@ def test_the_sessions_with_most_misses_lead_to_their_worst_miss(run_folders, pag
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_page_fits_a_phone_without_errors_or_requests(page_file, tmp_path, scheme):
+    """400 x 800 pixels; the only request is the page itself."""
     with opened(page_file.as_uri(), tmp_path, (400, 800), scheme) as page:
         assert page.ask("document.documentElement.scrollWidth") <= 400
         assert page.errors() == [] and page.requests() == [page_file.as_uri()]
@@ -171,6 +172,7 @@ CLIPPED = """[...document.querySelectorAll("caption, .rows td:first-child, .narr
 
 @pytest.mark.slow
 def test_phone_clips_no_caption_card_or_first_column(page_file, tmp_path):
+    """400 x 800 pixels, every fold open: no table has to be moved sideways."""
     with opened(page_file.as_uri(), tmp_path, (400, 800)) as page:
         page.ask("for (const part of document.querySelectorAll('details')) part.open = true")
         assert page.ask("document.querySelectorAll('.narrow-cards td').length") > 0
@@ -184,12 +186,14 @@ def test_phone_clips_no_caption_card_or_first_column(page_file, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_accessibility_checker_finds_nothing_serious(page_file, tmp_path, scheme):
+    """``scheme``: the browser's preference for light or dark pages."""
     with opened(page_file.as_uri(), tmp_path, scheme=scheme) as page:
         assert serious_faults(page, tmp_path) == []
 
 
 @pytest.mark.slow
 def test_every_column_fits_a_screen_of_1280_pixels(page_file, tmp_path):
+    """Every fold is open; the page has one chart."""
     with opened(page_file.as_uri(), tmp_path, (1280, 800)) as page:
         page.ask("for (const part of document.querySelectorAll('details')) part.open = true")
         wide = "[...document.querySelectorAll('.wide')].filter((one) => one.scrollWidth > one.clientWidth + 1)"

@@ -97,6 +97,7 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of, tmp_path):
 
 
 def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
+    """Runs of the reference alone: neither pairs nor causes of misses, and no sentence about them."""
     runs, made = tables_of(sessions=5, students=5, detectors={})
     assert [(row["detector"], row["is"]) for row in made.detectors().plain()] == [("exact", "trusted")]
     assert not made.pairs().rows and not made.causes().rows and made.headlines() == []
@@ -183,6 +184,7 @@ def test_rate_difference_is_omitted_where_rates_cannot_differ(tables_of, state):
 
 @pytest.mark.slow
 def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tables_of):
+    """Seconds of all contacts by all minutes with poses: of every student, and of some."""
     runs, made = tables_of(sessions=8, students=8)
     members = {"S01", "S02", "S03", "S04", "S05", *runs.students[:2]}
     seconds, minutes = {}, {}
@@ -203,6 +205,7 @@ def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tables_of):
 
 
 def test_head_counts_false_contacts_of_each_detector(tables_of):
+    """The only detector's false contacts, by the number of sessions."""
     runs, made = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     (line,) = made.headlines()
     false = [row for row in runs.tables["false_contacts"].to_pylist() if row["detector"] == "slow"]
@@ -211,11 +214,13 @@ def test_head_counts_false_contacts_of_each_detector(tables_of):
 
 
 def test_every_class_table_notes_that_n_counts_students(tables_of):
+    """Tables of detectors, pairs, activities and causes."""
     _, made = tables_of(sessions=8, students=8)
     assert all("n counts the students" in " ".join(table.notes) for table in all_tables(made))
 
 
 def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
+    """Eight sessions of five students, the last of nobody: it is named by its id; all names differ."""
     runs, _ = tables_of(sessions=8, students=5, nobody=1)
     names = {run: name for run, (name, _) in places(runs, tmp_path).items()}
     assert len({*names.values()}) == len(names)
@@ -225,6 +230,7 @@ def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
 
 
 def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
+    """The ranking has a title of ``slow`` and none of ``bare``."""
     made_class(tmp_path / "runs", sessions=1, students=1)
     rows = [{"detector": "slow", "what": "samples at 20 Hz"}, {"detector": "bare", "what": None}]
     pq.write_table(pa.Table.from_pylist(rows), tmp_path / "runs" / "run000" / "ranking.parquet")
@@ -232,6 +238,7 @@ def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
 
 
 def test_contacts_are_grouped_by_every_task_stage_and_vr_type(tables_of):
+    """Expected are all that the contacts of the runs have; some are in no task."""
     runs, made = tables_of(sessions=12, students=12, detectors={"slow": 0.9}, contacts=20)
     episodes = runs.tables["episodes"].to_pylist()
     names = {("task", row["task"] or NO_NAME) for row in episodes}

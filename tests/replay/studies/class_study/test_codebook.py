@@ -13,6 +13,7 @@ def read(tmp_path, text):
 
 
 def test_codebook_gives_construct_and_direction_of_every_item(tmp_path):
+    """CODEBOOK has three items on each of two constructs; item e3 is asked the other way round."""
     book = read(tmp_path, CODEBOOK)
     assert book.student == "who"
     assert book.constructs == {"ease of use": ["e1", "e2", "e3"], "motivation": ["m1", "m2", "m3"]}
@@ -22,6 +23,7 @@ def test_codebook_gives_construct_and_direction_of_every_item(tmp_path):
 
 
 def test_groups_and_an_items_own_scale_are_read(tmp_path):
+    """A column of students that is not named is called ``student``."""
     book = read(tmp_path, "items: {a1: {construct: a, scale: [0, 10]}}\ngroups: {column: arm, names: [first, second]}")
     assert book.items[0].scale == (0.0, 10.0) and (book.group_column, book.groups) == ("arm", ("first", "second"))
     assert book.student == "student"
@@ -40,5 +42,6 @@ def test_groups_and_an_items_own_scale_are_read(tmp_path):
     ],
 )  # fmt: skip
 def test_codebook_of_another_form_is_refused(tmp_path, text, message):
+    """``message``: words of the refusal, after the name of the file."""
     with pytest.raises(StudyError, match=rf"codebook\.yaml.*{message}"):
         read(tmp_path, text)

@@ -66,6 +66,7 @@ def unequal_groups(random):
 
 @pytest.mark.slow
 def test_error_by_hand_is_that_of_statsmodels():
+    """Groups of 5 and 47 students, the first with eight times the spread."""
     first, second = unequal_groups(np.random.default_rng(0))
     by_statsmodels = hc3_by_statsmodels(np.arange(52) >= 5, np.concatenate([first, second]))
     assert hc3_by_hand(first, second) == pytest.approx(by_statsmodels)
@@ -84,6 +85,7 @@ def test_interval_is_of_permuted_residual_quantiles():
 
 
 def test_holm_is_across_all_outcomes_of_the_groups():
+    """Three outcomes of 40 students in two groups; expected is Holm's correction by statsmodels."""
     random = np.random.default_rng(4)
     variables = DataFrame(random.normal(size=(40, 3)), columns=[*"abc"])
     result = compare_groups(variables, np.tile(GROUP_NAMES, 20), GROUP_NAMES, 0, [])
@@ -92,13 +94,17 @@ def test_holm_is_across_all_outcomes_of_the_groups():
 
 
 def test_groups_with_constant_answers_are_not_compared():
+    """All 18 students answer 3."""
     result, (refused,) = comparison_and_refusals(np.full(9, 3.0), np.full(9, 3.0))
     assert not result and refused.rule == "no-variance" and "between first and second" in refused.what
 
 
 @pytest.mark.slow
 def test_interval_of_skewed_unequal_groups_covers_the_true_difference(monkeypatch):
-    # p is not asked here, and quantiles of fewer draws are as right on average.
+    """The true difference is 0; a 95 % interval covers it in more than 90 of 100 draws.
+
+    Few permutations are enough, as p is not asked; quantiles of fewer draws are as right on average.
+    """
     """The true difference is 0; a 95 % interval covers it in more than 90 of 100 draws."""
     monkeypatch.setattr(groups, "PERMUTATIONS", 9)
     monkeypatch.setattr(groups, "STUDENTISED_DRAWS", 499)

@@ -53,6 +53,7 @@ def study_folder(tmp_path_factory):
 
 @pytest.mark.slow
 def test_hostile_names_are_escaped_in_the_class_page(study_folder):
+    """HOSTILE has a script, an image with an event and a sign that turns text around: none becomes an element."""
     page = (study_folder / "study.html").read_text("utf-8")
     assert page.count("&lt;script&gt;throw 1") > 5 and "<img" not in page and "\u202e" not in page
     assert page.count("<script") == 1

@@ -17,6 +17,7 @@ BOOK = codebook()
 
 
 def test_questionnaire_is_sorted_by_student_with_reversed_items_flipped(tmp_path):
+    """The file has its 12 students in reverse; expected are the answers as they were made up."""
     answers, _ = a_class(count=12)
     file = write_answers(tmp_path / "q.csv", answers[::-1], names(count=12)[::-1])
     read = read_questionnaire(file, BOOK)
@@ -25,6 +26,7 @@ def test_questionnaire_is_sorted_by_student_with_reversed_items_flipped(tmp_path
 
 @pytest.mark.parametrize("student", ["", "Ada Lovelace", "ada", "ada@school.edu", "S 1", "S" * 40 + "1"])
 def test_student_id_like_a_name_is_refused_without_repeating_it(student):
+    """The first row is a code, 1, 5 or 6 rows follow with the name; up to five are listed."""
     for count, rows in ((1, "data row 2:"), (5, "data row 2, 3, 4, 5, 6:"), (6, "data row 2, 3, 4, 5, 6, ...:")):
         with pytest.raises(StudyRefusedError, match=rows) as refused:
             check_pseudonyms(["S1", *[student] * count], "q.csv")
@@ -33,6 +35,7 @@ def test_student_id_like_a_name_is_refused_without_repeating_it(student):
 
 
 def test_a_group_that_was_not_declared_is_refused(tmp_path):
+    """The codebook declares first and second; a student is in the third."""
     answers, _ = a_class(count=4)
     book = codebook(groups=("arm", ("first", "second")))
     file = write_answers(tmp_path / "q.csv", answers, extra={"arm": ["first", "second", "third", "first"]})
@@ -75,6 +78,7 @@ ROWS = [{"Code": "S01", "e1": "2.5"}, {"Code": "S02", "e1": ""}]
     ],
 )
 def test_spreadsheet_formats_give_the_same_rows(content, tmp_path):
+    """Commas, semicolons with decimal commas, tabs, marks of encodings, quotes, blanks and empty lines."""
     (tmp_path / "q.csv").write_bytes(content)
     assert read_rows(tmp_path / "q.csv") == ROWS
 
@@ -88,6 +92,7 @@ def test_spreadsheet_formats_give_the_same_rows(content, tmp_path):
     ],
 )
 def test_row_that_does_not_fit_its_heading_is_refused(content, sentence, tmp_path):
+    """``sentence``: of the refusal; None: a heading without rows, in Latin-1, is read as no row."""
     (tmp_path / "q.csv").write_bytes(content)
     if sentence is None:
         assert read_rows(tmp_path / "q.csv") == []
@@ -108,12 +113,14 @@ def test_row_that_does_not_fit_its_heading_is_refused(content, sentence, tmp_pat
     ],
 )
 def test_student_missing_in_a_file_is_named(answering, recorded, meant):
+    """``meant``: of the sentences on the code in the questionnaire and on that in the recordings."""
     sentences = unmatched_students(answering, recorded)
     assert len(sentences) == len(meant)
     assert all(text in sentence for sentence, text in zip(sentences, meant, strict=True))
 
 
 def test_students_are_joined_by_pseudonym_and_never_by_order():
+    """The table of metrics is reversed."""
     answers, contacts = a_class(count=8)
     table = metrics(contacts)
     result = means_of_students(table[::-1], questionnaire(answers), ["contacts_per_min"])

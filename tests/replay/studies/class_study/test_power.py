@@ -27,6 +27,7 @@ def test_medium_correlation_takes_85_students(changes, is_needed):
 
 
 def test_tests_together_are_those_of_associations_else_of_groups():
+    """One of two associations has a p; where none has, the two comparisons of groups count; else a single test."""
     two, none = (SimpleNamespace(p=0.1), SimpleNamespace(p=0.9)), (SimpleNamespace(p=None),)
     assert power.tests_together(study(groups=two)) == 1, "one association was tested"
     assert power.tests_together(study(coefficients=none, groups=two)) == 2

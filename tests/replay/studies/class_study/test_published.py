@@ -37,6 +37,10 @@ EXPECTED = {
 
 @pytest.mark.parametrize("expected", EXPECTED)
 def test_printed_tables_contradictions_are_explained(remarks_on_example, expected):
+    """A key of EXPECTED is kind and row of a remark on the example, its value what the remark must say.
+
+    The other seven remarks are regressions that agree.
+    """
     reported = " ".join(item.message for item in remarks_on_example if (item.kind, item.row) == expected)
     assert all(text in reported for text in EXPECTED[expected])
     others = {(item.kind, item.row) for item in remarks_on_example} - EXPECTED.keys()
@@ -56,6 +60,7 @@ def test_fit_correlation_and_p_agree_with_regression(r):
 
 
 def test_a_true_multiple_regression_keeps_its_label(tmp_path):
+    """Coefficients of 0.7 and 0.71 with one fit of 0.5 cannot be two regressions of one predictor each."""
     rows = ", ".join(
         f'{{outcome = "y", predictor = "{name}", beta = {beta}, adjusted_fit = 0.5, p = 0.0}}'
         for name, beta in (("a", 0.7), ("b", 0.71))
@@ -110,6 +115,7 @@ def test_printed_regression_follows_from_its_coefficient(tmp_path, fit, p, kind)
     ],
 )
 def test_groups_that_were_not_compared_are_remarked(tmp_path, table, is_remarked):
+    """``table``: how many groups there were, and whether they were compared."""
     text = f"[[regression]]\n{table}\nrows = [{ROW.format(beta=0.5, fit=0.2424, p=0.0)}]\n"
     assert (remarks_of(tmp_path, text).get("groups") == KIND_WEAK) == is_remarked
 
@@ -123,5 +129,6 @@ def test_groups_that_were_not_compared_are_remarked(tmp_path, table, is_remarked
     ],
 )  # fmt: skip
 def test_printed_figures_that_cannot_be_are_refused(tmp_path, text):
+    """No number of students, too few or none at all, no name, or a perfect coefficient."""
     with pytest.raises(StudyError):
         remarks_of(tmp_path, text)

@@ -74,7 +74,8 @@ def test_permutation_p_of_a_perfect_fit_is_1_in_5000():
         (SCORES[:3, 3], SCORES[:3, :2], "no-variance"),
     ],
 )
-def test_collinear_predictors_are_refused(y, x, rule):
+def test_collinear_or_constant_variables_are_refused(y, x, rule):
+    """Also where nothing varies, or three students have three unknowns; ``rule``: by which it is refused."""
     with pytest.raises(StudyRefusedError) as refused:
         findings_of_regression(y, x)
     assert refused.value.rule == rule

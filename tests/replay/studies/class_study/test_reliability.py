@@ -51,13 +51,14 @@ def test_bootstrap_interval_of_a_large_sample_agrees_with_scipy(statistic):
 
 
 def test_interval_of_constant_resamples_is_a_point():
-    """There is no interval of absent resamples, nor from only two leave-one-out values."""
+    """Absent resamples have no interval, nor have only two leave-one-out values."""
     assert interval(np.full(50, 2.0), 2.0, np.full(9, 2.0)) == (2.0, 2.0)
     assert np.isnan(interval(np.full(50, np.nan), 2.0, np.full(9, 2.0))).all()
     assert np.isnan(interval(np.ones(50), 1.0, np.ones(2))).all()
 
 
 def test_kmo_of_uncorrelated_items_is_refused():
+    """Two items of twelve students, each pair of answers equally often: alpha is 0 and Bartlett's p is 1."""
     signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]] * 3, dtype=float)
     with pytest.raises(StudyRefusedError) as refused:
         kmo(signs)
@@ -85,6 +86,7 @@ def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
     ],
 )
 def test_reliability_of_unsuitable_answers_is_refused_with_its_rule(measure, answers, rule):
+    """One item; constant answers; one item twice; as many students as items. ``lift``: what would help."""
     with pytest.raises(StudyRefusedError) as refused:
         measure(answers)
     assert refused.value.rule == rule and refused.value.lift

@@ -37,6 +37,7 @@ EVEN = np.linspace(0.0, 2.0, 2001)
 
 
 def test_ties_with_the_estimate_count_half_on_either_side():
+    """Resamples are even about the estimate 1, half of them equal to it: so is the interval."""
     lower, upper = interval(np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0]), 1.0, np.array([0.9, 1.0, 1.1]))
     assert lower + upper == pytest.approx(2.0) and lower < 1.0
 
@@ -62,6 +63,7 @@ def test_interval_reaches_farther_where_a_student_raises_the_estimate():
 
 @pytest.mark.parametrize(("estimates", "students"), [(EVEN, 2), (np.full(9, np.nan), 9)])
 def test_two_students_or_no_estimates_have_no_interval(estimates, students):
+    """``estimates``: of the resamples; the estimates without each student lie evenly from 0.9 to 1.1."""
     assert np.isnan(interval(estimates, 1.0, np.linspace(0.9, 1.1, students))).all()
 
 

@@ -118,6 +118,7 @@ STATES = {
 
 @pytest.mark.parametrize("state", STATES)
 def test_study_headline_states_whether_a_conclusion_changes(state):
+    """A state of STATES is a made-up study and the sentence on it; ``none``: there is no study."""
     make, answer = STATES[state]
     assert opening_sentence(make(), "40 students") == f"40 students: {answer}"
 
@@ -169,6 +170,10 @@ def finding_of(kind):
 
 
 def test_result_states_student_count_once_and_marks_associations():
+    """One of two results is undecided, or all of three, of which two are named.
+
+    In tables only an association is marked.
+    """
     finding = SimpleNamespace(students=40, p=0.5, conclusion="")
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
     assert line == "No association could be distinguished from chance in 40 students"
@@ -205,6 +210,7 @@ def test_undecided_is_defined_by_the_result_that_is():
 
 
 def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
+    """Recalls of 0.5 and 0.8; where both are 1 the exact detector is taken; a misspelt one is refused."""
     answers, contacts = a_class(count=30)
     table = metrics(contacts, detectors=("hull50", "hybrid"), recall=(0.5, 0.8))
     assert analyse(REQUESTED, questionnaire(answers), table).detector == "hybrid"
@@ -216,6 +222,7 @@ def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
 
 
 def test_behaviour_of_unknown_recall_is_not_analysed(class_runs):
+    """The detector has no recall, or no recorded student is in the questionnaire: ease of use is analysed alone."""
     answers, contacts = a_class(count=30)
     strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
     for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
@@ -228,6 +235,7 @@ def test_behaviour_of_unknown_recall_is_not_analysed(class_runs):
 
 
 def test_misspelt_student_leaves_the_others_in_the_study():
+    """S07 of 30 students is s7 in the recordings: 29 count for contacts, 30 for the answers."""
     answers, contacts = a_class(count=30)
     table = metrics(contacts).replace({"student": {"S07": "s7"}})
     result = analyse(REQUESTED, questionnaire(answers), table)
@@ -267,6 +275,7 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
     ],
 )
 def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(question, text):
+    """``question``: outcome and predictor; arm names groups, and contact_per_min lacks a letter."""
     answers, contacts = a_class(count=40)
     with pytest.raises(StudyError, match=text):
         analyse(
@@ -293,6 +302,7 @@ def test_group_with_fewer_than_five_answers_is_not_compared(left):
 
 
 def test_a_construct_that_only_four_students_answered_has_no_figure():
+    """All of 20 students but four left out the first item of ease of use."""
     answers, contacts = a_class(count=20)
     answers[4:, 0] = np.nan
     result = analyse(codebook(), questionnaire(answers), metrics(contacts))
@@ -315,6 +325,7 @@ def test_student_with_several_sessions_counts_once_by_mean():
 
 
 def test_detector_of_constant_contacts_counts_as_not_tested():
+    """``blind`` has a recall of 0, and so no contact at all; of grasps both detectors have the same numbers."""
     answers, contacts = a_class(count=40, seed=1)
     table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
     table["grasps"] = np.arange(80) // 2 % 7
@@ -365,6 +376,7 @@ def test_verbose_terminal_lists_associated_results_first(class_runs, tmp_path):
 
 
 def test_counts_of_students_are_integers_in_the_files(class_runs, tmp_path):
+    """In associations.csv, which has a row for each result."""
     out = write_study(class_runs, study_of_class(), tmp_path / "study", inputs={})
     with (out / "associations.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = [*csv.DictReader(file)]
@@ -373,6 +385,7 @@ def test_counts_of_students_are_integers_in_the_files(class_runs, tmp_path):
 
 
 def test_study_folder_needs_force_and_holds_no_pseudonym(class_runs, tmp_path):
+    """The last of eight codes is in no file; a folder of other files is not replaced even by force."""
     result = study_of_class()
     pseudonym = names(count=8)[-1]
     out = write_study(class_runs, result, tmp_path / "study", inputs={})

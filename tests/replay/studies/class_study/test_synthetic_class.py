@@ -51,11 +51,13 @@ def test_made_up_students_who_find_tasks_hard_touch_briefly():
 
 
 def test_larger_class_contains_the_smaller_class():
+    """The first four of nine students are those of a class of four, of the same seed."""
     assert draw_class(students=9, seed=3)[:4] == draw_class(students=4, seed=3) != draw_class(students=4, seed=4)
 
 
 @pytest.mark.slow
 def test_class_on_disk_reads_back_and_keeps_existing_sessions(tmp_path):
+    """The session of S02 is deleted: the second time it is the only one that is made."""
     out, done = tmp_path / "class", []
     assert make_class(out, students=3, seed=1) == {}
     answers = read_questionnaire(out / "questionnaire.csv", read_codebook(out / "codebook.yaml"))
@@ -68,6 +70,7 @@ def test_class_on_disk_reads_back_and_keeps_existing_sessions(tmp_path):
 
 
 def test_made_up_class_overwrites_no_folder_of_another_kind(tmp_path):
+    """The folder holds another file, or a class of one student where six, or brief touches, are asked for."""
     (tmp_path / "mine.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):
         make_class(tmp_path, students=5)

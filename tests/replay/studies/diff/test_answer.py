@@ -62,11 +62,13 @@ def test_change_of_errors_is_weighed_by_the_loss(change, beginning):
     ],
 )
 def test_runs_of_other_contacts_are_not_ranked(second, settings, reason):
+    """``second``: the second run; ``settings``: those that differ, with both values."""
     text = answer_of(run_with_digests(), second, {"hull50": hull_detector_diff(gained=(1,))}, settings)
     assert text.startswith("Contacts: 1 gained, 0 lost, 0 shifted. Whether that is better cannot be told: " + reason)
 
 
 def test_runs_without_a_common_detector_say_so():
+    """Two runs share no detector, or the reference alone, which lost a contact."""
     reference = replace(hull_detector_diff(lost=(1,)), labels=("exact", "exact"))
     assert answer_of(run_with_digests(), run_with_digests(), {}, {}) == "No detector compares."
     expected = "No detector but the reference is in both runs; contacts changed."

@@ -32,10 +32,12 @@ def a_run(oracle="exact", **detectors):
     ids=["labels", "references", "same settings", "least change", "one row", "last ones", "two and one", "new one"],
 )
 def test_detectors_are_compared_with_their_counterparts(first, second, pairs):
+    """``pairs``: labels of the first and of the second run; a run's first argument is its reference."""
     assert [" ".join(labels) for labels in matching_labels(first, second)] == pairs
 
 
 def test_chosen_pairs_replace_equal_labels():
+    """Both runs have a and b, and a is to be compared with b: then b is compared with a."""
     first, second = a_run(oracle=None, a="obb", b="aabb"), a_run(oracle=None, a="obb", b="aabb")
     assert matching_labels(first, second, [("a", "b")]) == [("a", "b"), ("b", "a")]
     for pair in (("x", "b"), ("a", "x")):

@@ -33,9 +33,12 @@ def summary_of(folder):
 
 
 def test_diff_finds_planted_gained_lost_and_shifted_contacts(run_folders):
+    """Frames of 10 ms: the contact in frame 4 is lost, one in 12 gained, that of 8 to 10 a frame earlier.
+
+    Any of the three kinds of change counts as a change; times are ratios of both summaries.
+    """
     result = diff_runs(run_folders / "a", run_folders / "c", different_sessions=True).detectors["slow"]
     assert result.same == 1
-    # Frames of 10 ms: the contact in frame 4 is lost, one in 12 gained, that of 8 to 10 a frame earlier.
     assert [contact.start for contact in result.lost] == [pytest.approx(0.04)]
     assert [contact.start for contact in result.gained] == [pytest.approx(0.12)]
     (shift,) = result.shifted
@@ -49,18 +52,24 @@ def test_diff_finds_planted_gained_lost_and_shifted_contacts(run_folders):
 
 
 def test_diff_lists_exactly_the_settings_that_differ(run_folders):
+    """Run b has another seed, its ``slow`` 50 Hz in place of 100, and two detectors that a has not."""
     result = diff_runs(run_folders / "a", run_folders / "b", different_sessions=True)
     assert result.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
     assert (result.only_a, result.only_b) == (("hybrid",), ("sphere", "aabb"))
 
 
 def test_diff_of_a_run_with_itself_is_empty(run_folders):
+    """Equal verdicts, and times of a ratio of 1."""
     result = diff_runs(run_folders / "a", run_folders / "a")
     assert not result.changed and not result.settings
     assert all(item.same_verdicts and item.time_ratio == 1.0 for item in result.detectors.values())
 
 
 def test_runs_of_different_recordings_are_refused_unless_that_is_meant(run_folders, tmp_path, capsys):
+    """Runs a and c replay two motions; b and c the same one, and are compared.
+
+    A window from 20 ms leaves 12 of 14 frames: that is a setting that differs.
+    """
     assert main(["diff", str(run_folders / "a"), str(run_folders / "c")]) == 1
     output = capsys.readouterr().err
     assert "replay different recordings" in output and "add --different-sessions" in output
@@ -93,6 +102,7 @@ def before_and_after(tmp_path_factory):
 
 
 def test_colliders_under_other_labels_are_compared(before_and_after):
+    """The runs coarse and fine: 20 % false contact with a skin of 0.3 m, none without."""
     result = diff_runs(before_and_after / "coarse", before_and_after / "fine")
     assert list(result.detectors) == ["wide50 -> collider-shipped-50", "exact"]
     assert result.changed and not result.only_a and not result.only_b
@@ -136,6 +146,7 @@ def test_headline_weighs_errors_against_each_other_and_names_cost(before_and_aft
 
 
 def test_diff_counts_late_contacts_as_the_ranking_does(before_and_after):
+    """Expected are the counts of both rankings, least and most over sampling offsets."""
     folders = [before_and_after / name for name in ("coarse", "fine")]
     ranks = [{rank.label: rank for rank in read_run_folder(folder).ranking} for folder in folders]
     detector = diff_runs(*folders).detectors["wide50 -> collider-shipped-50"]
@@ -143,11 +154,13 @@ def test_diff_counts_late_contacts_as_the_ranking_does(before_and_after):
 
 
 def test_diff_compares_the_last_detectors_under_different_names(before_and_after):
+    """Beside the reference each run has one detector, wide50 and mine."""
     result = diff_runs(before_and_after / "coarse", before_and_after / "other")
     assert list(result.detectors) == ["wide50 -> mine", "exact"]
 
 
 def test_run_of_another_interval_is_never_better(before_and_after):
+    """The run short ends at 0.1 s."""
     answer = diff_runs(before_and_after / "coarse", before_and_after / "short").answer
     assert "cannot be told: the runs differ in session.frames and window" in answer
 
@@ -165,6 +178,7 @@ def test_first_line_on_the_screen_is_the_answer(before_and_after, capsys):
 
 
 def test_screen_lists_the_first_changes_and_counts_the_rest(before_and_after, capsys, monkeypatch):
+    """So many rows are allowed as the detector with most changes has, or one fewer."""
     runs = [before_and_after / name for name in ("coarse", "fine")]
     changes = {label: [*change_lines(detector)] for label, detector in diff_runs(*runs).detectors.items()}
     label = max(changes, key=lambda label: len(changes[label]))

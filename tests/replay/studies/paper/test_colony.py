@@ -25,6 +25,7 @@ def near_poses_of_size(request):
 
 @pytest.mark.slow
 def test_an_independent_hierarchy_agrees_which_poses_collide(near_poses_of_size):
+    """The detector ``obb`` tests all poses; of 40 more than two are free."""
     detector = create_detector("obb", near_poses_of_size.bodies)
     assert (detector.detect(near_poses_of_size.colliding).verdict == Verdict.CONTACT).all()
     assert not (detector.detect(near_poses_of_size.free).verdict == Verdict.CONTACT).any()
@@ -33,10 +34,13 @@ def test_an_independent_hierarchy_agrees_which_poses_collide(near_poses_of_size)
 
 @pytest.mark.parametrize("size", SIZES)
 def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch, size):
+    """Poses are as deep or far as DEEPEST_M and FARTHEST_M allow: at 0 none is free, 10 um away none collides.
+
+    The last bracket is 1.5 um wide, reach / 2^16.
+    """
     for name, value in (("TARGET_FACES", size), ("DEEPEST_M", 0.0), ("FARTHEST_M", 0.0)):
         monkeypatch.setattr(colony, name, value)
     assert len(near_poses("torus-sphere", 20).free) == 0
-    # Beyond the last bracket, reach / 2^16 or 1.5 um, nothing touches any more.
     monkeypatch.setattr(colony, "DEEPEST_M", -1e-5)
     monkeypatch.setattr(colony, "FARTHEST_M", 1e-5)
     assert len(near_poses("torus-sphere", 20).colliding) == 0
@@ -68,6 +72,7 @@ def test_search_seeds_each_give_a_count(near_poses_of_size):
 
 @pytest.mark.slow
 def test_every_variant_and_equation_has_a_rate_in_its_interval(small):
+    """No search reports a free pose; without each equation in turn the work differs."""
     rates = small["F7e"]
     assert sum(rates.column("reported though free")) == 0
     for row in rates.rows:
@@ -110,5 +115,6 @@ def test_rows_count_mean_hits_and_evaluations_a_pose(monkeypatch):
 
 @pytest.mark.parametrize(("seeds", "text"), [(1, "with 1 seed:"), (2, "with 2 seeds:")])
 def test_table_of_rates_states_its_search_seeds(seeds, text):
+    """The table has no rows; its first note says of how many seeds counts are means."""
     rates, _ = colony.colony_tables([([], [])], seeds)
     assert text in rates.notes[0]

@@ -22,6 +22,7 @@ from replay.studies.stress.solids import box_mesh
 
 @pytest.mark.slow
 def test_samples_cover_as_many_poses_in_the_same_time(snapshot, monkeypatch):
+    """The snapshot has of 8 poses the pairs that meet in samples of 200 faces and of all, and evaluations to a hit."""
     for name, few in {"SAMPLE_SIZES": (200, None), "SEARCH_VARIANTS": ("random",), "MOST_EVALUATIONS": 3000}.items():
         monkeypatch.setattr(feature_samples, name, few)
     result = feature_samples.search_samples("torus-sphere", 8, 1)

@@ -36,6 +36,7 @@ def truth_of(one):
     ("target", "number"), [(100, 0), *(pytest.param(*key, marks=pytest.mark.slow) for key in MORE)]
 )
 def test_requested_number_of_faces_meets_and_exhaustion_agrees(target, number):
+    """``number``: of the fixture for a target, even ones of the first family; the exhaustive test gives the pairs."""
     item = make_fixture(target, number)
     assert abs(item.faces - target) <= TARGET_TOLERANCE * target
     assert item.family == FAMILY_NAMES[number % 2]
@@ -55,6 +56,7 @@ def test_fixture_depends_on_key_number_and_seed():
 
 
 def test_the_meshes_are_closed_at_any_tessellation():
+    """Tori and balls of so many sections; the sum over faces is six times a volume, positive if they face outwards."""
     for sections in (8, 9, 25, 60):
         for mesh in (torus(sections), sphere(sections)):
             assert mesh.is_closed
@@ -80,6 +82,7 @@ def test_pose_between_coarse_distances_is_computed(monkeypatch):
 
 
 def test_fixture_is_refused_when_no_attempt_finds_a_pose(monkeypatch):
+    """No direction is tried."""
     monkeypatch.setattr(fixtures, "MOST_DIRECTIONS", 0)  # gives up before the first pose
     fixture_without_its_cache = make_fixture.__wrapped__
     with pytest.raises(FixtureError, match="in which 100 faces meet; choose a target from 100 to 1000"):

@@ -25,6 +25,7 @@ def groups(some):
 @some_poses
 @pytest.mark.parametrize("name", ROWS)
 def test_complete_rows_find_all_faces_and_no_row_invents(name, some):
+    """Every pair that a row reports is right; complete rows have all true pairs and faces of the fixtures."""
     for group in groups(some):
         result = compared_answers(name, make_detector_of_row(name, group[0].bodies), group)
         assert (result["pairs"] == result["right_pairs"]).all() and (

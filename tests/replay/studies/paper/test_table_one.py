@@ -13,6 +13,7 @@ from replay.studies.paper.table_one import budget, completion_table, mean_and_sp
 
 @pytest.mark.slow
 def test_values_printed_in_the_paper_have_a_marked_column(small):
+    """The column ends in PRINTED_LABEL; of Table I it has the faces detected at a target of 100."""
     for key in ("Table I", "F7ab", "F7c"):
         assert any(head.endswith(PRINTED_LABEL) for head in small[key].head)
     assert small["Table I"].column(PRINTED_LABEL) == [paper["detected"]["100"] for paper in PRINTED_FIGURES.values()]
@@ -66,6 +67,7 @@ def test_a_known_sample_has_the_known_mean_deviation_and_variance():
 
 
 def test_exception_of_the_progress_display_ends_the_study():
+    """Such as a reader's interruption, at the first stage."""
     watching = Mock(stage=Mock(side_effect=InterruptedError))
     with pytest.raises(InterruptedError):
         run_paper(Size((), poses=0, near=0), progress=watching)

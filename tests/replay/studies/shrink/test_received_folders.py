@@ -70,6 +70,7 @@ def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys)
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'])
 def test_folder_settings_never_become_lines_of_the_written_test(folder, key, monkeypatch):
+    """A setting, or its name, ends a text and goes on as code that would make the file ``ran``."""
     attack = 'yes"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'
     tamper(folder, "detectors", slow={"settings": {"rate_hz": 25, key: attack}})
     main(["shrink", "run", "--miss", "1", "-o", "case"])
@@ -81,12 +82,14 @@ def test_folder_settings_never_become_lines_of_the_written_test(folder, key, mon
 
 @pytest.mark.parametrize(("piece", "key", "value"), [("window", "end", 0), ("session", "frames", 11)])
 def test_folder_with_frames_unlike_its_recording_is_refused(folder, piece, key, value, capsys):
+    """The summary states a window that ends at 0 s, or a frame more than the recording has."""
     tamper(folder, piece, **{key: value})
     assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
     assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())
 
 
 def test_shrink_imports_an_own_detector_only_when_named(folder, capsys):
+    """The run was made here with the class sent_along:Blind, which reports nothing."""
     run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
     assert main(["shrink", "own", "--miss", "1", "-o", "case"]) == 1
     assert "--detector mine=sent_along:Blind" in " ".join(capsys.readouterr().err.split())

@@ -34,6 +34,7 @@ X_OF_SECOND_CUBE = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 
 @given(st.integers(1, 60), st.data())
 def test_minimal_subset_keeps_exactly_the_necessary_faces(count, data):
+    """A subset of ``count`` faces is still wrong if all of a random set of needed ones is in it."""
     needed = set(data.draw(st.lists(st.integers(0, count - 1), unique=True)))
     assert set(minimal_subset(np.arange(count), lambda kept: needed <= set(kept.tolist())).tolist()) == needed
 
@@ -84,6 +85,10 @@ def nothing_can_go(fault):
 
 
 def test_miss_between_samples_ends_at_two_frames_and_two_faces(run_folder):
+    """``slow`` samples frames 0, 4 and 8 and misses frames 2 and 3: it needs a frame with a sample, one of contact.
+
+    No frame or face can be left out of what remains without it being right, or in new doubt.
+    """
     fault = fault_of_run(read_run_folder(run_folder), miss=1, label="slow")
     done = shrunk_fault(fault)
     assert fault.contact and Size.of(done) == Size(frames=2, bodies=2, faces=(2, 2))
@@ -140,6 +145,7 @@ def test_contained_body_is_shrunk_to_a_tetrahedron():
 
 
 def test_written_test_fails_on_its_detector_and_passes_on_another(run_folder, tmp_path, capsys, monkeypatch, snapshot):
+    """The written test asks the detector that DETECTOR names, else the one with the fault, a ``discrete``."""
     out = tmp_path / "case"
     assert (
         main(["shrink", str(run_folder), "--miss", "1", "--detector", "slow", "-o", str(out), "--format", "json"]) == 0
@@ -167,6 +173,7 @@ def test_written_numbers_read_back_bit_for_bit(run_folder, tmp_path):
 
 
 def test_unshrinkable_answer_is_explained_in_a_sentence(run_folder, tmp_path, capsys):
+    """No such detector, no such fault, no fault named on the command line, or another recording."""
     opened = read_run_folder(run_folder)
     for requested, text in (
         ({"miss": 1, "label": "hybrid"}, "audited no hybrid; it audited: slow, exact2"),

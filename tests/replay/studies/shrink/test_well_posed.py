@@ -77,6 +77,7 @@ def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
 
 @pytest.mark.slow
 def test_ill_posed_case_is_explained(tmp_path, capsys):
+    """The second body is a face without an area, a segment through the cube: screen, case and README say so."""
     segment = MeshData([[-0.95, 0, 0], [0.95, 0.01, 0]], [(0, 1, 1)])
     _, _, case = shrunk_case(tmp_path, cube(), segment, ROTATED)
     for text in (*case["doubts"], capsys.readouterr().out, (tmp_path / "case" / "README.md").read_text()):
@@ -84,6 +85,7 @@ def test_ill_posed_case_is_explained(tmp_path, capsys):
 
 
 def test_face_no_higher_than_the_tolerance_is_thin_anywhere():
+    """A triangle 1 m wide and half or one and a half times 2 um high, nine metres from the origin."""
     for height in (0.5 * TWO_MICROMETRES, 1.5 * TWO_MICROMETRES):
         face = TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0.5, height, 0]]) + 9.0, [[0, 1, 2]])
         assert thin_faces(face).tolist() == [height < TWO_MICROMETRES]

@@ -56,7 +56,8 @@ def test_continuous_detector_passes_all_stress_families_with_motion():
         assert item.words == "passed" and item.promised and item.reason == "", item
 
 
-def test_python_fcl_errors_on_resting_glass_need_tau():
+def test_python_fcl_errors_on_degenerate_meshes_need_tau():
+    """With the usual tau hybrid has no error in two hard cases; with 0 its errors in mesh degeneracies count."""
     reported = tallies_of_cases(["hybrid"], ["resting contact", "mesh degeneracies"])
     assert all(item.missed == item.invented == item.refused == 0 for item in reported) and reported[1].within > 0
     (strict,) = tallies_of_cases(["hybrid"], ["mesh degeneracies"], tau=0.0)
@@ -64,9 +65,11 @@ def test_python_fcl_errors_on_resting_glass_need_tau():
 
 
 def test_missed_contact_is_within_tolerance_only_when_no_deeper():
-    """Tau is 1 cm: a cube 5 mm deep in a slab of 1 m, one 15 mm deep."""
+    """Tau is 1 cm: a cube 5 mm deep in a slab of 1 m, one 15 mm deep.
+
+    Of cubes that share planes every two faces meet 0 deep, though the cubes are in each other by a half.
+    """
     slab = box_mesh((8.0, 8.0, 1.0))
-    # Of cubes that share planes every two faces meet 0 deep, though the cubes are in each other by a half.
     for other, position, within in (
         (slab, [0.1, 0.2, 0.995], 1),
         (slab, [0.1, 0.2, 0.985], 0),
@@ -78,6 +81,7 @@ def test_missed_contact_is_within_tolerance_only_when_no_deeper():
 
 
 def test_sphere_detector_refuses_stress_cases_about_containment():
+    """24 questions: spheres that overlap are unconfirmed, and containment is refused."""
     (item,) = tallies_of_cases(["sphere"], ["containment"])
     assert item.missed == item.invented == 0 and item.asked == 24
     assert item.refused + item.unconfirmed == 24
@@ -92,6 +96,7 @@ def test_stress_detects_answers_that_depend_on_blocks(monkeypatch):
 
 
 def test_exact_states_that_it_decides_at_frames_only():
+    """A box goes through another between two frames: missed, and not promised."""
     boxes, through = (box_mesh(), box_mesh()), motion_at([[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
     item = ask_case("exact", 44, [scene_of_intervals("", boxes, through, meets=True)], seed=0, tau=0.0)
     assert (item.missed, item.promised, item.reason) == (1, False, FRAMES_ONLY_REASON)

@@ -13,6 +13,7 @@ by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.
 
 @by_name
 def test_triangle_pairs_of_a_family_follow_from_the_seed(family):
+    """Fifty pairs of triangles, (50, 2, 3, 3): twice the same, and others from seed 7."""
     first, again, other = family.pairs(50), family.pairs(50), family.pairs(50, seed=7)
     assert first.shape == (50, 2, 3, 3)
     assert np.isfinite(first).all()
@@ -22,6 +23,7 @@ def test_triangle_pairs_of_a_family_follow_from_the_seed(family):
 
 @by_name
 def test_exact_test_gives_the_answer_known_by_construction(family):
+    """``expected``: whether all pairs of a family meet; None: some do."""
     answers = triangles_intersect(family.pairs(400))
     if family.expected is not None:
         assert (answers == family.expected).all()

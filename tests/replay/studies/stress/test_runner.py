@@ -75,6 +75,7 @@ def test_an_answer_is_counted_once_under_the_right_word(family, verdict, tau, co
 
 
 def test_progress_counts_families_and_cases():
+    """Two families and one case: 3 of 3."""
     watched = Watched()
     stress("exact", families=FAMILIES[:2], cases=[CAVITY], pairs=2, progress=watched)
     assert watched.stages["stress"] == (3, 3)
@@ -106,6 +107,7 @@ def test_failing_triangle_pairs_beyond_tolerance_are_written(tmp_path):
 
 @pytest.mark.slow
 def test_exact_is_right_on_a_sample_of_every_family():
+    """20 pairs of each of the 26 families."""
     result = stress("exact", pairs=20, seed=4_711)
     assert [tally.failed for tally in result.tallies] == [0] * 26
     assert result.broken == []
@@ -113,6 +115,7 @@ def test_exact_is_right_on_a_sample_of_every_family():
 
 @pytest.mark.slow
 def test_python_fcl_behind_hybrid_fails_where_products_overflow():
+    """300 pairs of each: at points on a face all its errors are within tau, with huge coordinates none is."""
     points, overflow = stress(
         "hybrid",
         families=[triangle_family("point on a face"), triangle_family("products overflow")],
@@ -124,11 +127,13 @@ def test_python_fcl_behind_hybrid_fails_where_products_overflow():
 
 @pytest.mark.parametrize("wrong", [{"pairs": 0}, {"seed": -1}, {"tau": -1e-6}, {"tau": np.inf}])
 def test_no_pairs_and_negative_seeds_or_tolerances_are_refused(wrong):
+    """``wrong``: arguments of the only call; an infinite tolerance is refused too."""
     with pytest.raises(StressError, match="give 1 pair or more, and neither seed nor tau below 0"):
         stress("exact", families=FAMILIES[:1], **{"pairs": 1, **wrong})
 
 
 def test_stress_of_all_runs_detectors_that_decide_on_meshes(monkeypatch):
+    """Spheres do not decide; names may be repeated, with blanks and a comma at the end."""
     monkeypatch.setattr(runner, "detector_names", lambda: ["sphere", "hybrid", "exact"])
     assert [spec.label for spec in detectors_of("all")] == ["hybrid", "exact"]
     assert [spec.label for spec in detectors_of("exact, hybrid,exact,")] == ["exact", "hybrid"]
@@ -137,6 +142,7 @@ def test_stress_of_all_runs_detectors_that_decide_on_meshes(monkeypatch):
 
 
 def test_stress_takes_specs_and_screen_names():
+    """A name of the screens (mesh50), a detector with settings, and a name of its own."""
     result = stress("mesh50,slow=discrete[rate_hz=20],paper", families=FAMILIES[:1], cases=[CAVITY], pairs=2)
     assert [tally.detector for tally in result.tallies[:3]] == ["mesh50", "slow", "paper"]
     with pytest.raises(InvalidSettingError, match="has no setting 'speed'"):

@@ -30,6 +30,7 @@ def scenes(case, seed=7):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("case", [case for case in MAKERS if case not in BETWEEN])
 def test_exact_is_right_on_every_scene_frame_and_face_list(case):
+    """A scene states the verdict of each frame; faces are those that an exhaustive test finds."""
     for scene in scenes(case):
         detection = create_detector("exact", scene.bodies).detect(scene.motion, faces=True)
         assert np.array_equal(detection.verdict[:, 0], scene.truth), scene.name
@@ -41,10 +42,10 @@ def test_exact_is_right_on_every_scene_frame_and_face_list(case):
 
 @pytest.mark.parametrize("case", ["flush over a span", "nested shells"])
 def test_flush_and_nested_scenes_know_where_bodies_touch(case):
+    """A scene states the verdict of each frame; three of six distances of nested shells are short of the wall."""
     for scene in scenes(case):
         verdict = create_detector("exact", scene.bodies).detect(scene.motion).verdict[:, 0]
         assert np.array_equal(verdict, scene.truth), scene.name
-        # Three of six distances are short of the wall by a hair or more.
         assert case != "nested shells" or (verdict == Verdict.CONTACT).sum() == len(verdict) / 2
 
 
@@ -52,10 +53,12 @@ def test_flush_and_nested_scenes_know_where_bodies_touch(case):
     "case", ("malformed meshes", "far from the origin", "unit errors", "resting contact", *BETWEEN)
 )
 def test_cases_hold_contacts_and_misses(case):
+    """A truth is 1 for contact and 0 for none."""
     assert {0, 1} == {truth for scene in scenes(case) for truth in scene.truth.tolist()}
 
 
 def test_lifted_glass_is_clear_and_sunk_glass_meets_the_table():
+    """The third word of a scene's name is the height at which the glass stands, below 0 in the table."""
     for scene in resting_scenes(np.random.default_rng(0)):
         assert (scene.truth[0] == Verdict.CONTACT) == (float(scene.name.split()[2]) <= 0), scene.name
 

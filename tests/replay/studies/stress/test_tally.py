@@ -36,6 +36,7 @@ def test_answer_is_judged_by_the_true_verdict(answer, truth, field):
 
 
 def test_tally_names_its_counts_or_passed():
+    """Missed and within tolerance fail; unconfirmed answers do not."""
     counts = {"missed": 2, "within": 1, "unconfirmed": 1200}
     tally = Tally("exact", "family", number=3, name="needles", seed=103, asked=5000, **counts)
     assert tally.failed == 3

@@ -50,6 +50,7 @@ def test_refused_triangle_pair_does_not_affect_other_pairs(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("detector", ["discrete", "sphere"])
 def test_the_cheaper_settings_change_no_verdict(detector, monkeypatch):
+    """60 pairs, with the settings that spare work and without them."""
     pairs = triangle_family("generic control").pairs(60)
     cheap = verdicts_of(detector, pairs)
     monkeypatch.setattr(triangle_pairs, "CHEAPER_SETTINGS", {})
