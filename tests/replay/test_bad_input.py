@@ -61,6 +61,7 @@ CASES = [(row, given) for row in TABLE for given in row["given"]]
 
 @pytest.mark.parametrize(("row", "given"), CASES, ids=[f"{row['of']}: {given}"[:60] for row, given in CASES])
 def test_bad_input_is_refused_in_a_sentence_with_its_cure(tmp_path, row, given):
+    """``row``: of bad_input.toml, a reader or function, its error and words of it; ``given``: one that it refuses."""
     with pytest.raises((ReplayError, SessionError)) as refused:
         if row["of"] in READERS:
             (tmp_path / "given").write_text(given, encoding="utf-8")

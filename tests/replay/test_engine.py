@@ -29,7 +29,10 @@ def line_up_of(detectors=None, oracle=None, session=None, **more):
 
 
 def test_oracle_option_accepts_label_detector_or_none():
-    """Without the option the reference is exact, where anything is to be compared."""
+    """Without the option the reference is exact, where anything is to be compared.
+
+    A detector that is there under another label is taken by that label, one that is not there is added.
+    """
     lineup = line_up_of("slow=discrete[rate_hz=5]")
     assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED_DETECTOR] and lineup.oracle == TRUSTED_DETECTOR
     assert line_up_of(()).specs == () and line_up_of((), "hybrid").oracle == ""
@@ -41,6 +44,7 @@ def test_oracle_option_accepts_label_detector_or_none():
 
 
 def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
+    """Hulls and meshes have the engine's step rate; recorded contacts and colliders come first, where there are any."""
     assert [str(spec) for spec in line_up_of().specs] == [
         "hull50=collider[shape=hull,rate_hz=50]",
         "mesh50=discrete[rate_hz=50]",
@@ -77,6 +81,7 @@ def test_settings_in_the_summary_give_the_same_answers():
 
 @pytest.mark.slow
 def test_a_named_oracle_runs_though_effects_need_no_contacts():
+    """A scene with an empty list of effects is not audited, unless a reference or a detector is named."""
     session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=Scene(effects=()))
     assert compute(session).oracle == compute(session, oracle="none").oracle == ""
     assert "hybrid" in compute(session, oracle="hybrid").episodes
@@ -86,12 +91,14 @@ def test_a_named_oracle_runs_though_effects_need_no_contacts():
 
 
 def test_an_oracle_with_the_label_of_another_is_refused():
+    """The label hybrid is that of a sphere and of the reference."""
     with pytest.raises(DetectorSpecError, match="both called 'hybrid'"):
         line_up_of("hybrid=sphere", "hybrid=hybrid[containment=false]")
 
 
 @pytest.mark.parametrize("detectors", ["", "sphere,hybrid"])
 def test_without_an_oracle_nothing_is_compared(detectors):
+    """No detector at all, or two detectors and the option none: there are contacts of each, and no misses."""
     result = compute(
         unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors=detectors or (), oracle="none" if detectors else None
     )
@@ -99,7 +106,11 @@ def test_without_an_oracle_nothing_is_compared(detectors):
     assert ",".join(result.episodes) == ",".join(result.document.detectors) == detectors
 
 
-def test_only_detectors_of_effects_alone_are_not_queried_live():
+def test_live_and_offline_detectors_answer_alike():
+    """Not live are detectors that answer only whole motions, in images or between frames, and offline none is.
+
+    A live detector has a time for each of 12 frames, any other one time; the answers are the same.
+    """
     requested = {
         "session": unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=TOUCHING),
         "detectors": "hybrid,sphere,image-space,continuous",
@@ -115,42 +126,64 @@ def test_only_detectors_of_effects_alone_are_not_queried_live():
 
 
 def test_a_detector_that_effects_name_runs_live_with_faces():
+    """Its faces come from a pass of its own, without time; the time is the sum of all stages and frames."""
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=TOUCHING), detectors="exact", oracle="hybrid")
     exact, reported = result.detections["exact"], result.document.detectors["exact"]
-    assert reported.live and not reported.faces_queried, "the faces come from a pass that is not timed"
+    assert reported.live and not reported.faces_queried
     assert exact.face_counts[4, 0] > 0 and exact.seconds["rest"].shape == (12,)
     assert reported.seconds.detect == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
 
 
 def test_faces_listed_by_the_reference_are_not_queried_again(monkeypatch):
+    """The engine cannot make a detector once more; at 20 Hz both contacts are missed."""
     monkeypatch.setattr("replay.engine.make_detector", None)
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]")
     assert len(result.misses["slow"]) == 2
+
+
+DETECTORS_BESIDE_HYBRID = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
 
 
 def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     """Its 12 frames are too many for limits of 5 in memory and 3 a call, so that memory is given back."""
 
     def answers(result):
-        digests = {label: (actual.digest, actual.face_sets is not None) for label, actual in result.detections.items()}
-        return digests, result.misses, result.episodes
+        detections = result.detections.items()
+        return {
+            "digests": {label: detection.digest for label, detection in detections},
+            "lists faces": {label: detection.face_sets is not None for label, detection in detections},
+            "misses": result.misses,
+            "contacts": result.episodes,
+        }
 
-    requested = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
+    requested = DETECTORS_BESIDE_HYBRID
     freed = []
     monkeypatch.setattr("replay.engine.give_back_memory", lambda: freed.append(1))
-    kept = answers(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested))
+    in_memory = answers(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested))
     assert not freed
     monkeypatch.setattr("replay.engine.MOST_FRAMES_IN_MEMORY", 5)
     monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_IN_MEMORY", 5)
     monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_PER_CALL", 3)
-    assert answers(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested)) == kept and freed
+    assert answers(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested)) == in_memory and freed
+
+
+def test_of_too_many_face_pairs_only_the_verdicts_stay(monkeypatch):
+    """A session of hours, by limits as above, in which 3 pairs of faces are too many: the misses are the same."""
+    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
+    with_faces = compute(session, **DETECTORS_BESIDE_HYBRID)
+    monkeypatch.setattr("replay.engine.MOST_FRAMES_IN_MEMORY", 5)
+    monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_IN_MEMORY", 5)
+    monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_PER_CALL", 3)
     monkeypatch.setattr("replay.detection.run_detector.MOST_FACE_PAIRS", 3)
-    poor = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **requested)
-    assert poor.detections["hybrid"].face_sets is None
-    assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in kept[1]["slow"]]
+    without_faces = compute(session, **DETECTORS_BESIDE_HYBRID)
+    assert with_faces.detections["hybrid"].face_sets is not None
+    assert without_faces.detections["hybrid"].face_sets is None
+    numbers = [[miss.number for miss in run.misses["slow"]] for run in (with_faces, without_faces)]
+    assert numbers[0] == numbers[1] != []
 
 
 def test_every_stage_of_a_run_advances_to_its_end():
+    """A stage reports its steps, whose sum is the total that it announced, if it did."""
     stages = []
 
     class Counting:

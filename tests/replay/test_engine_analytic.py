@@ -22,6 +22,10 @@ HOW = [
 @pytest.mark.parametrize("how", HOW)
 @pytest.mark.parametrize("name", ANALYTIC)
 def test_no_frame_contradicts_the_closed_form(name, how):
+    """The verdict is contact where surfaces or insides surely meet, and none where neither can.
+
+    Between these is what noise and tessellation leave open.
+    """
     session, truth = make_analytic(name, seconds=6.0, **how)
     result = compute(session, detectors=ORACLE, oracle="none")
     contact = counts_as_contact(result.detections[ORACLE].verdict)
@@ -86,7 +90,8 @@ def _joined(spans):
 @pytest.mark.sampled(15)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize("name", ANALYTIC)
-def test_misses_at_7_5_hz_match_the_closed_form(name, seed):
+def test_misses_at_22_5_hz_match_the_closed_form(name, seed):
+    """Contacts that lie between two samples by their closed form are missed; no other is, but those it leaves open."""
     session, truth = make_analytic(name, seconds=10.0, seed=seed)
     expected = predicted(truth, session.frames.stamp_ns, RATE_HZ)
     # The closed form counts contacts of any depth, grazing ones of less than tau too.

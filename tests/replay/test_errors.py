@@ -16,6 +16,7 @@ from replay.errors import MOST_PROBLEMS, RunFolderError
     ],
 )
 def test_error_of_a_run_folder_counts_and_lists_problems(count, words, rest):
+    """``count``: of values that no run writes; the first MOST_PROBLEMS are listed, all are kept in the error."""
     problems = [f"answer.{row}" for row in range(count)]
     error = RunFolderError.of_problems(Path("run.json"), problems)
     assert str(error).startswith(

@@ -22,6 +22,7 @@ MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
     ],
 )  # fmt: skip
 def test_length_is_printed_in_a_unit_of_its_size(metres, text):
+    """Three digits at most, without zeros at the end."""
     assert words.length(metres) == text
 
 
@@ -33,6 +34,7 @@ def test_length_is_printed_in_a_unit_of_its_size(metres, text):
     ],
 )  # fmt: skip
 def test_a_duration_has_the_unit_of_its_size(seconds, text):
+    """Three digits at most, without zeros at the end."""
     assert words.duration(seconds) == text
 
 
@@ -42,17 +44,18 @@ def test_a_duration_has_the_unit_of_its_size(seconds, text):
     + [(float(word), "not measured") for word in ("nan", "inf")],
 )
 def test_number_has_three_digits_and_no_unit(value, text):
+    """Digits before the point are all there, in groups of three."""
     assert words.number(value) == text
 
 
 @given(MEASURED)
 def test_a_number_is_its_decimal_rounded_to_three_digits(value):
+    """Expected is Python's decimal arithmetic; a carry, as of 9.996, leaves a digit more there than in the text."""
     exact = Decimal(value)
     digits = max(0, 2 - exact.adjusted())
     rounded = exact.quantize(Decimal(1).scaleb(-min(12, digits)), ROUND_HALF_EVEN)
     text = words.number(value)
     assert "e" not in text
-    # A carry, as of 9.996, leaves one digit more in the decimal than the text has.
     assert abs(Decimal(text.replace(",", "")) - rounded) <= Decimal("0.005") * abs(exact) * (rounded != exact)
 
 
@@ -71,6 +74,7 @@ def test_lengths_and_durations_print_right_without_exponent(value):
     [(0.864, "86 %"), (0.004, "0.4 %"), (0.9998, "99.98 %"), (0.0, "0 %"), (1.0, "100 %"), (None, "not measured")],
 )
 def test_fraction_keeps_digits_that_distinguish_it_from_0_and_100(fraction, text):
+    """0.9998 is not printed as 100 %."""
     assert words.as_percentage(fraction) == text
 
 
@@ -79,6 +83,7 @@ def test_fraction_keeps_digits_that_distinguish_it_from_0_and_100(fraction, text
     [(11.14, 11.1, "11.14"), (12.0, 11.1, "12"), (0.28, 0.013, "0.28"), (1.00001, 1.0, "1.00001")],
 )
 def test_number_above_a_limit_is_printed_above_the_limit(value, limit, text):
+    """With three digits 11.14 would be 11.1, the limit itself."""
     assert words.number_above(value, limit) == text
 
 
@@ -105,6 +110,7 @@ def test_ranges_rates_moments_and_losses():
     ("value", "text"), [(1e300, "more than 1,000,000,000,000"), (-2e12, "less than -1,000,000,000,000")]
 )
 def test_a_number_beyond_nature_is_not_written_out(value, text):
+    """1e12 is the largest number that is."""
     assert words.number(value) == text
     assert words.number(1e12) == "1,000,000,000,000"
 
@@ -138,10 +144,12 @@ def test_an_interval_is_rounded_outwards(lower, upper, text):
     ids=["plain", "line end", "escape", "control character", "wide space", "line separator"],
 )
 def test_only_invisible_characters_are_escaped(text, single_line, on_lines):
+    """``on_lines``: the text where lines of its own are allowed."""
     assert (words.safe_text(text), words.safe_text(text, lines=True)) == (single_line, on_lines)
 
 
 def test_plurals_and_ranges_within_a_sentence():
+    """A range is (least, most); a least of 0 is not written."""
     assert [words.plural(number, "frame") for number in (0, 1, 1200)] == ["0 frames", "1 frame", "1,200 frames"]
     assert [words.plural(number, "body", "bodies") for number in (1, 2)] == ["1 body", "2 bodies"]
     assert [words.count_words(counts) for counts in ((0, 1), (1, 3), (3, 3))] == ["up to 1", "1 to 3", "3"]

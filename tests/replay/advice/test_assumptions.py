@@ -78,6 +78,7 @@ def test_contacts_are_exact_once_axes_are_stated(tmp_path, convention, kind, exp
 @pytest.mark.slow
 @pytest.mark.parametrize(("convention", "kind", "exported"), SLOW_SCENES)
 def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_path, convention, kind, exported):
+    """All other scenes of the test above."""
     assert_contacts_are_true_or_questioned(tmp_path, convention, kind, exported)
 
 
@@ -111,6 +112,7 @@ def test_assumption_is_described_as_the_recording_has_it(row, text):
 
 
 def test_planted_scene_has_exactly_two_contacts():
+    """Contact begins twice, and lasts 6 frames at least and less than a quarter of all."""
     truth = true_contact()
     assert np.flatnonzero(np.diff(truth.astype(int)) == 1).size == 2 and 5 < truth.sum() < FRAMES / 4
 
@@ -137,6 +139,7 @@ def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
 
 
 def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
+    """STL files say no axes: run and page ask, until the import states them; then 2 contacts are found."""
     axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(), tmp_path / "s.mcap")
     result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
@@ -151,6 +154,7 @@ def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
 
 
 def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
+    """Meshes by an answer in the recording are those by the option of the import; forgotten, they are as before."""
     axes, imported = written_scene(tmp_path, "unreal", "ply", exported=True)
     before, option = imported(), imported(mesh_axes=axes)
     (row,) = [row for row in recording_assumptions(before) if row.subject is Subject.MESH_AXES]
@@ -201,6 +205,7 @@ def test_axes_are_unknown_in_recordings_of_earlier_releases(tmp_path):
 
 
 def test_minimised_recording_keeps_open_guesses_under_new_names(tmp_path):
+    """Bodies become body-1 and body-2, and files have no names; a stated answer leaves no guess."""
     _, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     session = imported()
     (question,) = examine_assumptions(session).questions
@@ -212,6 +217,7 @@ def test_minimised_recording_keeps_open_guesses_under_new_names(tmp_path):
 
 
 def test_mesh_added_by_a_later_scene_is_questioned(tmp_path):
+    """The scene brings STL files again, for a recording whose axes were stated; it may state them too."""
     _, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(mesh_axes="y-up"), tmp_path / "s.mcap")
     bodies = "\n".join(f'[[body]]\nid = "{name}"\nmesh = "{name}.stl"' for name in ("tool", "plate"))
@@ -270,6 +276,10 @@ def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
 
 
 def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
+    """The meshes are written in units of 10 cm, 2.5 and 4.2 long, so that metres and centimetres may be meant.
+
+    A unit may be stated for all bodies or for one; in metres, as they are, nothing is asked.
+    """
     _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
         write_mesh(tmp_path / f"{name}.obj", vertices, faces, unit=0.1)  # 2.5 and 4.2 units of 10 cm
@@ -287,7 +297,7 @@ def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
 
 
 def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path):
-    """A bead that rests on a plate of the scene; as metres it is a ball of most of a metre."""
+    """A bead of 6 mm, written as 0.6, rests on a plate of the scene; as metres it is a box of most of a metre."""
     write_scene(tmp_path, "openxr", "glb")
     edge = 0.006
     vertices, faces = box([-edge / 2] * 3, [edge / 2] * 3)
@@ -300,6 +310,7 @@ def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path):
 
 
 def test_forgetting_an_answer_restores_all_recorded_facts(tmp_path):
+    """Each alternative of each open guess, of poses and of meshes."""
     _, poses = unity_poses_without_a_name(tmp_path, "glb")
     _, meshes = written_scene(tmp_path, "unreal", "ply", exported=True)
     for session in (poses(), meshes()):
@@ -314,6 +325,7 @@ def test_forgetting_an_answer_restores_all_recorded_facts(tmp_path):
 
 
 def test_run_lists_guesses_of_the_draft_on_first_screen(tmp_path):
+    """The draft of the mapping says that it guessed the unit of times."""
     _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     text = (tmp_path / "map.toml").read_text()
     (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
@@ -336,6 +348,7 @@ def unity_poses_without_a_name(folder, kind):
 
 @pytest.mark.slow
 def test_question_about_pose_axes_has_the_right_answer_unity(tmp_path):
+    """The guess gives wrong contacts; of all alternatives only Unity's axes have the true ones."""
     axes, imported = unity_poses_without_a_name(tmp_path, "glb")
     guessed = imported()
     assert not np.array_equal(examine_assumptions(guessed).outcome.contact[:, 0], true_contact())
@@ -354,6 +367,7 @@ def test_question_about_pose_axes_has_the_right_answer_unity(tmp_path):
 
 
 def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
+    """Axes of poses and of meshes that are in the same ones: whatever they are, contacts are the same."""
     _, imported = unity_poses_without_a_name(tmp_path, "obj")
     session = imported(mesh_axes="body")
     assert not examine_assumptions(session).questions

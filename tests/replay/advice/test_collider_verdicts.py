@@ -38,6 +38,7 @@ def detected(assembly, colliders, settings):
 @pytest.mark.parametrize("settings", [{}, {"skin_m": 0.002}])
 @pytest.mark.parametrize("rate_hz", [None, 30.0])
 def test_cached_collider_verdicts_equal_those_of_the_detector(assembly, settings, rate_hz):
+    """Bodies have hulls, or boxes in turn; the detector is asked about all pairs anew each time."""
     verdicts = ColliderVerdicts(assembly, **settings)
     for boxed in ((), ("beaker",), ("beaker", "rod"), ()):
         colliders = solids(assembly, boxed)
@@ -49,6 +50,7 @@ def test_cached_collider_verdicts_equal_those_of_the_detector(assembly, settings
 
 
 def test_only_pairs_of_changed_bodies_are_detected_again(assembly, monkeypatch):
+    """Hulls of all, then the rod as a box, that again, hulls again: two detections, the second of the rod's pairs."""
     pairs = []
     original = collider_verdicts.make_detector
     monkeypatch.setattr(
@@ -66,6 +68,7 @@ def test_only_pairs_of_changed_bodies_are_detected_again(assembly, monkeypatch):
 
 
 def test_kept_verdicts_have_a_limit_of_memory(assembly, monkeypatch):
+    """With room for a byte only the verdicts of the last colliders stay, one a pair."""
     monkeypatch.setattr(collider_verdicts, "MOST_BYTES", 1)
     verdicts = ColliderVerdicts(assembly)
     for boxed in ((), ("rod",), ("beaker",)):

@@ -22,6 +22,7 @@ GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_every_engine_setting_is_documented_and_has_a_detector(name, choice):
+    """A choice changes settings of the engine's first row, links to pages of the guide, and makes a detector."""
     engine = engines()[name]
     first = engine.choices[0]
     assert set(choice.knobs) <= set(first.knobs) and choice.pages
@@ -53,6 +54,7 @@ def test_engine_rows_follow_their_setting_and_engine_limits(name, choice):
 
 
 def test_a_step_as_fast_as_the_recording_sees_every_frame():
+    """A headset of 90 Hz records 89.94 frames a second."""
     fast = next(choice for _, choice in CHOICES if choice.settings["rate_hz"] == 90)
     assert "rate_hz" not in fast.detector_text(89.94) and "rate_hz=90" in fast.detector_text(120.0)
 
@@ -99,5 +101,6 @@ STATES = {
 
 @pytest.mark.parametrize("state", STATES)
 def test_every_sentence_of_advice_holds_in_every_state(state):
+    """A state of STATES: rows of an engine E, and all sentences of advice on them."""
     rows, sentences = STATES[state]
     assert advice_text("E", rows) == sentences

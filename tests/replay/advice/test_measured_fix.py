@@ -77,6 +77,7 @@ def measured_and_repeated(request):
 
 
 def test_sentence_of_a_measured_fix_has_figures_of_its_repetition(measured_and_repeated):
+    """The second run has the advised setting as a detector ``fixed``: both rows of its ranking give the text."""
     measured, repeated = measured_and_repeated
     fix = measured.answers[0].fix
     ranks = {rank.label: rank for rank in repeated.ranking}
@@ -138,6 +139,7 @@ def test_pieces_that_miss_more_are_advised_at_every_frame():
 
 @pytest.mark.slow
 def test_name_of_any_characters_is_accepted_as_a_spec():
+    """The beaker is called by characters that separate settings."""
     first = run(stirring_session(BEAKER, "a,b [c]+"), detectors="subject=hull50,exact", fix_time=60)
     fix = first.answers[0].fix
     again = run(stirring_session(BEAKER, "a,b [c]+"), detectors=f"it={fix.setting},exact")
@@ -145,12 +147,14 @@ def test_name_of_any_characters_is_accepted_as_a_spec():
 
 
 def test_without_time_nothing_is_measured():
+    """The fix is advised without figures, and 0 s leave the result as it is."""
     result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
     assert not result.answers[0].fix.measured
     assert measured_fixes(result, 0.0, Silent()) is result
 
 
 def test_fix_keeps_the_hull_of_a_mesh_with_holes():
+    """The beaker lacks one face."""
     holed = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
     result = run(stirring_session(holed), detectors="subject=hull50,exact", fix_time=60)
     fix = result.answers[0].fix
@@ -158,6 +162,7 @@ def test_fix_keeps_the_hull_of_a_mesh_with_holes():
 
 
 def test_bodies_that_are_not_cut_in_time_are_named(empty_piece_store, monkeypatch):
+    """The cutting program sleeps for a minute; 0.3 s are allowed."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     result = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=0.3)
     fix = result.answers[0].fix
@@ -165,6 +170,7 @@ def test_bodies_that_are_not_cut_in_time_are_named(empty_piece_store, monkeypatc
 
 
 def test_bodies_whose_cutter_fails_are_named_with_the_reason(empty_piece_store, monkeypatch):
+    """The cutting program ends with an error."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import sys; sys.exit(1)")
     fix = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert not fix.measured and "Not reached" not in fix.text
@@ -227,6 +233,7 @@ def test_progress_of_a_fix_is_the_fraction_of_time_used():
 
 
 def test_only_bodies_that_are_not_convex_are_cut():
+    """A cube in place of the beaker: its ball is wrong, but no pieces of a cube are better."""
     session = stirring_session(BEAKER)
     meshes = {**session.meshes, "beaker": cube(edge=0.035)}
     result = compute(replace(session, meshes=meshes), detectors="subject=collider[shape=sphere,rate_hz=50],exact")
@@ -236,6 +243,7 @@ def test_only_bodies_that_are_not_convex_are_cut():
 
 @pytest.mark.slow
 def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
+    """By default a fix is measured; with ``--fix-time 0`` none is."""
     write_session(stirring_session(BEAKER), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0
     output = " ".join(capsys.readouterr().out.split())
@@ -265,6 +273,7 @@ def test_bodies_of_the_demo_come_cut():
 @THIS_CUTTER
 @pytest.mark.slow
 def test_shipped_convex_pieces_equal_freshly_cut_pieces(empty_piece_store, monkeypatch, tmp_path):
+    """Beaker and left hand of the demo, up to 8 pieces, by their hashes."""
     session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
     for name in ("beaker", "hand-left"):
         mesh = session.meshes[name]
@@ -278,6 +287,7 @@ def test_shipped_convex_pieces_equal_freshly_cut_pieces(empty_piece_store, monke
 
 
 def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):
+    """Pieces planted for the second beaker miss every contact."""
     result = run(two_beakers, detectors="subject=hull50,exact", fix_time=60)
     fix = result.answers[0].fix
     assert fix.measured and fix.text.startswith("Split beaker into ")
@@ -287,6 +297,7 @@ def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):
 
 @pytest.mark.slow
 def test_good_pieces_of_both_bodies_are_advised(two_beakers):
+    """Both beakers, without the planted pieces of the test above."""
     fix = run(two_beakers, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert fix.measured and re.match(r"Split beaker (into \d+ )?and second into ", fix.text)
 

@@ -27,6 +27,7 @@ def without_top(solid):
     ],
 )
 def test_area_and_rim_tell_an_opening_from_lost_faces(height, sides, is_opening):
+    """A prism of radius 1 without its top: edges of the rim, and the top's part of the whole area, decide."""
     component = surface_component(*without_top(tube(height, sides)))
     assert component.has_opening == is_opening
     assert not component.is_closed

@@ -82,18 +82,21 @@ def test_joined_pieces_of_each_number_cover_the_beaker(stirred_beaker):
 
 @pytest.mark.parametrize("count", [4, 6])
 def test_pieces_joined_by_motion_report_less_false_contact(stirred_beaker, count):
+    """Less than as many (``count``) joined by volume; no contact of the mesh is missed."""
     pieces = stirred_beaker.joined[count]
     assert stirred_beaker.false(pieces) < stirred_beaker.false(stirred_beaker.by_volume(count))
     assert not (stirred_beaker.exact & ~stirred_beaker.contact(pieces)).any()
 
 
 def test_false_contact_never_falls_with_fewer_pieces(stirred_beaker):
+    """From 1 to 32 pieces: frames in which any piece touches falsely."""
     levels = [pieces for _, pieces in sorted(stirred_beaker.joined.items())]
     false = [stirred_beaker.false_contacts.of(pieces).any(axis=0).sum() for pieces in levels]
     assert false == sorted(false, reverse=True) and false[0] > false[-1]
 
 
 def test_refined_pieces_cover_the_body_and_report_less(stirred_beaker):
+    """Four pieces by volume are cut further where they touch falsely; no face of the beaker reaches out of them."""
     coarse = stirred_beaker.by_volume(4)
     fine = refined_by_motion(coarse, stirred_beaker.mesh, stirred_beaker.false_contacts, lambda: None)
     assert len(coarse) < len(fine) <= MOST_PIECES and outside_by(stirred_beaker.mesh, fine) < 1e-9
@@ -134,6 +137,8 @@ def test_pieces_that_cuts_do_not_help_are_given_up():
 
 
 def test_joining_stops_when_its_time_check_raises(stirred_beaker):
+    """The check is called in joins and in refinements; its error comes through."""
+
     class UpError(Exception):
         pass
 
@@ -146,6 +151,7 @@ def test_joining_stops_when_its_time_check_raises(stirred_beaker):
 
 
 def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
+    """Answers are (pieces, frames) of the only piece asked."""
     assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
     never = np.zeros((len(assembly.motion), 1), dtype=np.bool_)  # of one pair
     false_contacts = FalseContacts(assembly, "beaker", never)
@@ -155,6 +161,7 @@ def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
 
 
 def test_pieces_are_tested_at_a_limited_number_of_frames(two_beakers, monkeypatch):
+    """All frames have false contact; two are taken."""
     monkeypatch.setattr(motion_joins, "MOST_FRAMES", 2)
     assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
     always = np.ones((len(assembly.motion), 1), dtype=np.bool_)  # of one pair
@@ -165,6 +172,7 @@ def test_pieces_are_tested_at_a_limited_number_of_frames(two_beakers, monkeypatc
 
 @pytest.mark.slow
 def test_untested_joins_change_no_level(stirred_beaker, monkeypatch):
+    """Joins that cannot be the best are not tested; here all are, and the pieces are the same."""
     lazy = stirred_beaker.joined
     original = motion_joins.Joins.best_join
 

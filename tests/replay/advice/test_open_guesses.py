@@ -23,6 +23,7 @@ def session_with(*rows):
 
 
 def test_a_sentence_names_value_alternatives_and_the_option(tmp_path):
+    """Poses in axes of ROS, and STL files, which say no axes of their own."""
     write_scene(tmp_path, "ros", "stl")
     meshes = {name: tmp_path / f"{name}.stl" for name in ("tool", "plate")}
     session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
@@ -34,6 +35,7 @@ def test_a_sentence_names_value_alternatives_and_the_option(tmp_path):
 
 
 def test_guess_that_needs_another_import_names_its_key():
+    """Angles are read once, so that no replay can try radians."""
     row = Assumption(
         Subject.ANGLE_UNIT,
         "deg",
@@ -65,6 +67,7 @@ def test_guesses_that_no_replay_changes_need_another_import():
 
 
 def test_screen_lists_guesses_and_omits_stated_facts():
+    """The unit of times is a guess, that of lengths stood in the file."""
     guess = Assumption(Subject.TIME_UNIT, "s", Origin.GUESS)
     stated = Assumption(Subject.LENGTH_UNIT, "m", Origin.FILE)
     assert guess_lines(session_with(guess, stated)) == [
@@ -82,6 +85,7 @@ def test_decisions_of_an_import_load_nothing_of_a_run():
 
 
 def test_four_undecided_sessions_are_named_and_more_are_implied():
+    """Sessions are called a to e, of nine in all."""
     (four,), (five,) = (open_guesses_line("abcde"[:count], 9) for count in (4, 5))
     assert "in 4 of 9 sessions" in four and "(a, b, c, d)" in four
     assert "in 5 of 9 sessions" in five and "(a, b, c, d, ...)" in five

@@ -16,6 +16,7 @@ rows = st.lists(
 
 @given(rows)
 def test_front_equals_that_of_a_second_algorithm(drawn):
+    """Up to a dozen rows of any time, loss and spread, some complete, some undecided; the table is sorted by loss."""
     assert front_of(drawn) == front(drawn)
     order = [(row["loss"], row["mean_ms"]) for row in sorted_rows(drawn) if not row["contact_frames_undecided"]]
     assert order == sorted(order)
@@ -34,6 +35,7 @@ def test_setting_with_more_errors_contends_only_if_quicker():
 
 
 def test_single_pass_never_ties_and_is_never_advised():
+    """``spread=None``: one pass, which has no interval. It is complete, and would win a tie."""
     slow, quick = price_row("once", ms=2.5, missed=0, spread=None, complete=True), price_row("exact", ms=0.04, missed=0)
     assert front_of([slow, quick]) == ["exact"]
     some = [quick, price_row("a", ms=0.05, missed=1), price_row("b", ms=0.06, missed=2)]
@@ -41,15 +43,16 @@ def test_single_pass_never_ties_and_is_never_advised():
 
 
 @pytest.mark.parametrize(
-    ("expected", "fraction", "why"),
+    ("tried", "fraction", "why"),
     [
         ([price_row("a", ms=1.0, missed=0), price_row("b", ms=2.0, missed=1)], 1.0, "advice needs 3"),
         ([], 1.0, "0 settings were"),
         ([price_row(name, ms=1.0, missed=0, spread=None) for name in "abcd"], 1.0, "0 settings were"),
     ],
 )
-def test_no_advice_from_fewer_than_three_settings(expected, fraction, why):
-    (sentence,) = advice_of(expected, processor_fraction=fraction)
+def test_no_advice_from_fewer_than_three_settings(tried, fraction, why):
+    """Two settings, none, and four that count as none: each had a single pass."""
+    (sentence,) = advice_of(tried, processor_fraction=fraction)
     assert sentence.startswith("No advice") and why in sentence
 
 
@@ -80,6 +83,7 @@ def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
 
 @pytest.mark.parametrize(("at_work", "busy"), [(0.5, "50 %"), (0.93, "7 %")])
 def test_busy_machine_gives_advice_on_accuracy_without_cost(at_work, busy):
+    """``at_work``: of the processor, this program's part. Settings are named by accuracy, and no milliseconds."""
     right = [price_row(name, ms=1.0, missed=0) for name in "abcde"]
     accuracy, cost = advice_of(right, processor_fraction=at_work)
     assert accuracy == "Every contact is right with a, b, c and 2 more."

@@ -40,14 +40,12 @@ def outcome(deep_fraction, contacts=3):
     ],
 )
 def test_reading_is_plausible_if_alone_without_deep_contact(fractions, marked):
-    """The fractions of contact that is deep, of readings a, b, c. The only one of at most 0.3 is plausible where all
-
-    others are 0.5 or more.
-    """
+    """``fractions``, of contact that is deep, of readings a, b, c: one has at most 0.3, and all others at least 0.5."""
     assert more_plausible({"abc"[k]: outcome(fraction) for k, fraction in enumerate(fractions)}) == marked
 
 
 def test_a_reading_without_contact_is_as_plausible_as_shallow_contacts():
+    """Beside one whose contact is deep it is marked; beside one whose contacts are shallow neither is."""
     assert more_plausible({"a": outcome(deep_fraction=0.0, contacts=0), "b": outcome(deep_fraction=0.0)}) == ""
     assert more_plausible({"a": outcome(deep_fraction=0.0, contacts=0), "b": outcome(deep_fraction=0.8)}) == "a"
 

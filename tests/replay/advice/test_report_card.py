@@ -71,6 +71,7 @@ def test_signed_distances_of_a_ball_match_its_radius():
 
 
 def test_volumes_of_open_meshes_are_not_known():
+    """A box lacks a face, as the mesh and as its piece."""
     box = box_mesh((1.0, 1.0, 1.0))
     open_box = TriangleMesh(box.vertices, box.faces[1:])
     for mesh, piece in ((open_box, box), (box, open_box)):
@@ -79,7 +80,7 @@ def test_volumes_of_open_meshes_are_not_known():
 
 
 def test_reach_of_crossed_bars_has_closed_form():
-    """How far pieces stand beyond the mesh: half of 1.0 less half of 0.2, and half of 0.7 less half of 0.2."""
+    """Pieces stand beyond the mesh by half of 1.0 less half of 0.2, and by half of 0.7 less half of 0.2."""
     bar, crossing = box_mesh((2.0, 0.2, 0.2)), box_mesh((0.2, 1.0, 0.2))
     assert reach(bar, [bar, crossing]) == pytest.approx(0.4, rel=1e-6)
     higher = box_mesh((0.3, 0.2, 0.7))

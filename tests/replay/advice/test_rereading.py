@@ -50,6 +50,7 @@ def with_open_pose_axes(session):
     ],
 )
 def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convention, kind, exported):
+    """A look changes one preparation for each reading; here each is prepared anew as well."""
     session = with_open_pose_axes(imported(tmp_path, convention, kind, exported))
     whole = prepare(session).assembly
     rereadings = Rereadings(session, whole, chosen_frames(len(whole.motion)))

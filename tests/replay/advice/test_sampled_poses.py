@@ -42,6 +42,7 @@ def test_fixed_bodies_stand_once_where_the_scene_says():
     ],
 )
 def test_declared_position_of_a_body_makes_its_recording_not_plain(declared, plain):
+    """An offset, a parent or a fixed place: bodies are not where they were recorded."""
     scene = parse_scene(f'[[body]]\nid = "table"\n[[body]]\nid = "cup"\n{declared}\n')
     session = unit_cubes_on_x({"cup": [0.0, 1.0], "table": [5.0] * 2}, scene=scene)
     assert is_plain(session) == plain

@@ -49,5 +49,6 @@ def test_closest_moment_is_measured_in_the_nearest_frame(monkeypatch, side):
     ],
 )
 def test_outcome_names_contacts_depth_or_distance(contacts, deepest, closest, text):
+    """Shallow depths are rounded up to whole millimetres; distances (metres) only where nothing touches."""
     outcome = Outcome(contacts, np.zeros((1, 1), np.bool_), deepest, closest, closest_frame=0, closest_pair=0)
     assert outcome_text(outcome) == text

@@ -52,7 +52,7 @@ def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
 
 
 def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
-    """There are two true contacts; a fraction is of frames."""
+    """Two contacts are true; a fraction is of frames."""
     exact, balls = figures(assembly, "exact"), figures(assembly, "sphere")
     assert (exact["contacts"], exact["loss"], exact["false"], exact["offsets"]) == (2, 0, 0, 1)
     # Balls overlap at 1.3 too, three times: in frames 1 and 2, in frames 6 and 7, and in frame 10.
@@ -80,6 +80,7 @@ def test_loss_without_true_contact_is_the_false_contact():
 
 @pytest.mark.parametrize(("false_contacts", "column"), [(3, 3), (0, 0), (None, None)])
 def test_false_contacts_have_a_column_only_where_counted(false_contacts, column):
+    """``None``: they were not counted; their part of the contact time, 1 of 4 frames, is known all the same."""
     no_contacts = ContactCounts(
         numbers=np.array([], dtype=int), pairs=np.array([], dtype=int), frames_by_outcome=np.zeros((0, len(Outcome)))
     )

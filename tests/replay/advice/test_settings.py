@@ -8,6 +8,7 @@ from replay.detection.detector_spec import parse_detector
 
 
 def test_tradeoff_tries_compounds_and_recorded_colliders():
+    """Recorded (``shipped``) colliders where there are any; compounds of 4 and of 16 pieces always."""
     bare = {setting.label for setting in settings_list()}
     more = {setting.detector_text for setting in settings_list(has_shipped_colliders=True) if setting.label not in bare}
     assert more == {"collider[shape=shipped]"}
@@ -16,6 +17,7 @@ def test_tradeoff_tries_compounds_and_recorded_colliders():
 
 
 def test_every_setting_exists_and_its_spec_is_accepted():
+    """At least 40 settings, each under a label of its own; the text of each reads back as itself."""
     labels = [setting.label for setting in settings_list()]
     assert len(labels) == len(set(labels)) >= 40
     for setting in settings_list():
@@ -27,6 +29,7 @@ def test_every_setting_exists_and_its_spec_is_accepted():
 
 
 def test_first_eleven_settings_cover_each_family():
+    """Listed first, in case time is short: exact, FCL, the paper's search, five shapes and three step rates."""
     head = settings_list()[:11]
     assert {setting.detector for setting in head} == {"exact", "hybrid", "hybrid-qaco", "collider"}
     assert {"box", "capsule", "sphere", "hull", "mesh"} <= {setting.settings.get("shape") for setting in head}
@@ -42,10 +45,11 @@ def test_step_as_fast_as_recording_adds_no_setting():
 
 
 def test_next_candidates_are_neighbours_of_the_front():
+    """The front has exact and meshes at 50 Hz: meshes at other step rates come next, of them the nearest."""
     every = settings_list()
     untried = [setting for setting in every if setting.label != "meshes at 50 Hz"]
     nearest = next_to_front(untried, every, ["exact", "meshes at 50 Hz"])[:3]
-    assert all(setting.line == "meshes at a step rate" for setting in nearest)
+    assert [setting.line for setting in nearest] == ["meshes at a step rate"] * 3
     assert {setting.rate_hz for setting in nearest} <= {30, 45, 60, 72}
 
 
@@ -59,5 +63,6 @@ def test_next_candidates_are_neighbours_of_the_front():
     ],
 )  # fmt: skip
 def test_complete_setting_tests_all_faces_in_every_frame(spec, complete):
+    """Step rates leave out frames; budgets, tolerances, balls, hulls and an unasked inside leave out faces."""
     (setting,) = settings_of(f"it={spec}")
     assert setting.complete == complete and setting.label == "it" == setting.spec.label

@@ -86,6 +86,7 @@ def test_demo_sweep_tries_twelve_settings_in_twenty_seconds():
 
 
 def test_settings_are_timed_in_three_passes_and_sorted_by_loss(sweep):
+    """Settings on the front are timed in seven passes. ``oracle``: the setting by which all are judged."""
     assert all(row["passes"] >= PASSES_PER_SETTING and row["mean_low"] is not None for row in sweep.rows)
     assert max(row["passes"] for row in sweep.rows) == FRONT_PASSES
     # Between frames nobody asks live, so no frame has a time of its own.
@@ -147,10 +148,12 @@ def test_pose_dropped_by_the_policy_gives_no_contact():
 
 
 def test_invalid_tradeoff_arguments_are_refused_in_a_sentence(bumped):
+    """``noise`` is an argument of other functions."""
     with pytest.raises(TypeError, match="takes no noise"):
         tradeoff(bumped, noise="vive")
 
 
 def test_session_without_contact_is_refused():
+    """Unit cubes with 3 and 4 m between their centres."""
     with pytest.raises(TradeoffError, match="nothing can be missed"):
         tradeoff(unit_cubes_on_x({"a": [0, 0], "b": [3, 4]}), detectors=TRIED_SETTINGS)

@@ -153,5 +153,6 @@ def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
 
 
 def test_rate_without_timed_sample_has_no_p99():
+    """Two frames were timed, in neither of which a step at this rate falls."""
     own = timed_detector([[1.0, 2.0]] * 2, [[1.0, 1.0]] * 2)
     assert known(own.ratio(P99, samples=np.zeros(2, np.bool_))) == [None, None, None]

@@ -10,6 +10,7 @@ from replay.cli.console import People, TerminalProgress, progress_counter, progr
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
+    """Details are for those who asked for more."""
     People().say("hello")
     People(quiet=True).say("nothing")
     People().detail("nothing")
@@ -19,6 +20,7 @@ def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
 
 
 def test_broken_gate_is_named_in_quiet_mode(capsys):
+    """A broken gate is why a command fails: exit code 4."""
     assert People(quiet=True).gate([]) == 0 and People(quiet=True).gate(["it missed 1"]) == 4
     assert capsys.readouterr().err == "gate: it missed 1\n"
 
@@ -51,6 +53,7 @@ def test_without_a_terminal_only_long_stages_print_lines(capsys):
 
 @pytest.mark.parametrize("long", [0.001, 99.0])
 def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
+    """A wait of 2 ms is long from 1 ms on, short up to 99 s."""
     monkeypatch.setattr("replay.cli.console.LONG_STAGE_S", long)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with TerminalProgress(People()).stage("Waiting") as advance:

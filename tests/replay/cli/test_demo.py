@@ -18,6 +18,7 @@ MEANS = {"contacts_missed", "late_or_cut_short", "time_missed", "false_contact"}
 
 
 def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkeypatch, capsys):
+    """The scene ``fast-ball``, as JSON, into the usual folder, which exists and is empty."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "replay-demo").mkdir()
     assert main(["demo", "--scene", "fast-ball", "--format", "json"]) == 0
@@ -34,10 +35,12 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
 
 
 def test_brief_touches_are_for_a_class(capsys):
+    """A call without ``--class`` is wrong."""
     assert main(["demo", "--brief"]) == 2 and "--brief is for --class" in capsys.readouterr().err
 
 
 def test_class_is_written_to_the_named_folder(tmp_path, monkeypatch, capsys):
+    """A file of that name is in the way."""
     monkeypatch.chdir(tmp_path)
     Path("mine").touch()
     assert main(["demo", "--class", "5", "-o", "mine"]) == 1 and "mine" in capsys.readouterr().err
@@ -45,6 +48,7 @@ def test_class_is_written_to_the_named_folder(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.slow
 def test_demo_replaces_its_default_folder_but_no_named_folder(tmp_path, monkeypatch, capsys):
+    """The same folder, first by default, then by ``-o``, which needs ``--force``."""
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
         assert main(["demo", "--scene", "fast-ball", "-q"]) == 0
@@ -75,7 +79,8 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     for rank in ranking(read_run_folder(tmp_path / "run").document)[:-1]:
         counts = f"| {count_range(rank.missed_counts)} | {count_range(rank.late_counts)} |"
         assert f"{counts} {100 * rank.false.value:.0f} % |" in readme
-    assert {figures["contacts"] for figures in report["audit"].values()} == {len(truth.episodes)} and expected.caught
+    assert {figures["contacts"] for figures in report["audit"].values()} == {len(truth.episodes)}
+    assert expected.caught
 
 
 def _within(miss, episode):
@@ -87,6 +92,7 @@ def _within(miss, episode):
 
 @pytest.mark.slow
 def test_small_class_is_replayed_up_to_its_page(tmp_path, capsys):
+    """Five students, too few for a conclusion, which screen and page say."""
     assert main(["demo", "--class", "5", "--out", str(tmp_path / "class")]) == 0
     printed, output = capsys.readouterr()
     text = " ".join(printed.split())

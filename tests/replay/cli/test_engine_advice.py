@@ -38,6 +38,7 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(session_file, tmp_pa
 
 
 def test_missing_pieces_are_announced_before_cutting(session_file, tmp_path, monkeypatch, capsys):
+    """The folder of kept pieces has none."""
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
     assert main(["tradeoff", session_file, "--engine", "unity"]) == 0
     assert "cutting meshes" in capsys.readouterr().err

@@ -62,6 +62,7 @@ def test_import_run_and_fix_lead_to_colliders_for_unity(own, capsys):
 
 @pytest.mark.slow
 def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeypatch):
+    """Ctrl-C in the search: the folder of pieces has some, that of the colliders was not made."""
     monkeypatch.setattr(piece_store, "cache_folder", lambda: own / "cache")
     main(IMPORT)
 
@@ -80,6 +81,7 @@ def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeyp
     [(["--engine", "source"], "no engine 'source'; there are: unity"), (["--max-pieces", "0"], "--max-pieces")],
 )
 def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, message, capsys):
+    """An engine that there is not, and fewer than one piece."""
     main(IMPORT)
     assert main(["fix", "own.mcap", *arguments]) in (1, 2)
     assert message in capsys.readouterr().err
@@ -129,6 +131,10 @@ def test_page_is_written_without_an_engine(own, capsys):
 
 @pytest.mark.parametrize(("axes", "is_said"), [("gltf", True), ("unity", False)])
 def test_unity_steps_mention_pieces_in_axes_of_gltf(axes, is_said):
+    """Poses in glTF's axes fit a mesh that Unity imported as glTF, not one in its own axes, which is said.
+
+    Godot's own axes are glTF's, so nothing is.
+    """
     fixed = SimpleNamespace(engine="Unity", axes=axes)
     assert any("pieces fit a mesh imported there as glTF" in line for line in steps_about_axes(fixed)) == is_said
     assert steps_about_axes(SimpleNamespace(engine="Godot", axes=axes)) == []

@@ -10,6 +10,7 @@ from replay.guide.pages import INDEX_PAGE, page, topics
 
 
 def test_piped_a_page_is_its_markdown(capsys):
+    """A named page, and without a name the list of pages."""
     assert main(["guide", "hard-cases"]) == 0
     assert capsys.readouterr().out == page("hard-cases")
     assert main(["guide"]) == 0
@@ -19,6 +20,7 @@ def test_piped_a_page_is_its_markdown(capsys):
 @pytest.mark.sampled(12)
 @pytest.mark.parametrize("topic", topics())
 def test_page_fits_80_columns_without_markup(topic, capsys, monkeypatch):
+    """Every page, on a terminal; colours do not count."""
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "80")
     assert main(["guide", topic]) == 0
@@ -28,6 +30,7 @@ def test_page_fits_80_columns_without_markup(topic, capsys, monkeypatch):
 
 
 def test_guide_prints_a_section_and_lists_other_sections(capsys):
+    """No page is called godot: the section that tells of it is printed, and of others a list."""
     assert main(["guide", "godot"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("# Your recording\n\n## From Unreal, Godot or any CSV\n")
@@ -37,17 +40,20 @@ def test_guide_prints_a_section_and_lists_other_sections(capsys):
 
 
 def test_a_name_in_several_arguments_is_the_page(capsys):
+    """The page ``hard-cases``, without its hyphen."""
     assert main(["guide", "hard", "cases"]) == 0
     assert capsys.readouterr().out == page("hard-cases")
 
 
 def test_guide_query_names_words_missing_from_its_section(capsys):
+    """One word of two is in the section."""
     assert main(["guide", "doctor", "qqqqqq"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("Not in this section: qqqqqq.\n\n# Your recording\n\n## Can you trust the recording?")
 
 
 def test_guide_query_with_weak_match_lists_nearest_pages(capsys):
+    """One word of three is in the section: it would mislead."""
     assert main(["guide", "doctor", "qqqqqq", "wwwwww"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("No section holds qqqqqq, wwwwww. The nearest, and the page to open:\n\n- ")
@@ -55,6 +61,7 @@ def test_guide_query_with_weak_match_lists_nearest_pages(capsys):
 
 
 def test_no_match_suggests_near_spellings_or_the_list(capsys):
+    """A wrong call (2), whether some word is near or none."""
     assert main(["guide", "oss"]) == 2
     assert "the guide has no section about 'oss'; near words: loss" in capsys.readouterr().err
     assert main(["guide", "qqqqqq", "???"]) == 2
@@ -63,6 +70,7 @@ def test_no_match_suggests_near_spellings_or_the_list(capsys):
 
 @pytest.mark.parametrize("query", ["import", "colliders", "missed", "time"])
 def test_section_fits_80_columns(query, capsys, monkeypatch):
+    """Sections that answer to a word, on a terminal; colours do not count."""
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "80")
     assert main(["guide", query]) == 0
@@ -71,6 +79,7 @@ def test_section_fits_80_columns(query, capsys, monkeypatch):
 
 
 def test_scripts_are_written_once_and_never_over_another_file(tmp_path, monkeypatch, capsys):
+    """The page that tells of Unity has scripts, the glossary none; the same text again is no other file."""
     monkeypatch.chdir(tmp_path)
     assert main(["guide", "unity", "--script"]) == 0 == main(["guide", "unity", "--script"])
     recorder = tmp_path / "VrLabRecorder.cs"

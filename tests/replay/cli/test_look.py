@@ -64,6 +64,7 @@ def test_doctor_look_in_a_pipe_prints_question_and_pictures(recording, capsys):
 
 @pytest.mark.slow
 def test_the_more_plausible_alternative_is_marked_alone(recording, monkeypatch, capsys):
+    """Outcomes are made to speak for the axes of the poses."""
     monkeypatch.setattr("replay.advice.assumptions.more_plausible", lambda outcomes: "body")
     assert main(["doctor", str(recording), "--look"]) == 3
     text = " ".join(capsys.readouterr().out.split())
@@ -71,6 +72,7 @@ def test_the_more_plausible_alternative_is_marked_alone(recording, monkeypatch, 
 
 
 def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
+    """Stated axes decide it; with ``--no-look`` it is said, but the exit code is 0."""
     write_scene(tmp_path, "ros", "glb")
     given = [f"--mesh={name}={tmp_path / name}.glb" for name in ("tool", "plate")]
     given += ["--mapping", str(tmp_path / "map.toml"), "-o", str(tmp_path / "s.mcap"), "--force"]
@@ -85,6 +87,7 @@ def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
 
 
 def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, capsys):
+    """The guess gave wrong contacts, the answer gives those planted; forgotten, meshes and picture are as before."""
     before, picture = recording.read_bytes(), recording.with_name("s-look") / "closest.png"
     assert not np.array_equal(contact_by_frame(recording), true_contact())
     assert main(["doctor", str(recording), "--look"]) == 3
@@ -106,6 +109,7 @@ def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, c
 
 
 def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
+    """The line of the answer comes and goes, in a mapping that was moved meanwhile too."""
     mapping = tmp_path / "map.toml"
     mapping.write_text('convention = "ros"\n')
     assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0
@@ -150,6 +154,7 @@ REFUSED_ANSWERS = {
 
 
 def test_doctor_refuses_answers_to_unasked_questions(recording, capsys):
+    """One question, with answers a to c: none of REFUSED_ANSWERS is written."""
     before = recording.read_bytes()
     for reply, message in REFUSED_ANSWERS.items():
         assert main(["doctor", str(recording), "--answer", reply]) == 2
@@ -159,6 +164,7 @@ def test_doctor_refuses_answers_to_unasked_questions(recording, capsys):
 
 @pytest.mark.slow
 def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, tmp_path, capsys):
+    """Two recordings, of which one has its answer."""
     answered = tmp_path / "answered.mcap"
     answered.write_bytes(recording.read_bytes())
     assert main(["doctor", str(answered), "--answer", "1b"]) == 0
@@ -175,10 +181,12 @@ def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, t
 
 @pytest.mark.slow
 def test_engine_advice_names_the_command_for_open_questions(recording, capsys):
+    """The advice for Unity, of a recording whose import guessed axes."""
     main(["tradeoff", str(recording), "--engine", "unity"])
     assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())
 
 
 def test_look_command_takes_a_single_session_file(tmp_path, recording, capsys):
+    """One recording, named twice."""
     assert main(["doctor", str(recording), str(recording), "--look"]) == 2
     assert "are for one session file" in capsys.readouterr().err

@@ -19,6 +19,7 @@ from sessions import write_session
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_verb_has_help_and_the_common_options(capsys, name):
+    """Verbs below a verb, as in ``scene check``, too; the list has a line of at most 70 letters for each."""
     assert len(COMMANDS[name].help) <= 70 and COMMANDS[name].group in GROUPS
     command = module.cli.get_command(click.Context(module.cli), name)
     for verb in getattr(command, "commands", {"": command}):
@@ -38,6 +39,7 @@ def make_program_raise(monkeypatch, error):
 
 
 def test_exhausted_memory_is_one_clear_error_without_warnings(monkeypatch, capsys):
+    """NumPy's warnings, on an overflow say, are for its programmer."""
     make_program_raise(monkeypatch, MemoryError())
     assert main(["info"]) == 1
     output = capsys.readouterr().err
@@ -60,6 +62,7 @@ def test_limited_address_space_is_refused_as_too_little_memory(monkeypatch, caps
 
 
 def test_undecodable_path_is_refused_without_a_traceback(tmp_path, capsys):
+    """A folder's name with a byte that is not UTF-8, as Python holds it."""
     assert main(["run", str(tmp_path), "-o", "a\udcff"]) == 2
     output = capsys.readouterr().err
     assert "error: " in output and "this should not have happened" not in output and output.isascii()
@@ -84,6 +87,7 @@ def test_errors_print_a_sentence_and_with_debug_a_traceback(monkeypatch, capsys,
 
 
 def test_a_reader_that_goes_away_ends_the_program_quietly():
+    """The pipe is closed before anything is read, as in ``replay --help | true``."""
     code = "import sys; from replay.cli.main import main; sys.exit(main(['--help']))"
     program = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     program.stdout.close()
@@ -95,6 +99,7 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
 @pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
 @pytest.mark.parametrize(("where", "unbuffered"), [(">&-", "1"), (">/dev/full", ""), (">&- 2>&-", "")])
 def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):
+    """Closed, on a full disk, and closed with the stream that would say so."""
     write_session(unit_cubes_on_x({"a": [0, 1]}), tmp_path / "s.mcap")
     command = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
     more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
@@ -107,6 +112,7 @@ def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffer
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
 def test_ctrl_c_exits_130_and_leaves_nothing_behind(tmp_path):
+    """A second after the demo's first line."""
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run")]
     # A shell starts what it runs in the background with Ctrl-C switched off, and children inherit that.
     program = subprocess.Popen(
@@ -144,11 +150,13 @@ sys.exit(main(["info"]))
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
 def test_ctrl_c_while_a_library_calls_back_is_not_lost():
+    """Python prints an exception in a callback from C and goes on; this one is raised again."""
     done = subprocess.run([sys.executable, "-c", CALLED_BACK], capture_output=True, text=True)
     assert (done.returncode, done.stderr.split()[0]) == (130, "interrupted;")
 
 
 def test_the_shell_completes_verbs_as_the_guide_says():
+    """Bash asks by variables: ``replay doc`` and Tab."""
     completion = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
     assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX_PAGE)
     program = [sys.executable, "-m", "replay"]
@@ -157,6 +165,7 @@ def test_the_shell_completes_verbs_as_the_guide_says():
 
 
 def test_import_without_a_format_prints_the_complete_command(tmp_path, monkeypatch, capsys):
+    """A format is missing, or the recording: the command with both is said."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my take.csv").write_text("time\n")
     assert main(["import", "my take.csv", "-o", "take.mcap"]) == 2
@@ -167,6 +176,7 @@ def test_import_without_a_format_prints_the_complete_command(tmp_path, monkeypat
 
 @pytest.mark.parametrize(("call", "changed"), [("main()", True), ("main(['--version'])", False)])
 def test_only_the_program_itself_collects_cycles_less_often(call, changed):
+    """A caller that gives arguments is another program, with thresholds of its own."""
     given = "import gc, sys; sys.argv = ['replay', '--version']; from replay.cli.main import main"
     code = f"{given}; {call}; print(gc.get_threshold())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -95,6 +95,7 @@ def revealing_file(tmp_path_factory):
 
 @pytest.mark.parametrize("form", ["text", "json"])
 def test_no_serial_name_or_path_is_in_any_output(revealing_file, tmp_path, capsys, form):
+    """Neither in the file nor in text or JSON about it. It is called anonymous nowhere."""
     assert detected_in(revealing_file) == {*SECRETS}
     out = tmp_path / "small.mcap"
     assert main(["minimise", str(revealing_file), "-o", str(out), "--format", form]) == 0
@@ -132,6 +133,7 @@ def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(reve
 
 @pytest.mark.parametrize("stated", ["not stated", "s07"])
 def test_participant_that_is_stated_gets_another_pseudonym(stated):
+    """The fact may say that none was stated, name one, or be absent."""
     session = minimise(replace(told(), facts={"pseudonym": stated}))
     assert session.facts == ({} if stated == "not stated" else {"pseudonym": pseudonym("participant", "s07")})
     assert "s07" not in str(session.facts) and not minimise(replace(told(), facts={})).facts
@@ -145,6 +147,7 @@ def moments(session):
 
 
 def test_minimised_session_keeps_mass_and_moments_under_numbered_names():
+    """Moments are those of events and of poses between frames."""
     scene = told().scene
     heavy = replace(scene, bodies=tuple(replace(body, extra={"mass": 0.2}) for body in scene.bodies))
     before = replace(told(), scene=heavy)
@@ -155,6 +158,7 @@ def test_minimised_session_keeps_mass_and_moments_under_numbered_names():
 
 
 def test_minimise_keeps_roles_of_effects_and_renames_bodies(revealing_file, tmp_path):
+    """``tag:hand`` names a role, ``beaker`` a body."""
     declared = SCENE.replace(f'["{SERIAL}", "beaker"]', '["tag:hand", "beaker"]')
     source, out = tmp_path / "roles.mcap", tmp_path / "small.mcap"
     write_session(replace(read_session(revealing_file), scene=parse_scene(declared)), source)

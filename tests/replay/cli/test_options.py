@@ -16,6 +16,7 @@ def command(people, **given):
 
 
 def test_options_mean_the_same_on_every_verb():
+    """A command that takes them all prints what it was given, and the defaults of what it was not."""
     actual = CliRunner().invoke(command, ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"])
     reported = {
         "start": 1.0,
@@ -30,6 +31,7 @@ def test_options_mean_the_same_on_every_verb():
 
 
 def test_current_folder_modules_load_only_for_a_named_detector(tmp_path, monkeypatch):
+    """``module:Class`` names one; the folder comes last, and once."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [path for path in sys.path if path])
     import_from_current_folder(["hybrid", ""])

@@ -23,6 +23,7 @@ def tiny(monkeypatch):
 
 
 def test_equal_wall_times_give_bitwise_equal_paper_tables(tiny, capsys, tmp_path):
+    """The planted clock ticks evenly; two pictures are written."""
     assert main(["paper", "--quick", "--out", str(tmp_path)]) == 0
     printed, output = capsys.readouterr()
     for text in ("Table I", "T1a", "F7e", "F8 search", "its hardware, budget", "rapid-style"):
@@ -34,6 +35,7 @@ def test_equal_wall_times_give_bitwise_equal_paper_tables(tiny, capsys, tmp_path
 
 
 def test_quick_paper_completes_and_complete_detectors_find_every_face(capsys):
+    """The size that ``--quick`` has, with real times."""
     assert main(["paper", "--quick", "--format", "json"]) == 0
     tables = {item["key"]: item for item in json.loads(capsys.readouterr().out)["tables"]}
     headline = [dict(zip(tables["T1a"]["head"], row, strict=True)) for row in tables["T1a"]["rows"]]

@@ -37,5 +37,6 @@ def test_lost_frames_or_damaged_poses_end_in_code_3(frames, poses, code):
 
 
 def test_repairs_are_added_by_kind_body_and_action():
+    """Two teleports of a rod are one line; a gap is no repair."""
     poses = [flagged("teleport"), flagged("teleport", samples=4), flagged("frozen", body=""), flagged("gap")]
     assert repair_sentences(poses) == ["teleport of rod: 7 samples, dropped", "frozen: 3 samples, dropped"]

@@ -20,6 +20,7 @@ from replay.show.sections import SectionName, section_of
 
 
 def test_measured_fix_equals_a_run_of_the_fixed_detector():
+    """Sampling at 20 Hz misses up to 2 contacts; in every frame it misses none, in both ways of asking."""
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
     fixed = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="often=discrete")
@@ -42,6 +43,7 @@ def test_unmeasured_fix_names_a_valid_detector_setting():
 
 
 def test_a_single_search_is_worst_and_not_are():
+    """A search is one: other detectors are called by a plural, as meshes are."""
     answer, _ = compute(
         unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="search=qaco[budget=1,seed=3],often=discrete"
     ).answers
@@ -59,11 +61,13 @@ def test_a_single_search_is_worst_and_not_are():
     ],
 )
 def test_headline_colour_matches_its_worst_error(state, mark):
+    """Only a missed contact is red."""
     sentence = next(line for line in answer_lines(RUN_OF_STATE[state](), "run.rrd") if isinstance(line, Paragraph))
     assert sentence.style == MARK_STYLES[mark]
 
 
 def test_sources_are_printed_after_text_and_within_json(capsys):
+    """Papers behind ``exact``; without any, the text stands alone."""
     sources = sources_behind(["exact"], {}.items())
     answer_cited(as_json=True, json_value={"answer": 42}, render=list, sources=sources)
     assert json.loads(capsys.readouterr().out)["sources"].keys() == sources.keys()
@@ -75,6 +79,7 @@ def test_sources_are_printed_after_text_and_within_json(capsys):
 
 
 def test_markdown_gives_every_heading_of_the_answer():
+    """Each with its text, figures and command."""
     result = run_with_steady_times("one missed")
     answer = section_of(result, SectionName.ANSWER)
     page = run_markdown(result, ())
@@ -95,5 +100,6 @@ def test_line_of_effects_names_those_with_events_but_contact():
 
 
 def test_run_without_detectors_and_effects_lists_no_events():
+    """Not even a line that says so."""
     result = SimpleNamespace(detections={}, effects={}, document=SimpleNamespace(effects={}))
     assert effect_renderables(result) == []

@@ -82,6 +82,7 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
 
 
 def test_a_wrong_instrument_of_a_vessel_is_named_once():
+    """The body and the effect on it both read the instrument."""
     text = """
 [[body]]
 id = "flask"
@@ -96,6 +97,7 @@ in = ["flask"]
 
 
 def test_given_scene_replaces_all_of_the_recorded_scene(session_and_scene):
+    """Its effects, pairs and bodies too. Written with a session, the scene is the recording's own."""
     own, other = (
         replay.run(session_and_scene / "s.mcap", detectors="exact", oracle="none", **more)
         for more in ({}, {"scene": session_and_scene / "other.toml"})
@@ -122,6 +124,7 @@ def test_given_scene_replaces_all_of_the_recorded_scene(session_and_scene):
 
 
 def test_small_scene_names_a_group_for_pairs(session_and_scene, capsys):
+    """A scene without bodies adds to the recorded one: ``ha*`` matches its group ``hand``."""
     small = session_and_scene / "small.toml"
     small.write_text('[[group]]\nname = "hand"\nmembers = ["b", "c"]')
     command = [
@@ -145,6 +148,7 @@ def test_small_scene_names_a_group_for_pairs(session_and_scene, capsys):
 
 
 def test_imported_scene_without_bodies_adds_to_the_recording(tmp_path):
+    """Cup and rod come from the log, the group from the scene."""
     log, scene, out = tmp_path / "log.csv", tmp_path / "scene.toml", tmp_path / "s.mcap"
     rows = [f"pose,0,{name},0,0,0,0,0,0,1,1,," for name in ("cup", "rod")]
     log.write_text("\n".join(["kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value", *rows, ""]))
@@ -197,6 +201,7 @@ def test_folder_meshes_reach_their_bodies_in_import_and_draft(session_and_scene,
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*SCENES, *CAPTURES])
 def test_drafted_scene_of_every_recording_runs_unchanged(name, tmp_path):
+    """Synthetic scenes, and captures where they are here; every pair that touches is in the draft."""
     file = tmp_path / "s.mcap"
     if name in SCENES:
         write_session(make_scene_session(name)[0], file)

@@ -17,6 +17,7 @@ def folder_with_two_sessions(tmp_path):
 
 
 def test_list_resolves_files_from_its_folder_and_skips_comments(folder_with_two_sessions, monkeypatch):
+    """Paths may be indented, absolute and named twice; the current folder is another one."""
     listed = folder_with_two_sessions / "list.txt"
     listed.write_text(
         f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder_with_two_sessions / 'a.mcap'}\n", "utf-8"
@@ -34,6 +35,7 @@ def test_list_resolves_files_from_its_folder_and_skips_comments(folder_with_two_
 
 
 def test_unreachable_store_in_a_list_is_one_clear_error(folder_with_two_sessions, monkeypatch):
+    """A session whose store fails, and a list that its store does not have."""
     pytest.importorskip("upath")
     (folder_with_two_sessions / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
     (file,) = session_files([folder_with_two_sessions / "list.txt"])
@@ -54,6 +56,7 @@ def test_unreachable_store_in_a_list_is_one_clear_error(folder_with_two_sessions
     ],
 )
 def test_list_without_a_session_is_named_with_its_mistake(folder_with_two_sessions, text, message):
+    """A file that is not there, no line at all, and bytes that are no text."""
     (folder_with_two_sessions / "list.txt").write_bytes(text)
     with pytest.raises(click.UsageError, match=message):
         session_files([folder_with_two_sessions / "list.txt"])
@@ -78,6 +81,7 @@ def test_several_sessions_or_a_scheduler_make_a_batch(folder_with_two_sessions, 
 
 
 def test_scheduler_needs_a_folder_that_workers_reach(folder_with_two_sessions, capsys):
+    """``--out`` names it."""
     assert main(["run", str(folder_with_two_sessions / "a.mcap"), "--scheduler", "tcp://host:1"]) == 2
     assert "--out" in capsys.readouterr().err
 
@@ -86,4 +90,5 @@ def test_scheduler_needs_a_folder_that_workers_reach(folder_with_two_sessions, c
     ("names", "are"), [(["a.mcap"], False), (["a.mcap", "list.txt"], True), (["a.mcap", "."], True), ([], False)]
 )
 def test_folder_or_list_means_several_sessions(names, are, tmp_path):
+    """``.`` is a folder, and ``.txt`` ends the name of a list."""
     assert are_several([tmp_path / name for name in names]) == are

@@ -81,6 +81,7 @@ FORMATS = ("csv", "aframe", "mcap", "ros2", "optitrack", "xdf", "auto")
     ids=" ".join,
 )
 def test_verb_refuses_irregular_files_and_writes_nothing(special, tmp_path, capsys, kind, arguments):
+    """Wherever a verb takes a file; the error says which kind it is."""
     path, out = special(kind, "given"), tmp_path / "out.mcap"
     table = tmp_path / "log.csv"
     table.write_text("time,cup_x\n0,1\n")

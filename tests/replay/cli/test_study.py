@@ -24,6 +24,7 @@ def files(tmp_path, runs):
 
 
 def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, monkeypatch, snapshot):
+    """80 columns and at most 24 lines, with all headings of an answer."""
     monkeypatch.setenv("COLUMNS", "80")
     assert main(files) == 0
     printed, output = capsys.readouterr()
@@ -36,6 +37,7 @@ def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, mon
 
 @pytest.mark.slow
 def test_study_with_names_as_ids_is_refused_by_rule(files, tmp_path, capsys):
+    """The rule is said, and no name of a student."""
     answers, _ = a_class(count=30)
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])
     assert main(files) == 1
@@ -64,6 +66,7 @@ def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, cap
 
 
 def test_study_without_pandas_names_the_pip_command(files, monkeypatch, capsys):
+    """pandas comes with an extra of the package."""
     import sys
 
     monkeypatch.setitem(sys.modules, "pandas", None)

@@ -23,6 +23,7 @@ def remarks_of(*kinds):
     ],
 )
 def test_check_table_counts_contradictions_and_lists_them_first(kinds, headline):
+    """Then what is weak, and last what agrees."""
     stream = io.StringIO()
     Console(file=stream, width=120).print(check_table(remarks_of(*kinds)))
     lines = [line.strip() for line in stream.getvalue().splitlines() if line.strip()]
@@ -40,12 +41,14 @@ def test_check_table_counts_contradictions_and_lists_them_first(kinds, headline)
     ],
 )
 def test_only_a_strict_check_fails_at_a_contradiction(options, kind, code, monkeypatch, capsys):
+    """A weak remark fails none; the check reads the tables of the tool, as no others are named."""
     monkeypatch.setattr("replay.studies.class_study.published.check_published", lambda path: remarks_of(kind))
     assert main(["study", "check", *options]) == code
     assert "checking the printed tables that come with the tool" in capsys.readouterr().err
 
 
 def test_check_reads_the_named_tables_before_the_example(tmp_path, monkeypatch):
+    """Tables of one's own, then none named."""
     paths = []
     monkeypatch.setattr("replay.studies.class_study.published.check_published", lambda path: paths.append(path) or [])
     own = tmp_path / "ours.toml"

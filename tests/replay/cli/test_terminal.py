@@ -124,6 +124,7 @@ def test_wide_table_continues_in_blocks_that_fit_exactly():
 
 @pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED_WIDTH), ("60", 60), ("140", 140)])
 def test_piped_output_follows_columns_without_trailing_spaces(monkeypatch, capsys, columns, widest):
+    """``COLUMNS`` says how wide it is; without it 100 columns are."""
     monkeypatch.delenv("COLUMNS")
     if columns:
         monkeypatch.setenv("COLUMNS", columns)
@@ -147,6 +148,7 @@ def test_long_sentence_is_folded_in_terminals_but_not_pipes(monkeypatch, capsys)
 
 
 def test_name_never_becomes_markup_or_an_extra_cell():
+    """A body's name with a link, an image and a bar of a table."""
     hostile = ("a](http://x.y)<img src=x>|b", 1)
     lines = markdown(table("", ("pair", "frames"), [hostile, ("all", 1234)])).splitlines()
     assert lines[2:] == [r"| a]\(http://x.y)\<img src=x>\|b | 1 |", "| all | 1,234 |"]
@@ -168,6 +170,7 @@ COMMAND = 'replay run long/session.mcap --detectors "collider[shape=compound,cut
 @pytest.mark.skipif(shutil.which("sh") is None, reason="no POSIX shell")
 @pytest.mark.parametrize("width", [30, 60, 80, 200])
 def test_continued_command_is_a_single_shell_command(width):
+    """A shell splits the folded lines into the arguments of the whole; 30 columns are less than its longest word."""
     console = Console(file=io.StringIO(), width=width)
     console.print(Command(COMMAND), crop=False)
     printed = console.file.getvalue()
@@ -180,6 +183,7 @@ def test_continued_command_is_a_single_shell_command(width):
 
 
 def test_long_paths_are_printed_whole_on_narrow_terminals(capsys, monkeypatch):
+    """151 letters in 40 columns, in a paragraph and in a command, to be copied."""
     monkeypatch.setenv("COLUMNS", "40")
     path = "folder/" * 20 + "report.html"
     console_module.show(Paragraph("Read it  ", path))

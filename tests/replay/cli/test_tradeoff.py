@@ -32,6 +32,7 @@ def session_file(tmp_path, monkeypatch):
 
 
 def test_settings_and_advice_are_printed_and_the_folder_is_written(session_file, tmp_path, capsys):
+    """Screen, page and file agree; written once, the folder is not written over."""
     assert main(["tradeoff", session_file, "--out", str(tmp_path / "costs"), "--no-picture"]) == 0
     out, err = capsys.readouterr()
     output = " ".join(out.split())
@@ -61,6 +62,7 @@ def test_settings_and_advice_are_printed_and_the_folder_is_written(session_file,
 
 
 def test_settings_cut_by_the_time_limit_are_counted(session_file, capsys):
+    """In 0 s the first of three settings is tried."""
     assert main(["tradeoff", session_file, "--time-limit", "0", "-v"]) == 0
     out, err = capsys.readouterr()
     assert "2 settings were not tried within 0 s" in out and "not tried: balls, meshes at 20 Hz" in err
@@ -73,6 +75,7 @@ def tradeoff_of(count, **about):
 
 
 def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
+    """Declared once, among the columns of a tradeoff."""
     new = Column("probe", of=lambda row: f"marker-{row['label']}")
     monkeypatch.setitem(columns.COLUMNS, "tradeoff", (*columns.COLUMNS["tradeoff"], new))
     done = tradeoff_of(count=3)
@@ -81,6 +84,7 @@ def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
 
 
 def test_long_lists_are_cut_short_but_never_the_front():
+    """30 settings, of which the first and the last are the front."""
     short, whole = tradeoff_list(tradeoff_of(count=30)), tradeoff_list(tradeoff_of(count=30), is_complete=True)
     # Twelve rows of a short list, and r29, the last, of the front.
     setting_of_last_row, *_ = short.rows[-1]
