@@ -13,7 +13,7 @@ from sessions.errors import SceneSourceError
 from sessions.scene_formats import usd_trial
 from sessions.scene_formats.scene_source import read_scene_source
 
-pxr = pytest.importorskip("pxr")
+Usd = pytest.importorskip("pxr.Usd")
 
 BALL = 'def Sphere "ball" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{\n}\n'
 HEAD = '#usda 1.0\n(\n    upAxis = "Y"\n    metersPerUnit = 1\n)\n'
@@ -278,7 +278,7 @@ def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
 
     Without such a layer none is tried.
     """
-    layer = pxr.Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
+    layer = Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
     layer.DefinePrim("/a", "Sphere")
     layer.Save()
     tried = []
