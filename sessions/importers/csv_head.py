@@ -130,9 +130,7 @@ def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
         return _of_rows(source, lines[skipped:], *unlike_header, skipped)
     for number, line in enumerate(lines[: skipped + FIRST_ROWS], 1):
         if DRAWN_LINE.fullmatch(line):
-            raise ImportFileError(
-                f"{source}: line {number} draws a table, as in Markdown; save the table as CSV, without drawn lines"
-            )
+            raise _drawn_table_error(source, number)
         if vector := VECTOR.search(line):
             raise ImportFileError(
                 f"{source}: line {number}: {vector[0][:40]!r} is several numbers in one cell; export a column for each"
@@ -174,9 +172,7 @@ def _of_rows(
     columns, own = (cells[above] if first else []), tuple[str, ...]()
     if any(map(DRAWN_LINE.fullmatch, lines[max(above - 1, 0) : first + 2])):
         number = skipped + 1 + next(k for k, line in enumerate(lines) if DRAWN_LINE.fullmatch(line))
-        raise ImportFileError(
-            f"{source}: line {number} draws a table, as in Markdown; save the table as CSV, without drawn lines"
-        )
+        raise _drawn_table_error(source, number)
     if len(columns) == 1 and (other := _header_delimiter(columns[0], width)):
         raise ImportFileError(
             f"{source}: line {skipped + above + 1} has {NAMES[other]} between its cells, the rows below have "
@@ -194,6 +190,12 @@ def _of_rows(
     rows = [tuple(row) for row in cells[first : first + FIRST_ROWS] if len(row) == len(columns)]
     layout = _layout(delimiter, rows, skipped + max(above, 0), own)
     return CsvHead(source, layout, tuple(columns), tuple(rows), units)
+
+
+def _drawn_table_error(source: Path, number: int) -> ImportFileError:
+    return ImportFileError(
+        f"{source}: line {number} draws a table, as in Markdown; save the table as CSV, without drawn lines"
+    )
 
 
 def _header_delimiter(line: str, width: int) -> str:
