@@ -20,19 +20,18 @@ LARGEST_POSSIBLE: Final = 999.0
 """A column may hold this size and nothing else, in millimetres; a column of 9999 alone holds nothing."""
 
 
-def sentinel_of(values: Numbers) -> float:
-    """Returns the number that stands for missing ones in a column (n,), or NaN where none does."""
+def sentinel_size(values: Numbers) -> float:
+    """Returns the size of what stands for missing numbers in a column (n,), with either sign, or NaN: nothing does."""
     sizes = np.abs(values[np.isfinite(values)])
     largest = float(sizes.max(initial=0.0))
     if largest not in SENTINELS:
         return np.nan
     others = sizes[sizes < largest]
     is_far_off = largest > SENTINEL_RATIO * float(others.max()) if len(others) else largest > LARGEST_POSSIBLE
-    (signed,) = np.unique(values[np.abs(values) == largest])[:1]
-    return float(signed) if is_far_off else np.nan
+    return largest if is_far_off else np.nan
 
 
 def without_sentinels(values: Sequence[float]) -> list[float]:
     """Returns the numbers of a column that are no sentinel."""
-    sentinel = sentinel_of(np.array(values, dtype=np.float64))
-    return [value for value in values if value != sentinel]
+    size = sentinel_size(np.array(values, dtype=np.float64))
+    return [value for value in values if abs(value) != size]

@@ -32,7 +32,7 @@ from sessions.importers.csv_columns_and_units import (
     unit_in_cell,
     unit_in_name,
 )
-from sessions.importers.csv_missing import EMPTY_CELLS, SENTINELS, sentinel_of
+from sessions.importers.csv_missing import EMPTY_CELLS, SENTINELS, sentinel_size
 from sessions.importers.importing import PoseTable
 from sessions.importers.ledger import Ledger, Numbers, Rows, Stamps
 from sessions.importers.wall_clock import past_midnight, wall_clock_ns
@@ -336,11 +336,11 @@ class CsvTable:
         """The numbers of some columns, (n, columns), in which a number that stands for missing ones is NaN."""
         numbers = self.numbers(columns, rows)
         for column, values in zip(columns, numbers.T, strict=True):
-            is_sentinel = values == sentinel_of(values)
-            if is_sentinel.any():
-                named = self._sentinel_columns.setdefault(float(values[is_sentinel][0]), [])
+            is_sentinel = np.abs(values) == sentinel_size(values)
+            for sentinel in sorted({*values[is_sentinel].tolist()}):
+                named = self._sentinel_columns.setdefault(sentinel, [])
                 named += [] if column in named else [column]
-                values[is_sentinel] = np.nan
+            values[is_sentinel] = np.nan
         return numbers
 
     def holds_numbers(self, column: str) -> bool:

@@ -6,7 +6,7 @@ import pytest
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.importers.csv_draft import UnknownColumnsError
-from sessions.importers.csv_missing import sentinel_of
+from sessions.importers.csv_missing import sentinel_size
 
 MAPPING = """
 convention = "openxr"
@@ -141,9 +141,10 @@ def test_missing_numbers_are_lost_poses(tmp_path, cell, first):
 
 
 @pytest.mark.parametrize(
-    ("values", "sentinel"),
+    ("values", "size"),
     [
-        ([1, -9999, 2], -9999),
+        ([1, -9999, 2], 9999),
+        ([1, -9999, 9999], 9999),
         ([1, 999, 300], 999),
         ([1, 999, 400], np.nan),
         ([999, 999], np.nan),
@@ -152,12 +153,12 @@ def test_missing_numbers_are_lost_poses(tmp_path, cell, first):
         ([], np.nan),
     ],
 )
-def test_sentinel_is_far_off_all_other_numbers(values, sentinel):
+def test_sentinel_is_far_off_all_other_numbers(values, size):
     """A value of nines is a sentinel where it is far beyond all others: 999 beside 300, and not beside 400.
 
     999 alone may be a length, 9999 alone may not; nan: there is none.
     """
-    assert sentinel_of(np.array(values, dtype=float)) == pytest.approx(sentinel, nan_ok=True)
+    assert sentinel_size(np.array(values, dtype=float)) == pytest.approx(size, nan_ok=True)
 
 
 def test_decimal_commas_beside_missing_numbers_are_read(tmp_path):
@@ -167,6 +168,17 @@ def test_decimal_commas_beside_missing_numbers_are_read(tmp_path):
     with pytest.raises(UnknownColumnsError) as raised:
         imported(tmp_path, ("time", *POSE), cells, delimiter=";")
     assert 'position = ["x", "y", "z"]' in raised.value.draft and 'decimal = ","' in raised.value.draft
+
+
+def test_sentinels_of_both_signs_are_missing(tmp_path):
+    """Of 60 heights of 1 m the first two are 9999 and -9999, and each is named."""
+    rows = [[k / 60, 0.001 * k, {0: 9999, 1: -9999}.get(k, 1), 0.5, 0, 0, 0, 1, "cup"] for k in range(60)]
+    (tmp_path / "m.toml").write_text(MAPPING)
+    session = imported(tmp_path, ("time", *POSE, "name"), rows, mapping=tmp_path / "m.toml")
+    conversions = session.facts["conversions"]
+    assert conversions.count("9999 counts as a missing number in y") == 2
+    assert conversions.count("-9999 counts as a missing number in y") == 1
+    assert np.flatnonzero(~session.tracks["cup"].valid).tolist() == [0, 1]
 
 
 def test_time_of_a_sentinel_is_missing(tmp_path):
