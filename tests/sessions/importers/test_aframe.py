@@ -10,7 +10,7 @@ from sessions.model.assumption import Subject, assumptions_of
 
 
 def pose_row(stamp, angles=(0.0, 0.0, 0.0)):
-    """A pose at (1, 2, 3) as A-Frame's recorder writes it; angles in radians."""
+    """A pose at (1, 2, 3) m as A-Frame's recorder writes it; the stamp in ms, angles about x, y, z in degrees."""
     return {
         "position": {"x": 1.0, "y": 2.0, "z": 3.0},
         "rotation": dict(zip("xyz", angles, strict=True)),
@@ -26,49 +26,59 @@ def take_file(tmp_path, data):
 
 
 def test_stamps_rotations_and_events_come_through(tmp_path):
-    """Stamps are milliseconds; angles are degrees about x, y and z, applied as YXZ."""
-    angles = (20.0, -75.0, 140.0)
+    """Stamps are milliseconds; angles are degrees about x, y and z, applied as YXZ; a button pressed is an event.
+
+    The cup is no wand, of which alone it is known which button is the trigger: the session has no hand. All of it comes
+    back from the session's own file.
+    """
+    x, y, z = 20.0, -75.0, 140.0
     data = {
         "cup": {
-            "poses": [pose_row(stamp=1000.5, angles=angles), pose_row(stamp=1011.6)],
+            "poses": [pose_row(stamp=1000.5, angles=(x, y, z)), pose_row(stamp=1011.6)],
             "events": [{"name": "buttondown", "detail": {"id": 1}, "timestamp": 1005}],
         }
     }
     session = import_session("aframe", take_file(tmp_path, data))
     assert session.frames.stamp_ns.tolist() == [1_000_500_000, 1_011_600_000]
-    expected = Rotation.from_euler("YXZ", [angles[1], angles[0], angles[2]], degrees=True).as_quat()
-    round_trips(session, tmp_path)
+    expected = Rotation.from_euler("YXZ", [y, x, z], degrees=True).as_quat()
     actual = session.frames.quaternion_xyzw[0, 0]
+    # A quaternion and its negative are the same rotation.
     assert np.allclose(actual * np.sign(actual[3]), expected * np.sign(expected[3]), atol=1e-15)
     (event,) = session.events
     assert (event.time_ns, event.name, event.body, event.message) == (1_005_000_000, "buttondown", "cup", '{"id": 1}')
-    assert not session.hands  # of a device that is no wand nobody knows which button is the trigger
+    assert not session.hands
+    round_trips(session, tmp_path)
 
 
 def button_row(stamp, button, name="buttondown"):
-    """A button that is pressed, as A-Frame's recorder writes it."""
+    """A button that is pressed or ("buttonup") let go, as A-Frame's recorder writes it; the stamp in ms."""
     return {"name": name, "detail": {"id": button}, "timestamp": stamp}
 
 
 def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
-    """Button 1 is the trigger; other buttons and a malformed event are ignored; the wand's name decides the hand."""
-    happened = [
-        button_row(stamp=5, button=1),
-        button_row(stamp=6, button=2),
-        button_row(stamp=6, button=1, name="buttonup"),
-        button_row(stamp=7, button=2, name="buttonup"),
-        button_row(stamp=8, button=99),
-        {**button_row(stamp=8, button=9), "detail": 3},
+    """The trigger, button 1, is pressed at 5 ms and let go at 6; other buttons and a malformed event are ignored.
+
+    The wand is called leftWheel, which decides the hand: not "right", as its gamepad says. The lamp is no wand.
+    """
+    trigger, menu, unknown = 1, 2, 99
+    events = [
+        button_row(stamp=5, button=trigger),
+        button_row(stamp=6, button=menu),
+        button_row(stamp=6, button=trigger, name="buttonup"),
+        button_row(stamp=7, button=menu, name="buttonup"),
+        button_row(stamp=8, button=unknown),
+        {**button_row(stamp=8, button=trigger), "detail": "no button"},
     ]
     wand = {
         "poses": [pose_row(stamp=1), pose_row(stamp=9)],
-        "events": happened,
+        "events": events,
         "gamepad": {"id": "OpenVR Gamepad", "hand": "right"},
     }
     session = import_session("aframe", take_file(tmp_path, {"leftWheel": wand, "lamp": {"poses": [pose_row(stamp=1)]}}))
     assert list(session.hands) == ["student/left"]
     hand = session.hands["student/left"]
-    assert (hand.times_ns.tolist(), hand.trigger.tolist()) == ([5_000_000, 6_000_000], [1.0, 0.0])
+    assert hand.times_ns.tolist() == [5_000_000, 6_000_000]
+    assert hand.trigger.tolist() == [1.0, 0.0]
 
 
 def test_a_pose_without_a_number_is_lost(tmp_path):
@@ -95,18 +105,18 @@ def test_duplicate_key_in_an_aframe_recording_is_refused(tmp_path, text, name):
 
 
 def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
-    """Two devices are of the left side; that of the right has no list "poses" (misspelt)."""
+    """Two wands are of the left side: the second gets a number. The device "right" has no "poses" (misspelt).
 
-    def wand(*presses):
-        return {
-            "poses": [pose_row(stamp=1)],
-            "events": [button_row(*item) for item in presses],
-            "gamepad": {"id": "OpenVR Gamepad"},
-        }
+    The second wand's trigger is pressed and let go at the same 3 ms: only that it is let go counts.
+    """
 
+    def wand(*events):
+        return {"poses": [pose_row(stamp=1)], "events": events, "gamepad": {"id": "OpenVR Gamepad"}}
+
+    trigger = 1
     data = {
-        "leftHand": wand((2, 1)),
-        "left wheel": wand((3, 1), (3, 1, "buttonup")),
+        "leftHand": wand(button_row(stamp=2, button=trigger)),
+        "left wheel": wand(button_row(stamp=3, button=trigger), button_row(stamp=3, button=trigger, name="buttonup")),
         "right": {"posez": [pose_row(stamp=1)]},
     }
     session = import_session("aframe", take_file(tmp_path, data))
@@ -126,13 +136,16 @@ def test_rotation_of_four_numbers_is_refused(tmp_path):
     )
 
 
-@pytest.mark.parametrize(("angle", "text"), [(3.1, "guessed, not sure"), (31.0, "the format"), (0.0, "the format")])
-def test_angles_that_would_fit_radians_are_a_doubt(tmp_path, angle, text):
-    """``angle``: the largest of ten angles.
+@pytest.mark.parametrize(
+    ("largest_angle", "source"), [(3.1, "guessed, not sure"), (31.0, "the format"), (0.0, "the format")]
+)
+def test_angles_that_would_fit_radians_are_a_doubt(tmp_path, largest_angle, source):
+    """A-Frame's format says degrees, but some write radians: ten angles go from 0 to ``largest_angle``.
 
-    3.1 may be radians or degrees, 31 is no angle in radians, 0 is 0 in both.
+    3.1 may be radians or degrees, 31 is no angle in radians, 0 is 0 in both. ``source``: who says that it is degrees.
     """
-    poses = [pose_row(k, (0.0, angle * k / 9, 0.0)) for k in range(10)]
+    poses = [pose_row(stamp=k, angles=(0.0, angle, 0.0)) for k, angle in enumerate(np.linspace(0, largest_angle, 10))]
     session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": poses}}))
     (unit,) = (row for row in assumptions_of(session.facts) if row.subject is Subject.ANGLE_UNIT)
-    assert unit.value == "deg" and text in unit.sentence
+    assert unit.value == "deg"
+    assert source in unit.sentence

@@ -11,9 +11,10 @@ QUATERNION = "qx,qy,qz,qw"
 
 
 def assumptions_by_draft(folder, header, row, *changes, count=20):
-    """The assumptions of a CSV by the draft of its own mapping, whose axes are set to those of OpenXR.
+    """Subject -> assumption of a CSV of ``count`` rows 11 ms apart, imported by the draft that its refusal has.
 
-    ``row``: of the CSV, with {step} or {ms} for its time; ``changes``: (text of the draft, text instead).
+    The draft is a mapping, which says what each column is; its axes are set to OpenXR's. ``row``: of the CSV, with
+    {step} (0, 1, 2 ...) or {ms} (0, 11, 22 ...) for its time; ``changes``: (text of the draft, text instead).
     """
     source, mapping = folder / "log.csv", folder / "map.toml"
     rows = [row.format(step=k, ms=11 * k) for k in range(count)]
@@ -58,25 +59,33 @@ def assumptions_by_draft(folder, header, row, *changes, count=20):
     ],
 )
 def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, row, subject, value, origin):
-    """The header or a row below it may state a unit (FILE); else the draft guesses from the numbers (GUESS)."""
+    """The header or a row below it may state a value (origin FILE); else the draft guesses from the numbers (GUESS).
+
+    Each of 20 rows is ``row`` with 0, 1, 2 ... for {step} and 0, 11, 22 ... for {ms}.
+    """
     assumption = assumptions_by_draft(tmp_path, header, row)[subject]
     assert (assumption.value, assumption.origin) == (value, origin)
 
 
 @pytest.mark.parametrize(
-    ("row", "confidence"), [("{ms}", Confidence.SURE), ("{step}", Confidence.OPEN), ("{step}00", Confidence.SURE)]
+    ("time", "confidence"),
+    [
+        pytest.param("{ms}", Confidence.SURE, id="steps of 11"),
+        pytest.param("{step}", Confidence.OPEN, id="steps of 1"),
+        pytest.param("{step}00", Confidence.SURE, id="steps of 100"),
+    ],
 )
-def test_guessed_time_unit_is_sure_at_tracker_rates(tmp_path, row, confidence):
-    """Steps of 11 or 100 fit a tracker in a single unit, steps of 1 in several."""
-    assumption = assumptions_by_draft(tmp_path, f"stamp,x,y,z,{QUATERNION}", row + ",1,2,3,0,0,0,1")[Subject.TIME_UNIT]
-    assert (assumption.origin, assumption.confidence) == (Origin.GUESS, confidence)
+def test_guessed_time_unit_is_sure_at_tracker_rates(tmp_path, time, confidence):
+    """The unit of a column "stamp" is guessed: steps of 11 or 100 fit a tracker in ms alone, steps of 1 also in s."""
+    assumptions = assumptions_by_draft(tmp_path, f"stamp,x,y,z,{QUATERNION}", f"{time},1,2,3,0,0,0,1")
+    time_unit = assumptions[Subject.TIME_UNIT]
+    assert (time_unit.origin, time_unit.confidence) == (Origin.GUESS, confidence)
 
 
 def test_guess_removed_from_mapping_becomes_a_user_statement(tmp_path):
     """A draft lists its guesses under "guessed"; the user who deletes the line says that the unit of time is right."""
-    rows = assumptions_by_draft(
-        tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('guessed = ["time.unit"]', "")
-    )
+    without_guesses = ('guessed = ["time.unit"]', "")
+    rows = assumptions_by_draft(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", without_guesses)
     assert rows[Subject.TIME_UNIT].origin is Origin.USER
 
 
@@ -86,7 +95,10 @@ def without_comment_sign(line):
 
 
 def test_columns_of_a_file_without_names_are_guessed(tmp_path):
-    """Eight numbers a row; the user says that w of the quaternion comes first, which columns it is stays a guess."""
+    """A log has no header and eight numbers a row; the user says that w of the quaternion comes first.
+
+    Which columns are time, position and quaternion stays a guess, and so does the clock.
+    """
     w_first = without_comment_sign('quaternion_wxyz = ["q1"')
     rows = assumptions_by_draft(tmp_path, "", "{step}.5 1 2 3 1 0 0 0", w_first)
     assert (rows[Subject.COLUMNS].origin, rows[Subject.COLUMNS].confidence) == (Origin.GUESS, Confidence.OPEN)
@@ -94,46 +106,57 @@ def test_columns_of_a_file_without_names_are_guessed(tmp_path):
     assert rows[Subject.CLOCK].origin is Origin.GUESS
 
 
+RADIANS_BY_THE_USER = ('# angle_unit = "deg"', 'angle_unit = "rad"')
+
+
 @pytest.mark.parametrize(
     ("angle", "change", "origin", "is_open"),
     [
-        ("3.1", (), Origin.GUESS, True),
-        ("-0.2", (), Origin.GUESS, True),
-        ("179", (), Origin.GUESS, False),
-        ("0", (), Origin.GUESS, False),
-        ("3.1", [('# angle_unit = "deg"', 'angle_unit = "rad"')], Origin.USER, False),
+        pytest.param("3.1", [], Origin.GUESS, True, id="may be either"),
+        pytest.param("-0.2", [], Origin.GUESS, True, id="may be either, negative"),
+        pytest.param("179", [], Origin.GUESS, False, id="must be degrees"),
+        pytest.param("0", [], Origin.GUESS, False, id="0 in both"),
+        pytest.param("3.1", [RADIANS_BY_THE_USER], Origin.USER, False, id="the user decides"),
     ],
 )
 def test_angles_below_two_pi_leave_their_unit_open(tmp_path, angle, change, origin, is_open):
-    """An angle of 179 must be degrees, 0 is 0 in either unit; 3.1 may be radians or degrees."""
-    order = without_comment_sign('order = "XYZ"')
-    rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0," + angle + ",0", order, *change)
+    """All rows of a log have the same ``angle`` about y, whose unit is guessed where the user does not say it.
+
+    The user also says the order of the angles, XYZ.
+    """
+    order_by_the_user = without_comment_sign('order = "XYZ"')
+    row = "{ms},1,2,3,0," + angle + ",0"
+    rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", row, order_by_the_user, *change)
     assert (rows[Subject.ANGLE_UNIT].origin, rows[Subject.ANGLE_UNIT].is_open) == (origin, is_open)
     assert rows[Subject.EULER_ORDER].origin is Origin.USER
 
 
 @pytest.mark.parametrize(
-    ("unit", "angle", "is_doubtful"),
-    [("rad", "170", True), ("rad", "7", False), ("deg", "3.14", True), ("deg", "2", False), ("deg", "170", False)],
+    ("unit", "largest_angle", "is_doubtful"),
+    [
+        pytest.param("rad", "170", True, id="27 turns"),
+        pytest.param("rad", "7", False, id="a little over a turn"),
+        pytest.param("deg", "3.14", True, id="half a turn in radians"),
+        pytest.param("deg", "2", False, id="2 degrees"),
+        pytest.param("deg", "170", False, id="170 degrees"),
+    ],
 )
-def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, angle, is_doubtful):
-    """``angle``: the largest.
-
-    170 rad are 27 turns, and 3.14 deg would be half a turn in radians; 2 deg may be what they say.
-    """
+def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, largest_angle, is_doubtful):
+    """The user's mapping states the unit of angles; a text about what is doubtful says where it is likely the other."""
     path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
-    path.write_text(f"t,x,y,z,rx,ry,rz\n0,1,2,3,0,{angle},0\n0.1,1,2,3,0,0,0\n")
+    path.write_text(f"t,x,y,z,rx,ry,rz\n0,1,2,3,0,{largest_angle},0\n0.1,1,2,3,0,0,0\n")
     mapping.write_text(
         f"""convention = "unity"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.cup]\nposition = ["x", "y", "z"]
         euler = {{x = "rx", y = "ry", z = "rz"}}\nangle_unit = "{unit}"\n"""
     )
     assumed = import_session("csv", path, mapping=mapping).facts.get("assumed", "")
-    assert (f"angles of cup in {unit}, though the largest is {angle}" in assumed) == is_doubtful
+    assert (f"angles of cup in {unit}, though the largest is {largest_angle}" in assumed) == is_doubtful
+    assert ("angles of cup" in assumed) == is_doubtful
 
 
 @pytest.mark.parametrize(("column", "origin"), [("time", Origin.FILE), ("stage", Origin.USER)])
 def test_clock_is_stated_by_a_column_named_after_time(tmp_path, column, origin):
-    """A column "stage" is the clock because the user's mapping says so."""
+    """The user's mapping names the clock's column: "time" says it itself (origin: file), "stage" does not (user)."""
     path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
     path.write_text(f"{column},x,y,z,{QUATERNION}\n0,1,2,3,0,0,0,1\n1,1,2,3,0,0,0,1\n")
     mapping.write_text(
@@ -145,15 +168,14 @@ def test_clock_is_stated_by_a_column_named_after_time(tmp_path, column, origin):
 
 
 def test_an_euler_order_that_the_convention_fixes_is_its_word(tmp_path):
-    """Unity applies angles as z, x, y."""
-    axes = ('convention = "openxr"', 'convention = "unity"')
-    rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0,90,0", axes)
+    """The log has angles in Unity's axes, and nobody says their order: it is zxy, by the format of the axes."""
+    unity_axes = ('convention = "openxr"', 'convention = "unity"')
+    rows = assumptions_by_draft(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0,90,0", unity_axes)
     assert (rows[Subject.EULER_ORDER].value, rows[Subject.EULER_ORDER].origin) == ("zxy", Origin.FORMAT)
 
 
 def test_misspelt_guess_in_a_mapping_is_refused_with_a_suggestion(tmp_path):
-    """The list of guesses in the mapping holds time.unti."""
+    """The draft's list of guesses holds time.unit; a user writes time.unti."""
+    misspelt = ('"time.unit"', '"time.unti"')
     with pytest.raises(ImportFileError, match=r"guessed holds 'time\.unti'; did you mean 'time\.unit'"):
-        assumptions_by_draft(
-            tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('"time.unit"', '"time.unti"')
-        )
+        assumptions_by_draft(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", misspelt)

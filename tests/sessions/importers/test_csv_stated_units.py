@@ -79,25 +79,37 @@ def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
 
 @pytest.mark.parametrize("column", METRES_OF_A_UNIT)
 def test_a_mapping_leaves_the_unit_to_the_heading(tmp_path, column):
-    """A mapping names the columns and no unit: POSITION, written in that of the heading, is in metres again."""
+    """The user's mapping (which column is what) names no unit: POSITION, in that of the heading, is in metres again."""
     axes, metres = headings_of_axes(column), METRES_OF_A_UNIT[column]
     session = import_with(tmp_path, mapping_text(axes), axes=axes, metres=metres)
     assert_track_is_that_of_the_constants(session)
 
 
 def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
-    """Unreal's lengths are in centimetres, those of the headings in metres; its axes change no distance."""
-    path = write_recording(tmp_path / "log.csv", axes=headings_of_axes("x (m)"))
-    (tmp_path / "map.toml").write_text(mapping_text(headings_of_axes("x (m)"), 'convention = "unreal"'))
+    """Unreal's lengths are in centimetres, those of the headings "x (m)" in metres, which are read.
+
+    Unreal's axes turn and mirror a position, so that only its distance from the origin can be compared.
+    """
+    axes = headings_of_axes("x (m)")
+    path = write_recording(tmp_path / "log.csv", axes=axes)
+    (tmp_path / "map.toml").write_text(mapping_text(axes, lines='convention = "unreal"'))
     (track,) = import_session("csv", path, mapping=tmp_path / "map.toml").tracks.values()
     assert np.allclose(np.linalg.norm(track.positions, axis=1), np.linalg.norm(POSITION))
 
 
-@pytest.mark.parametrize("units", ["s,ft,ft,ft,,,,", "(s),[inch],[inch],[inch],-,-,-,-", "ms,mm,mm,mm,,,,"])
-def test_lengths_and_times_use_the_row_of_units(tmp_path, units):
-    """``units``: the row below the header, for time, x, y, z and a quaternion."""
-    metres = {"ft": 0.3048, "[inch]": 0.0254, "mm": 1e-3}[units.split(",")[1]]
-    seconds = 1e-3 if units.startswith("ms") else 1.0
+@pytest.mark.parametrize(
+    ("units", "metres", "seconds"),
+    [
+        pytest.param("s,ft,ft,ft,,,,", 0.3048, 1.0, id="feet"),
+        pytest.param("(s),[inch],[inch],[inch],-,-,-,-", 0.0254, 1.0, id="inches in brackets"),
+        pytest.param("ms,mm,mm,mm,,,,", 0.001, 0.001, id="millimetres and milliseconds"),
+    ],
+)
+def test_lengths_and_times_use_the_row_of_units(tmp_path, units, metres, seconds):
+    """Below the header stands the row ``units``, for time, x, y, z and a quaternion, which has no unit.
+
+    Numbers are written in units of so many metres and seconds, and are metres and seconds again.
+    """
     path, out = write_recording(tmp_path / "log.csv", metres=metres, seconds=seconds, units=units), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert_track_is_that_of_the_constants(read_session(out))
@@ -114,7 +126,7 @@ def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
 
 
 def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
-    """ANGLE, in radians as the headings say, is a rotation about x; angles are degrees where nobody says."""
+    """ANGLE, in radians as the headings say, is a rotation about x; were it read in degrees, it would be 0.012 rad."""
     euler = 'euler = {x = "rx [rad]", y = "ry [rad]", z = "rz [rad]"}\norder = "XYZ"'
     assert_track_is_that_of_the_constants(
         import_with(tmp_path, mapping_text("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]")
@@ -122,25 +134,29 @@ def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("columns", "stated"),
+    ("headings", "stated"),
     [
-        (("x [um]", "y [um]", "z [um]"), "um"),
-        (("x (furlong)", "y (furlong)", "z (furlong)"), "furlong"),
-        (("x (m)", "y (mm)", "z (m)"), "m, mm"),
+        pytest.param(("x [um]", "y [um]", "z [um]"), "um", id="a unit that no recorder has"),
+        pytest.param(("x (furlong)", "y (furlong)", "z (furlong)"), "furlong", id="an unknown unit"),
+        pytest.param(("x (m)", "y (mm)", "z (m)"), "m, mm", id="two units"),
     ],
 )
-def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, columns, stated):
-    """A unit that no recorder has, an unknown one, and two units in one position; --convention is no answer to that."""
-    path, out = write_recording(tmp_path / "log.csv", axes=columns), tmp_path / "s.mcap"
+def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, headings, stated):
+    """Headings of a position state no unit that can be read: the import asks for it, in its draft of a mapping.
+
+    The command is refused too, as its option --convention answers only which axes the recording has.
+    """
+    path, out = write_recording(tmp_path / "log.csv", axes=headings), tmp_path / "s.mcap"
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
     assert f"the unit of lengths (the headings say {stated})" in refusal.value.unknown
-    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 1 and not out.exists()
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 1
+    assert not out.exists()
 
 
 @pytest.mark.parametrize("column", ["time (frames)", "time [0.1ms]", "time (m)"])
 def test_draft_guesses_no_unit_of_time_beside_a_stated_unit(tmp_path, column):
-    """Frames, tenths of a millisecond and metres are no known unit of time."""
+    """Frames, tenths of a millisecond and metres are no known unit of time, so that the import asks for it."""
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", write_recording(tmp_path / "log.csv", time=column))
     assert "the unit of time" in refusal.value.unknown
@@ -149,33 +165,48 @@ def test_draft_guesses_no_unit_of_time_beside_a_stated_unit(tmp_path, column):
 @pytest.mark.parametrize(
     ("mapping", "recording", "message"),
     [
-        (
-            mapping_text(headings_of_axes("x (mm)"), 'units = "m"'),
-            {"axes": headings_of_axes("x (mm)")},
+        pytest.param(
+            mapping_text(["x (mm)", "y (mm)", "z (mm)"], lines='units = "m"'),
+            {"axes": ["x (mm)", "y (mm)", "z (mm)"]},
             'state mm, .* units = "m"',
+            id="mm, not m",
         ),
-        (mapping_text("xyz", time="time (ms)"), {"time": "time (ms)"}, 'state ms, .* unit = "s"'),
-        (mapping_text(["x (m)", "y (mm)", "z"]), {"axes": ["x (m)", "y (mm)", "z"]}, "state m and mm; convert"),
-        (mapping_text(headings_of_axes("x (mile)")), {"axes": headings_of_axes("x (mile)")}, "state mile; convert"),
+        pytest.param(
+            mapping_text("xyz", time="time (ms)", unit="s"),
+            {"time": "time (ms)"},
+            'state ms, .* unit = "s"',
+            id="ms, not s",
+        ),
+        pytest.param(
+            mapping_text(["x (m)", "y (mm)", "z"]),
+            {"axes": ["x (m)", "y (mm)", "z"]},
+            "state m and mm; convert",
+            id="two",
+        ),
+        pytest.param(
+            mapping_text(["x (mile)", "y (mile)", "z (mile)"]),
+            {"axes": ["x (mile)", "y (mile)", "z (mile)"]},
+            "state mile; convert",
+            id="unknown",
+        ),
     ],
 )
 def test_mapping_that_contradicts_the_headings_is_refused(tmp_path, mapping, recording, message):
-    """Headings say mm and the mapping m, or ms and s; those of one position say m and mm, or an unknown unit."""
+    """Headings of the recording state mm where the mapping says m, or ms and s; or units that no mapping can say."""
     with pytest.raises(ImportFileError, match=message):
         import_with(tmp_path, mapping, **recording)
 
 
 def test_mapping_that_names_the_columns_decides_alone(tmp_path):
-    """The header, which says mm, is skipped; the mapping gives each column a name, and metres."""
-    axes = ["a", "b", "c"]
+    """The header, which says mm, is skipped; the mapping gives each column a name, and says metres, which are read."""
     lines = 'skip_lines = 1\nunits = "m"\ncolumns = ["time", "a", "b", "c", "qx", "qy", "qz", "qw"]'
-    assert_track_is_that_of_the_constants(
-        import_with(tmp_path, mapping_text(axes, lines), axes=headings_of_axes("x (mm)"))
-    )
+    mapping = mapping_text(axes=["a", "b", "c"], lines=lines)
+    session = import_with(tmp_path, mapping, axes=headings_of_axes("x (mm)"), metres=1.0)
+    assert_track_is_that_of_the_constants(session)
 
 
 def test_open_unit_of_lengths_is_reported_even_without_contacts(tmp_path, capsys):
-    """Positions of 300 to 1250 without a unit may be millimetres; they are taken for metres, as the command says."""
+    """POSITION is written in millimetres, 300 to 1250, without a unit: it is taken for metres, as the command says."""
     path, out = write_recording(tmp_path / "log.csv", metres=1e-3), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert "unit of lengths: m; guessed, not sure" in " ".join(capsys.readouterr().err.split())

@@ -17,7 +17,7 @@ ROWS = [
     [time, *(f"{number:.4f}" for number in position), "0", "0", "0", "1"]
     for time, position in zip(TIMES, POSITIONS, strict=True)
 ]
-MAPPING = """
+MAPPING_OF_CUP = """
 convention = "openxr"
 %s
 [time]
@@ -43,9 +43,11 @@ def german(between):
 SPACES = f'delimiter = " "\ncolumns = {list(NAMES)}'
 TRAJECTORIES = ["", "Trajectories", "100", ",,a,,,b", "f,s,X,Y,Z,X,Y,Z", *["1,0,5,5,5,6,6,6"] * 9]
 UNITS = ["s", *["m"] * 3, *[""] * 4]
+# Line 1 is the header, 2 to 31 the rows, 32 empty; the table below has its title and 12 more lines.
 ANOTHER = "13 of 43 rows dropped: of another table, 'Trajectories', from line 33"
 NOTES = "2 of 32 rows dropped: of another table, 'Notes', from line 33"
 FORMS = {
+    # form: (text of the CSV, keys of its mapping, sentence on the lines that are no poses of the cup)
     "sep= and semicolons": ("sep=;\n" + german(";"), 'delimiter = ";"\ndecimal = ","', ""),
     "sep= and commas": ("sep=,\r\n" + csv_text().replace("\n", "\r\n"), "", ""),
     "sep= in quotes and tabs": ('"sep=\t"\n' + csv_text("\t"), 'delimiter = "\t"'.replace("\t", "\\t"), ""),
@@ -55,7 +57,7 @@ FORMS = {
     "tabs and spaces": (csv_text(" \t ", head=()), SPACES, ""),
     "spaces with a header": (csv_text("   "), 'delimiter = " "', ""),
     "a row of units": (csv_text(rows=[UNITS, *ROWS]), "", ""),
-    "units in brackets": (csv_text(rows=[["[s]", *["(m)"] * 3, "", "", "", "1"[:0]], *ROWS]), "", ""),
+    "units in brackets": (csv_text(rows=[["[s]", *["(m)"] * 3, "", "", "", ""], *ROWS]), "", ""),
     "units below a line of a title": (csv_text(rows=[UNITS, *ROWS], above=["take 3"]), "skip_lines = 1", ""),
     "units and semicolons": (csv_text(";", rows=[UNITS, *ROWS]), 'delimiter = ";"', ""),
     "the header again": (
@@ -81,7 +83,7 @@ SEGMENTS = ["", "Segments", "100", ",,a,,,,,", csv_text().rstrip("\n")]
 
 @pytest.fixture
 def import_csv(tmp_path):
-    """Imports a CSV, given as text, by a mapping."""
+    """Imports a CSV, given as text, by a mapping: TOML that says which column is what."""
 
     def read(content, mapping):
         (tmp_path / "log.csv").write_bytes(content.encode())
@@ -93,49 +95,61 @@ def import_csv(tmp_path):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_every_table_form_gives_written_poses(import_csv, form):
-    """A form: the content, keys of its mapping, and the sentence on what was lost."""
-    content, keys, lost = FORMS[form]
-    session = import_csv(content, MAPPING % keys)
-    track = session.tracks["cup"]
-    np.testing.assert_array_equal(track.positions, POSITIONS)
-    assert track.times_ns.tolist() == [round(1e9 * float(time)) for time in TIMES]
-    assert ledger_text(session) == lost
+    """A cup has 30 positions at 90 Hz, written in a form of FORMS: delimiters, lines above, units, other tables below.
+
+    They are read as written; lines that are no poses of the cup are counted in the ledger of losses.
+    """
+    content, keys, losses = FORMS[form]
+    session = import_csv(content, MAPPING_OF_CUP % keys)
+    cup = session.tracks["cup"]
+    np.testing.assert_array_equal(cup.positions, POSITIONS)
+    assert cup.times_ns.tolist() == [round(1e9 * float(time)) for time in TIMES]
+    assert ledger_text(session) == losses
 
 
-MOVES = ["2233", "0", "039", "1", "0", "0", "0", "0", "1"]
-RESTS = [[str(11 * k), "0", "1", "0", "0", "0", "0", "1"] for k in range(COUNT)]
+ROWS_WITHOUT_DECIMALS = [[str(11 * k), "0", "1", "0", "0", "0", "0", "1"] for k in range(COUNT)]
 
 
 @pytest.mark.parametrize(
-    ("row", "line"),
+    "row",
     [
-        (MOVES, 32),
-        (["2233", "-0", "039", "1", "250", "0", "0", "0", "0", "1"], 32),
-        (["2233", "5", "1", "0", "0", "0", "0", "7", "0", "7"], 32),
-        (["22", "33", "1", "0", "0", "0", "0", "0", "1"], 32),
+        pytest.param("2233,0,039,1,0,0,0,0,1", id="x is 0,039"),
+        pytest.param("2233,-0,039,1,250,0,0,0,0,1", id="x and y"),
+        pytest.param("2233,5,1,0,0,0,0,7,0,7", id="a rotation"),
+        pytest.param("22,33,1,0,0,0,0,0,1", id="the time is 22,33"),
     ],
-    ids=["one number", "two numbers", "a rotation", "the time"],
 )
-@pytest.mark.parametrize("keys", ["", "skip_lines = 2"])
-def test_single_row_with_decimal_commas_refuses_the_file(import_csv, row, line, keys):
-    """A comma in a number makes two cells of it; line counts the lines that are skipped, too."""
-    above = ["a", "b"] if keys else []
-    content = csv_text(rows=[*RESTS, row], above=above)
+@pytest.mark.parametrize("lines_above", [0, 2])
+def test_single_row_with_decimal_commas_refuses_the_file(import_csv, row, lines_above):
+    """Cells are set apart by commas, and all but the last row are whole numbers; there a comma cuts a number in two.
+
+    The error names its line: those above the header, the header, 30 rows, and then this one.
+    """
+    content = csv_text(rows=[*ROWS_WITHOUT_DECIMALS, [row]], above=["a note"] * lines_above)
+    line, cells = lines_above + 1 + COUNT + 1, row.count(",") + 1
     with pytest.raises(
-        ImportFileError, match=f"line {line + len(above)} has {len(row)} cells, the header 8: commas are between"
+        ImportFileError, match=f"line {line} has {cells} cells, the header {len(NAMES)}: commas are between"
     ):
-        import_csv(content, MAPPING % keys)
+        import_csv(content, MAPPING_OF_CUP % (f"skip_lines = {lines_above}" if lines_above else ""))
 
 
-@pytest.mark.parametrize("row", ["0.5,1,2,3,0,0,0,1,,", "a,b,c,d,e,f,g,h,i", "0,1,2"])
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param("0.5,1,2,3,0,0,0,1,,", id="ten cells"),
+        pytest.param("a,b,c,d,e,f,g,h,i", id="nine cells"),
+        pytest.param("0,1,2", id="three cells"),
+    ],
+)
 def test_rows_of_wrong_length_are_counted(import_csv, row):
-    """After 30 rows of eight cells one of ten, of nine or of three."""
-    session = import_csv(csv_text(rows=[*ROWS, [row]]), MAPPING % "")
+    """The header and 30 rows have eight cells, the row below them more or fewer."""
+    session = import_csv(csv_text(rows=[*ROWS, [row]]), MAPPING_OF_CUP % "")
     assert ledger_text(session) == "1 of 31 rows dropped: with too few or too many cells"
 
 
 ROTATIONS = Rotation.random(COUNT, random_state=7)
 KINDS = {
+    # a key of a mapping (and more): (numbers of each row, further key of the mapping)
     "quaternion_wxyz": (ROTATIONS.as_quat()[:, [3, 0, 1, 2]], ""),
     "rotation_vector": (ROTATIONS.as_rotvec(degrees=True), 'angle_unit = "deg"'),
     "rotation_vector in radians": (ROTATIONS.as_rotvec(), 'angle_unit = "rad"'),
@@ -148,18 +162,25 @@ KINDS = {
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_csv_rotations_of_every_notation_agree_with_scipy(import_csv, kind):
-    """Euler angles, matrices, rotation vectors and quaternions are written from ROTATIONS and must be read back."""
-    numbers, keys = KINDS[kind]
+    """30 random rotations are written as quaternions or rotation vectors; SciPy gives the numbers.
+
+    What is read back differs from them by no more than 1e-9 rad.
+    """
+    numbers, further_key = KINDS[kind]
+    mapping_key, *_more = kind.split()
     columns = [f"r{k}" for k in range(numbers.shape[1])]
     rows = [[time, "0", "0", "0", *map(repr, row.tolist())] for time, row in zip(TIMES, numbers, strict=True)]
-    mapping = MAPPING.replace('quaternion_xyzw = ["qx", "qy", "qz", "qw"]', f"{kind.split()[0]} = {columns}\n{keys}")
-    track = import_csv(csv_text(head=("t", "x", "y", "z", *columns), rows=rows), mapping % "").tracks["cup"]
-    result = Rotation.from_quat(track.quaternions_xyzw)
-    assert track.valid.all() and (result * ROTATIONS.inv()).magnitude().max() < 1e-9
+    mapping = MAPPING_OF_CUP.replace(
+        'quaternion_xyzw = ["qx", "qy", "qz", "qw"]', f"{mapping_key} = {columns}\n{further_key}"
+    )
+    cup = import_csv(csv_text(head=("t", "x", "y", "z", *columns), rows=rows), mapping % "").tracks["cup"]
+    assert cup.valid.all()
+    difference = Rotation.from_quat(cup.quaternions_xyzw) * ROTATIONS.inv()
+    assert difference.magnitude().max() < 1e-9
 
 
-def draft_of(path, content):
-    """The refusal of a CSV without a mapping, which holds a draft of one."""
+def refusal_with_draft(path, content):
+    """The error of a CSV imported without a mapping: ``draft`` is one to complete, ``unknown`` its open questions."""
     path.write_text(content)
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
@@ -190,19 +211,22 @@ SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
     ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", *ROTATED],
 )
 def test_unnamed_quaternion_order_is_a_question(tmp_path, content, likely):
-    """Columns q1 to q4 say no order.
+    """Columns q1 to q4 say no order. A scalar near 1, in the first row, makes scalar first or scalar last likely.
 
-    A first or last number near 1 makes one likely; the draft leaves it to a person.
+    The draft of a mapping says which, and leaves the choice to a person: an import by it is refused.
     """
-    error = draft_of(tmp_path / "log.csv", content)
-    assert "the order of the quaternion (quaternion_xyzw or quaternion_wxyz)" in error.unknown
-    assert likely in error.draft and not any(line.startswith("quaternion") for line in error.draft.splitlines())
-    (tmp_path / "map.toml").write_text(error.draft)
+    refusal = refusal_with_draft(tmp_path / "log.csv", content)
+    assert "the order of the quaternion (quaternion_xyzw or quaternion_wxyz)" in refusal.unknown
+    assert likely in refusal.draft
+    assert not [line for line in refusal.draft.splitlines() if line.startswith("quaternion")]
+    (tmp_path / "map.toml").write_text(refusal.draft)
     with pytest.raises(ImportFileError, match=r"map.toml.*give quaternion_xyzw or quaternion_wxyz"):
         import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml")
 
 
-OBJECTS = [[name, time, f"{k}.5", "1", "0", "0", "0", "0", "1"] for time in TIMES for k, name in enumerate("213")]
+X_OF_OBJECT = {"2": 0.5, "1": 1.5, "3": 2.5}
+OBJECTS = [[name, time, f"{x}", "1", "0", "0", "0", "0", "1"] for time in TIMES for name, x in X_OF_OBJECT.items()]
+"""Three rows for each of 30 times, one for each object: its name, the time, its position and rotation."""
 LONG_HEAD = ("object_uid", "timestamp", *NAMES[1:])
 LONG = {
     "numbers as names": (LONG_HEAD, OBJECTS),
@@ -217,49 +241,64 @@ LONG = {
 
 @pytest.mark.parametrize("kind", LONG)
 def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
-    """A row holds one body, named by a column of three values; without that column times repeat."""
+    """A row holds the pose of one of three objects, named by a column: a table with a row for each body and time.
+
+    The draft of a mapping takes that column for names, and by it each object has all its 30 samples, at its own x.
+    """
     head, rows = LONG[kind]
-    error = draft_of(tmp_path / "log.csv", csv_text(head=head, rows=rows))
-    (tmp_path / "map.toml").write_text(error.draft.replace("# convention", "convention"))
+    refusal = refusal_with_draft(tmp_path / "log.csv", csv_text(head=head, rows=rows))
+    (tmp_path / "map.toml").write_text(refusal.draft.replace("# convention", "convention"))
     session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml")
-    assert {name[-1] for name in session.names} == {"1", "2", "3"} and ledger_text(session) == ""
-    for name in session.names:
-        track = session.tracks[name]
-        assert len(track) == COUNT and {*track.positions[:, 0]} == {"213".index(name[-1]) + 0.5}
-    wide = MAPPING.replace('"t"', '"timestamp"') % ""
-    (tmp_path / "wide.toml").write_text(wide)
+    assert ledger_text(session) == ""
+    x_by_name = {name[-1]: track.positions[:, 0].tolist() for name, track in session.tracks.items()}  # "m2" or "2"
+    assert x_by_name == {name: [x] * COUNT for name, x in X_OF_OBJECT.items()}
+
+
+@pytest.mark.parametrize("kind", LONG)
+def test_long_table_mapped_as_a_single_body_is_refused(tmp_path, kind):
+    """60 of 90 rows, at 30 times, would repeat a stamp, were they all of one cup; a column tells three bodies apart."""
+    head, rows = LONG[kind]
+    (tmp_path / "log.csv").write_text(csv_text(head=head, rows=rows))
+    (tmp_path / "cup.toml").write_text(MAPPING_OF_CUP.replace('"t"', '"timestamp"') % "")
     assert_import_refused(
-        "csv", tmp_path / "log.csv", "60 of 90 rows repeat .* tells 3 bodies apart", mapping=tmp_path / "wide.toml"
+        "csv", tmp_path / "log.csv", "60 of 90 rows repeat .* tells 3 bodies apart", mapping=tmp_path / "cup.toml"
     )
 
 
 def test_long_table_without_body_column_is_drafted_as_comment(tmp_path):
     """30 times with three rows each and no column that tells them apart: 60 of 90 rows would be lost."""
-    error = draft_of(tmp_path / "log.csv", csv_text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS]))
-    assert any("60 of 90 rows are dropped" in unknown for unknown in error.unknown)
-    assert "\n[bodies" not in error.draft and '\n# [bodies."log"]' in error.draft
+    content = csv_text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS])
+    refusal = refusal_with_draft(tmp_path / "log.csv", content)
+    assert "60 of 90 rows are dropped" in " ".join(refusal.unknown)
+    assert '\n# [bodies."log"]' in refusal.draft
+    assert "\n[bodies" not in refusal.draft
 
 
 @pytest.mark.parametrize("position", ["first", "last"])
 def test_mapping_selects_its_table_of_a_file_with_two(import_csv, position):
-    """The table of trajectories is left out by the user's choice, so it is no loss in the books of the import."""
+    """The mapping names the table of segments, whose header is two lines below its title; the cup's poses are its.
+
+    The other table, of trajectories, is left out by the user's choice, so that it is no loss in the ledger.
+    """
     both = [*SEGMENTS[1:], *TRAJECTORIES] if position == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
-    session = import_csv("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
+    session = import_csv("\n".join([*both, ""]), MAPPING_OF_CUP % 'table = "Segments"\nskip_lines = 2')
     cup = session.tracks["cup"]
     np.testing.assert_array_equal(cup.positions, POSITIONS)
-    assert cup.valid.all() and (cup.quaternions_xyzw == [0, 0, 0, 1]).all() and ledger_text(session) == ""
+    assert cup.valid.all()
+    assert (cup.quaternions_xyzw == [0, 0, 0, 1]).all()
+    assert ledger_text(session) == ""
 
 
 def test_missing_table_is_refused_with_all_names(import_csv):
     """The mapping names 'Segment' for 'Segments'."""
     content = "\n".join([*SEGMENTS[1:], *TRAJECTORIES, ""])
     with pytest.raises(ImportFileError, match="no table 'Segment'; there are: 'Segments', 'Trajectories'"):
-        import_csv(content, MAPPING % 'table = "Segment"\nskip_lines = 2')
+        import_csv(content, MAPPING_OF_CUP % 'table = "Segment"\nskip_lines = 2')
 
 
 def test_unnamed_second_table_is_a_loss_with_its_cure(import_csv):
-    """Below the table of poses another begins, of which no mapping speaks."""
-    session = import_csv(csv_text(below=TRAJECTORIES), MAPPING % "")
+    """Below the cup's 30 rows another table begins, of 13 lines, and the mapping names neither table."""
+    session = import_csv(csv_text(below=TRAJECTORIES), MAPPING_OF_CUP % "")
     assert ledger_text(session) == ANOTHER
     assert 'the mapping may name one: table = "TITLE"' in session.facts["conversions"]
 
@@ -271,13 +310,18 @@ def test_unnamed_second_table_is_a_loss_with_its_cure(import_csv):
         ("godot", "", "xyz"),
         ("unreal", "", "yzx"),
         ("ros", "", "yzx"),
-        ("z-up", 'order = "ZXY"', "xzy"),  # has no order of its own
+        # These have no order of their own.
+        ("z-up", 'order = "ZXY"', "xzy"),
         ("z up, left-handed", 'order = "ZXY"', "xzy"),
     ],
 )
 def test_pitch_yaw_and_roll_use_axes_of_their_convention(import_csv, convention, order, axes):
-    """Pitch is about the axis to the right, yaw about the one up, roll about the one ahead."""
+    """Pitch is about the axis to the right, yaw about the axis up, roll about the axis ahead: ``axes``, in this order.
+
+    Pitch, yaw and roll of 10, 20, 30 degrees give the rotation that the same angles give by the names of their axes.
+    """
     head, rows = ("t", "x", "y", "z", "Pitch", "Yaw", "Roll"), [["0", "1", "2", "3", "10", "20", "30"]]
+    content = csv_text(head=head, rows=rows)
     mapping = f"""
 convention = "{convention}"
 [time]
@@ -287,24 +331,17 @@ unit = "s"
 position = ["x", "y", "z"]
 {order}
 """
-    by_role = import_csv(
-        csv_text(head=head, rows=rows), mapping + 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}'
-    )
-    pairs = zip(axes, ("Pitch", "Yaw", "Roll"), strict=True)
-    by_axis = import_csv(
-        csv_text(head=head, rows=rows),
-        mapping + f"euler = {{{', '.join(f'{axis} = {column!r}' for axis, column in pairs)}}}",
-    )
+    right, up, ahead = axes
+    by_role = import_csv(content, mapping + 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}')
+    by_axis = import_csv(content, mapping + f'euler = {{{right} = "Pitch", {up} = "Yaw", {ahead} = "Roll"}}')
     rotation = by_role.tracks["cup"].quaternions_xyzw[0]
     assert rotation.tolist() == by_axis.tracks["cup"].quaternions_xyzw[0].tolist()
-    assert Rotation.from_quat(rotation).magnitude() > np.radians(30)
+    assert Rotation.from_quat(rotation).magnitude() > np.radians(30)  # the angles were not left out
 
 
 def test_roll_pitch_yaw_draft_leaves_axes_to_the_convention(tmp_path):
-    """Pitch is about another axis in each convention, so the draft names roles in place of axes."""
+    """Pitch is about another axis in each convention, so the draft of a mapping names roles in place of axes."""
     rows = [[f"{k / 50:.2f}", *"123", "1.5", "2.5", "3.5"] for k in range(9)]
     content = csv_text(head=("Time", "LocX", "LocY", "LocZ", "Roll", "Pitch", "Yaw"), rows=rows)
-    (tmp_path / "log.csv").write_text(content)
-    with pytest.raises(UnknownColumnsError) as raised:
-        import_session("csv", tmp_path / "log.csv")
-    assert 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}' in raised.value.draft
+    refusal = refusal_with_draft(tmp_path / "log.csv", content)
+    assert 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}' in refusal.draft

@@ -18,33 +18,57 @@ REASONS = st.dictionaries(st.sampled_from(["torn", "twice", "ragged"]), st.integ
 
 @given(st.lists(st.tuples(st.sampled_from(["rows", "samples"]), st.sampled_from("ab"), COUNTS, REASONS, REASONS)))
 def test_accounts_add_up_and_come_back_from_text(accounts):
-    """Random accounts (kind, body, rows kept, reason -> rows dropped, reason -> rows merged)."""
+    """A ledger books random accounts: kind, body, rows kept, reason -> rows dropped, reason -> rows merged.
+
+    It comes back whole from its text among the facts of a session; all rows booked are the rows read.
+    """
     ledger = Ledger("log.csv")
+    rows_booked = 0
     for kind, body, kept, dropped, merged in accounts:
         read = kept + sum(dropped.values()) + sum(merged.values())
         ledger.book(kind, body, read=read, kept=kept, dropped=dropped, merged=merged)
-    result = ledger_of({FACT: ledger.as_text()})
-    assert list(result) == list(ledger)
-    total = sum(kept + sum(dropped.values()) + sum(merged.values()) for _, _, kept, dropped, merged in accounts)
-    assert sum(entry.read for entry in result) == total
+        rows_booked += read
+    ledger_from_text = ledger_of({FACT: ledger.as_text()})
+    assert list(ledger_from_text) == list(ledger)
+    assert sum(entry.read for entry in ledger_from_text) == rows_booked
 
 
-@pytest.mark.parametrize(("read", "kept", "dropped"), [(3, 2, {}), (3, 3, {"torn": 1}), (2, 3, {"torn": -1})])
-def test_an_account_that_does_not_add_up_is_never_booked(read, kept, dropped):
-    """Rows read are those kept and dropped: 3 are not 2, nor 3 and 1, and no count is negative.
+WRONG_SUMS = [
+    pytest.param(3, 2, {}, id="3 are not 2"),
+    pytest.param(3, 3, {"torn": 1}, id="3 are not 3 + 1"),
+    pytest.param(2, 3, {"torn": -1}, id="a negative count"),
+]
 
-    Text with such an account is read as no ledger.
-    """
+
+@pytest.mark.parametrize(("read", "kept", "dropped"), WRONG_SUMS)
+def test_account_with_wrong_sum_is_never_booked(read, kept, dropped):
+    """Rows read are those kept and those dropped, and no count is negative."""
     with pytest.raises(AssertionError):
         Ledger("log").book("rows", read=read, kept=kept, dropped=dropped)
-    assert ledger_of({FACT: json.dumps([["rows", "", read, kept, dropped, {}]])}) is None
+
+
+@pytest.mark.parametrize(("read", "kept", "dropped"), WRONG_SUMS)
+def test_text_of_account_with_wrong_sum_is_no_ledger(read, kept, dropped):
+    """A session's facts have an account of rows of the whole recording (body ""), with nothing merged."""
+    account = ["rows", "", read, kept, dropped, {}]
+    assert ledger_of({FACT: json.dumps([account])}) is None
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[", "{}x", "3", '[["rows"]]', '[["rows","",1,true,{},{}]]', '[["x","",1,1,{},{}]]', "[" * 9999]
+    "text",
+    [
+        pytest.param("", id="nothing"),
+        pytest.param("[", id="half a list"),
+        pytest.param("{}x", id="no JSON"),
+        pytest.param("3", id="a number"),
+        pytest.param('[["rows"]]', id="half an account"),
+        pytest.param('[["rows","",1,true,{},{}]]', id="a truth value for a count"),
+        pytest.param('[["x","",1,1,{},{}]]', id="an unknown kind"),
+        pytest.param("[" * 9999, id="nested too deeply"),
+    ],
 )
 def test_malformed_import_ledger_is_read_as_absent(text):
-    """No JSON, JSON of another form, a truth value for a count, an unknown kind, and JSON nested too deeply."""
+    """A ledger is a JSON list of accounts: kind, body, rows read, rows kept, and what was dropped and merged, why."""
     assert ledger_of({FACT: text}) is None
 
 
@@ -63,23 +87,38 @@ def pose_at_second(time, body="cup"):
     return f"{time:.3f},{body},{time:.3f},0,0,0,0,0,1,pose,1"
 
 
-@pytest.mark.parametrize(("short", "warns"), [(2, False), (3, True)])
-def test_only_losses_above_1_percent_are_findings(tmp_path, short, warns):
-    """2 or 3 of 200 rows are cut short; the ledger has both, the doctor reports 1.5 % and not 1 %."""
+def session_of_200_rows(tmp_path, rows_cut_short):
+    """The session of 200 rows of which the last so many end after nine characters, and the path of its file."""
     rows = [pose_at_second(0.1 * k) for k in range(200)]
-    session = import_session("csv", write_log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
-    assert ledger_text(session) == f"{short} of 200 rows dropped: with too few or too many cells"
+    whole, torn = rows[:-rows_cut_short], [row[:9] for row in rows[-rows_cut_short:]]
+    session = import_session("csv", write_log(tmp_path, [*whole, *torn]))
     write_session(session, tmp_path / "s.mcap")
-    assert ledger_of(read_session(tmp_path / "s.mcap").facts).sentences() == ledger_of(session.facts).sentences()
-    result = [finding for finding in examine(tmp_path / "s.mcap") if finding.code == "import-loss"]
-    assert [finding.count for finding in result] == [short] * warns
+    return session, tmp_path / "s.mcap"
+
+
+def test_ledger_of_an_import_comes_back_from_the_session_file(tmp_path):
+    """Three of 200 rows are cut short and dropped: the session says so, and so does its file."""
+    session, path = session_of_200_rows(tmp_path, rows_cut_short=3)
+    sentence = "3 of 200 rows dropped: with too few or too many cells"
+    assert ledger_text(session) == sentence
+    assert ledger_of(read_session(path).facts).sentences() == ledger_of(session.facts).sentences()
+
+
+@pytest.mark.parametrize(
+    ("rows_cut_short", "counts"), [pytest.param(2, [], id="1 %"), pytest.param(3, [3], id="1.5 %")]
+)
+def test_only_losses_above_1_percent_are_findings(tmp_path, rows_cut_short, counts):
+    """2 or 3 of 200 rows are dropped; the doctor, which examines session files, reports 3 and not 2."""
+    _session, path = session_of_200_rows(tmp_path, rows_cut_short)
+    findings = [finding for finding in examine(path) if finding.code == "import-loss"]
+    assert [finding.count for finding in findings] == counts
 
 
 def test_repeated_sample_is_merged_and_conflicting_sample_dropped(tmp_path):
-    """50 samples 0.1 s apart; that of 0.3 s stands twice, and once more with another position."""
+    """50 samples are 0.1 s apart, x being the time; that of 0.3 s stands twice, and once more with x = 0.7 m."""
     rows = [pose_at_second(0.1 * k) for k in range(50)]
-    other = pose_at_second(time=0.3).replace("0.300,0,0", "0.700,0,0")
-    session = import_session("csv", write_log(tmp_path, [*rows[:4], rows[3], other, *rows[4:]]))
+    conflicting = pose_at_second(time=0.3).replace("0.300,0,0", "0.700,0,0")
+    session = import_session("csv", write_log(tmp_path, [*rows[:4], rows[3], conflicting, *rows[4:]]))
     assert np.allclose(session.tracks["cup"].positions[:, 0], 0.1 * np.arange(50))
     assert ledger_text(session).split("; ") == [
         "cup: 1 of 52 samples dropped: with the stamp of another sample",

@@ -11,7 +11,7 @@ from sessions.importers.mapping_answers import forget_mapping_answers, write_ans
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.scene_files.answers import recording_assumptions
 
-DRAFT = """# My take.
+MAPPING = """# My take.
 # convention = "unity"   # which axes?
 guessed = ["units", "time.unit"]
 units = "m"
@@ -20,37 +20,46 @@ units = "m"
 column = "t"
 units = "stays"
 """
+"""A mapping (a file that says what the columns of a CSV are) of which two values are guesses, not the user's word."""
 
 
 def assumption(subject, *bodies):
-    """A guess that is open, about these bodies or the file."""
+    """An open question: a guess, about these bodies or, without any, about the file."""
     return Assumption(subject, "before", Origin.GUESS, Confidence.OPEN, bodies=bodies)
 
 
 @pytest.mark.parametrize(
-    ("row", "value", "key", "expected"),
+    ("question", "answer", "key", "expected"),
     [
-        (assumption(Subject.POSE_AXES), "ros", "convention", "ros"),
-        (assumption(Subject.LENGTH_UNIT), "mm", "units", "mm"),
-        (assumption(Subject.MESH_AXES, "cup", "rod"), "y-up", "mesh_axes", ["cup=y-up", "rod=y-up"]),
-        (assumption(Subject.MESH_UNIT, "cup"), "cm", "mesh_units", ["cup=cm"]),
-        (assumption(Subject.COLLIDER_AXES, "cup"), "x-flipped", "collider_axes", "x-flipped"),
+        pytest.param(assumption(Subject.POSE_AXES), "ros", "convention", "ros", id="axes of poses"),
+        pytest.param(assumption(Subject.LENGTH_UNIT), "mm", "units", "mm", id="unit of lengths"),
+        pytest.param(
+            assumption(Subject.MESH_AXES, "cup", "rod"), "y-up", "mesh_axes", ["cup=y-up", "rod=y-up"], id="mesh axes"
+        ),
+        pytest.param(assumption(Subject.MESH_UNIT, "cup"), "cm", "mesh_units", ["cup=cm"], id="unit of a mesh"),
+        pytest.param(
+            assumption(Subject.COLLIDER_AXES, "cup"), "x-flipped", "collider_axes", "x-flipped", id="collider axes"
+        ),
     ],
 )
-def test_written_answer_changes_only_its_key_of_the_mapping(tmp_path, row, value, key, expected):
-    """A user's answer to an import's open question becomes a key of the mapping file and is no longer "guessed"."""
-    mapping_file = tmp_path / "map.toml"
-    mapping_file.write_text(DRAFT)
-    assert write_answers(mapping_file, [(row, value)]) == [key]
-    answered, draft = tomllib.loads(mapping_file.read_text()), tomllib.loads(DRAFT)
-    assert answered.pop(key) == expected
-    draft.pop(key, None)
-    draft["guessed"] = [guessed_key for guessed_key in draft["guessed"] if guessed_key != key]
-    assert answered == draft
-    assert mapping_file.read_text().startswith("# My take.\n")  # the user's comment in the first line of the draft
+def test_written_answer_changes_only_its_key_of_the_mapping(tmp_path, question, answer, key, expected):
+    """A user's answer to an import's open question becomes a key of the mapping and leaves the list "guessed".
+
+    All other keys, and the comment in the first line, are as before.
+    """
+    path = tmp_path / "map.toml"
+    path.write_text(MAPPING)
+    assert write_answers(path, [(question, answer)]) == [key]
+
+    after, before = tomllib.loads(path.read_text()), tomllib.loads(MAPPING)
+    assert after.pop(key) == expected
+    before.pop(key, None)
+    before["guessed"] = [guess for guess in before["guessed"] if guess != key]
+    assert after == before
+    assert path.read_text().startswith("# My take.\n")
 
 
-EVERY_ANSWER = [
+ANSWERS = [
     (assumption(Subject.POSE_AXES), "ros"),
     (assumption(Subject.LENGTH_UNIT), "mm"),
     (assumption(Subject.MESH_AXES, "cup", "rod"), "y-up"),
@@ -63,25 +72,32 @@ EVERY_ANSWER = [
 
 @pytest.mark.parametrize("line_break", ["\n", "\r\n"])
 def test_forgetting_answers_restores_the_mapping_byte_by_byte(tmp_path, line_break):
-    """Seven answers change six lines: those of five keys, and the list "guessed"."""
+    """Seven ANSWERS change six lines, which are brought back: those of five keys, and the list "guessed".
+
+    Then no answer is there to be forgotten.
+    """
     path = tmp_path / "map.toml"
-    before = DRAFT.replace("\n", line_break).encode()
+    before = MAPPING.replace("\n", line_break).encode()
     path.write_bytes(before)
-    for answer in EVERY_ANSWER:
+    for answer in ANSWERS:
         write_answers(path, [answer])
-    data = tomllib.loads(path.read_text())
-    assert data["mesh_units"] == ["cup=cm", "rod=mm"] and data["guessed"] == ["time.unit"]
-    assert forget_mapping_answers(path) == 6 and path.read_bytes() == before
+    answered = tomllib.loads(path.read_text())
+    assert answered["mesh_units"] == ["cup=cm", "rod=mm"]
+    assert answered["guessed"] == ["time.unit"]
+
+    lines_brought_back = forget_mapping_answers(path)
+    assert lines_brought_back == 6
+    assert path.read_bytes() == before
     assert forget_mapping_answers(path) == 0
 
 
 def test_answer_for_a_body_keeps_units_of_others(tmp_path):
-    """All meshes are in cm by the mapping; the answer says mm of the rod."""
+    """All meshes are in cm by the mapping; the answer says mm of the rod. The key "" is every other body."""
     path = tmp_path / "map.toml"
-    path.write_text('mesh_units = "cm"\n' + DRAFT)
+    path.write_text('mesh_units = "cm"\n' + MAPPING)
     write_answers(path, [(assumption(Subject.MESH_UNIT, "rod"), "mm")])
     options = with_mapped_meshes(MeshOptions(), path)
-    assert options.units_by_body(["cup", "rod"]) == {"": "cm", "rod": "mm"}
+    assert options.units_by_body(names=["cup", "rod"]) == {"": "cm", "rod": "mm"}
 
 
 @pytest.mark.parametrize(
@@ -94,27 +110,31 @@ def test_answer_for_a_body_keeps_units_of_others(tmp_path):
     ids=["no last line break", "a table alone", "a comment alone"],
 )
 def test_answer_is_written_above_all_tables(tmp_path, text, answered):
-    """``text``: the mapping before. A key below [time] would belong to that table."""
+    """``text`` is the mapping before and stays whole, above or below the answer; a key below [time] would be [time]'s.
+
+    Axes of colliders are a key for all bodies, so that the answer about the cup names none.
+    """
     path = tmp_path / "map.toml"
     path.write_text(text)
     write_answers(path, [(assumption(Subject.COLLIDER_AXES, "cup"), "gltf")])
     written = path.read_text()
-    assert tomllib.loads(written) == answered and (written.startswith(text) or written.endswith(text))
+    assert tomllib.loads(written) == answered
+    assert written.startswith(text) or written.endswith(text)
 
 
 def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):
-    """Cup and rod are y-up, and then the rod has its body's axes."""
+    """The first answer says y-up of the meshes of cup and rod, the second "body" of the rod's (axes of its poses)."""
     path = tmp_path / "map.toml"
-    path.write_text(DRAFT)
+    path.write_text(MAPPING)
     write_answers(path, [(assumption(Subject.MESH_AXES, "cup", "rod"), "y-up")])
     write_answers(path, [(assumption(Subject.MESH_AXES, "rod"), "body")])
     assert with_mapped_meshes(MeshOptions(), path).mesh_axes == ("cup=y-up", "rod=body")
 
 
 def test_multi_line_key_of_a_mapping_is_not_rewritten(tmp_path):
-    """The user's list of mesh_axes is over three lines."""
+    """The user's list of mesh_axes is over three lines: the answer is refused, and the file stays as it is."""
     path = tmp_path / "map.toml"
-    text = 'mesh_axes = [\n  "cup=body",\n]\n' + DRAFT
+    text = 'mesh_axes = [\n  "cup=body",\n]\n' + MAPPING
     path.write_text(text)
     with pytest.raises(ImportFileError, match="cannot be changed in place; write it there: mesh_axes"):
         write_answers(path, [(assumption(Subject.MESH_AXES, "cup"), "y-up")])
@@ -123,20 +143,28 @@ def test_multi_line_key_of_a_mapping_is_not_rewritten(tmp_path):
 
 @pytest.mark.parametrize("kind", ["glb", "stl"])
 def test_the_next_import_by_the_mapping_asks_nothing(tmp_path, kind):
-    """Axes of meshes are the only open question; once "gltf" is written to the mapping, none is open."""
-    write_scene(tmp_path, "ros", kind)
-    meshes = {name: tmp_path / f"{name}.{kind}" for name in ("tool", "plate")}
-    again = lambda: import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)  # noqa: E731
-    (row,) = [row for row in recording_assumptions(again()) if row.is_open]
-    write_answers(tmp_path / "map.toml", [(row, "gltf")])
-    decided = recording_assumptions(again())
+    """A CSV of a tool and a plate in axes of ROS has a mapping and a mesh file for each of the two bodies.
+
+    Only the axes of the meshes are open; once the answer "gltf" is written to the mapping, nothing is.
+    """
+    write_scene(tmp_path, convention="ros", kind=kind)
+
+    def imported_assumptions():
+        meshes = {name: tmp_path / f"{name}.{kind}" for name in ("tool", "plate")}
+        session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
+        return recording_assumptions(session)
+
+    (question,) = [row for row in imported_assumptions() if row.is_open]
+    assert question.subject is Subject.MESH_AXES
+    write_answers(tmp_path / "map.toml", [(question, "gltf")])
+    decided = imported_assumptions()
     assert not [row for row in decided if row.is_open]
-    assert {row.value for row in decided if row.subject is Subject.MESH_AXES} == {"gltf"}
+    assert [row.value for row in decided if row.subject is Subject.MESH_AXES] == ["gltf"]
 
 
 def test_mesh_axes_option_overrides_the_mapping(tmp_path):
-    """The mapping says y-up, the option of the import body."""
-    write_scene(tmp_path, "ros", "stl")
+    """A CSV of a tool and a plate in axes of ROS: its mapping says y-up of the meshes, the import's option "body"."""
+    write_scene(tmp_path, convention="ros", kind="stl")
     (tmp_path / "map.toml").write_text('mesh_axes = ["y-up"]\n' + (tmp_path / "map.toml").read_text())
     meshes = {name: tmp_path / f"{name}.stl" for name in ("tool", "plate")}
     session = import_session(

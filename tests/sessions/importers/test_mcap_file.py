@@ -1,8 +1,8 @@
 """Files are written by the formats' own libraries; poses are composed and interpolated again with SciPy alone.
 
-Those in `composed` say one thing in three ways (`poses.txt`: places and quaternions of six frames). A robot moves on
-a table in a map, its left too, a cup in there. Static, told last: the table, the robot's tool. Two poses are seen from
-the map.
+Those in `composed` hold the same transforms in three forms: a robot moves on a table in a map, its left hand on the
+robot, a cup in the hand; the table and the robot's tool are static. `poses.txt` has six sets of 25 poses, position and
+quaternion, of which the transforms are made.
 """
 
 import json
@@ -40,19 +40,19 @@ FRAME, FRAMES = "foxglove.FrameTransform", "foxglove.FrameTransforms"
 
 
 def pose_of_body(body, row, position="translation", rotation="rotation"):
-    """Pose number ``row`` of those of a body."""
+    """Pose number ``row`` of the set ``body`` of `poses.txt`, under these keys."""
     values = POSITIONS[body][row].tolist(), ROTATIONS[body][row].as_quat().tolist()
     return {position: dict(zip("xyz", values[0], strict=True)), rotation: dict(zip("xyzw", values[1], strict=True))}
 
 
 def transform(parent, child, stamp=1, body=0, row=0):
-    """The message of a transform between two frames of ROS."""
+    """The message that ``child`` has, in the frame ``parent``, the pose ``row`` of the set ``body``; stamp in ns."""
     timestamp = dict(zip(("sec", "nsec"), divmod(int(stamp), 10**9), strict=True))
     return {"timestamp": timestamp, "parent_frame_id": parent, "child_frame_id": child, **pose_of_body(body, row)}
 
 
 def write_json_mcap(path, messages, encoding="json", profile=""):
-    """``messages``: topic, schema, log time, and what it says."""
+    """Writes an MCAP file of ``messages`` (topic, schema, log time in ns, content) and returns its path."""
     with path.open("wb") as stream:
         writer, channels = Writer(stream), {}
         writer.start(profile=profile)
@@ -66,7 +66,7 @@ def write_json_mcap(path, messages, encoding="json", profile=""):
 
 
 def chained_poses(*chain):
-    """Places and rotations in the root, of (body, row or all rows) from the root down."""
+    """Positions and rotations in the root frame, of a chain of (set of poses, row or all rows) from the root down."""
     position, rotation = np.zeros(3), Rotation.identity()
     for body, row in chain:
         position, rotation = position + rotation.apply(POSITIONS[body][row]), rotation * ROTATIONS[body][row]
@@ -78,83 +78,129 @@ ALL = slice(None)
 
 @pytest.mark.parametrize("format", ["mcap", "auto", "ros2"])
 def test_transforms_are_composed_to_the_root_frame(format):
-    """``expected`` has for each frame its chain from the root: (number of poses, row), ALL rows where it moves."""
+    """Each frame's pose is the product of the transforms on its chain from the map, here composed with SciPy.
+
+    A chain is of (set of poses, row): ALL rows where the frame moves, a single row where it is static. Frames of a
+    robot get no meshes in place of their own, and none is interpolated, as all have the same stamps.
+    """
     session = import_session(format, COMPOSED / f"{format}.mcap")
-    robot = ((0, 0), (1, ALL))
-    expected = {
-        "table": ((0, 0),), "robot": robot, "left": (*robot, (2, ALL)), "cup": (*robot, (2, ALL), (3, ALL)),
-        "tool": (*robot, (0, 1)), "map pose": ((4, ALL),), "several/0": ((4, ALL),), "several/1": ((5, ALL),),
-    }  # fmt: skip
-    assert set(session.names) == {*expected} and not session.meshes  # no frame of a robot gets a stand-in
-    for name, chain in expected.items():
-        position, rotation = chained_poses(*chain)
-        rotation = Rotation.concatenate([rotation] * COUNT) if rotation.single else rotation
-        assert has_poses(session.tracks[name], position, rotation, ROS, STAMPS)
-    facts = session.facts
+    table, tool_on_robot = (0, 0), (0, 1)
+    robot_on_table, left_on_robot, cup_in_left = (1, ALL), (2, ALL), (3, ALL)
+    expected_chains = {
+        "table": (table,),
+        "robot": (table, robot_on_table),
+        "left": (table, robot_on_table, left_on_robot),
+        "cup": (table, robot_on_table, left_on_robot, cup_in_left),
+        "tool": (table, robot_on_table, tool_on_robot),
+        # Messages of one pose, and of several, in the frame of the map.
+        "map pose": ((4, ALL),),
+        "several/0": ((4, ALL),),
+        "several/1": ((5, ALL),),
+    }
+    assert set(session.names) == {*expected_chains}
+    assert not session.meshes
+    for name, chain in expected_chains.items():
+        positions, rotations = chained_poses(*chain)
+        rotations = Rotation.concatenate([rotations] * COUNT) if rotations.single else rotations
+        assert has_poses(session.tracks[name], positions, rotations, axes=ROS, stamps=STAMPS)
+    assert "interpolated" not in session.facts["conversions"]
+    assert "poses in the root frame 'map'" in session.facts["conversions"]
+
+
+@pytest.mark.parametrize("format", ["mcap", "auto", "ros2"])
+def test_axes_of_ros_are_assumed_for_transforms(format):
+    """Nothing in the file says its axes or its unit: ROS's, x forward and z up, and metres are assumed."""
+    facts = import_session(format, COMPOSED / f"{format}.mcap").facts
     assert (facts["source_convention"], facts["handedness"], facts["source_units"]) == ("ros", "right", "m")
-    assert facts["assumed"].startswith("axes ros") and "interpolated" not in facts["conversions"]
-    assert "poses in the root frame 'map'" in facts["conversions"]
+    assert facts["assumed"].startswith("axes ros")
 
 
 def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
-    """Two messages logged at 5 and 8 ns, with the pose of row 0."""
+    """Two messages without a stamp, logged at 5 and 8 ns, have the same pose (row 0 of set 0) and a covariance."""
     pose = {"pose": pose_of_body(body=0, row=0, position="position", rotation="orientation"), "covariance": []}
-    rows = [("/a", "geometry_msgs/PoseWithCovarianceStamped", k, {"pose": pose}) for k in (5, 8)]
-    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows))
-    assert has_poses(session.tracks["a"], POSITIONS[0][[0, 0]], ROTATIONS[0][[0, 0]], ROS, [5, 8])
+    messages = [("/a", "geometry_msgs/PoseWithCovarianceStamped", log_ns, {"pose": pose}) for log_ns in (5, 8)]
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages))
+    twice = [0, 0]
+    assert has_poses(session.tracks["a"], POSITIONS[0][twice], ROTATIONS[0][twice], axes=ROS, stamps=[5, 8])
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
 
-def test_parent_frames_are_interpolated_except_across_gaps(tmp_path):
-    """The cup hangs from the hand and is stamped half a step later; expected poses by SciPy's slerp."""
-    hand, cup = STAMPS, STAMPS + STEP_NS // 2
-    heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
-    messages = [
-        ("/tf", FRAME, s, transform("world", "hand", stamp=s, body=0, row=k)) for k, s in enumerate(hand) if heard[k]
-    ]
-    messages += [("/tf", FRAME, s, transform("hand", "cup", stamp=s, body=1, row=k)) for k, s in enumerate(cup)]
-    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages))
-    assert "frames of other stamps interpolated, not across 0.2 s" in session.facts["conversions"]
-    track = session.tracks["cup"]
-    row = np.flatnonzero(np.isin(track.times_ns, cup))[1]
-    k = int(np.flatnonzero(cup == track.times_ns[row])[0])
-    fraction = (track.times_ns[row] - hand[k]) / STEP_NS
-    rotation = Slerp([0, 1], ROTATIONS[0][[k, k + 1]])([fraction])[0]
-    position = (1 - fraction) * POSITIONS[0][k] + fraction * POSITIONS[0][k + 1] + rotation.apply(POSITIONS[1][k])
-    assert np.allclose(track.positions[row], ROS @ position, atol=1e-9)
-    actual = Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix()
-    assert np.allclose(actual, ROS @ (rotation * ROTATIONS[1][k]).as_matrix() @ ROS.T, atol=1e-9)
-    quiet = (track.times_ns > hand[2]) & (track.times_ns < hand[22])
-    assert quiet.sum() == 20 and (track.valid == ~quiet).all()
+LAST_BEFORE_GAP, FIRST_AFTER_GAP = 2, 22
+"""Between these two of its 25 messages, 11 ms apart, the hand is silent: 20 steps, 0.22 s."""
 
 
-SEPARATE = "1 of 2 names dropped: that never have stamps together with those above: 'cup'"
-STILL = "2 of 3 names dropped: that stand still and that no transform joins to it: 'lamp', 'bulb'"
+@pytest.fixture
+def cup_in_silent_hand(tmp_path):
+    """A cup in a hand (poses of sets 1 and 0); each of its 25 messages is half a step, 6 ms, after the hand's."""
+    hand_rows = [*range(LAST_BEFORE_GAP + 1), *range(FIRST_AFTER_GAP, COUNT)]
+    hand = [(row, STAMPS[row]) for row in hand_rows]
+    cup = [(row, STAMPS[row] + STEP_NS // 2) for row in range(COUNT)]
+    messages = [("/tf", FRAME, ns, transform("world", "hand", stamp=ns, body=0, row=row)) for row, ns in hand]
+    messages += [("/tf", FRAME, ns, transform("hand", "cup", stamp=ns, body=1, row=row)) for row, ns in cup]
+    return import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages))
+
+
+def test_parent_frames_are_interpolated(cup_in_silent_hand):
+    """At the time of the cup's message 1 the hand is half-way from its pose 1 to its pose 2, by SciPy's slerp."""
+    row = 1
+    track = cup_in_silent_hand.tracks["cup"]
+    (sample,) = np.flatnonzero(track.times_ns == STAMPS[row] + STEP_NS // 2)
+    fraction = (STEP_NS // 2) / STEP_NS
+    hand_rotation = Slerp([0, 1], ROTATIONS[0][[row, row + 1]])([fraction])[0]
+    hand_position = (1 - fraction) * POSITIONS[0][row] + fraction * POSITIONS[0][row + 1]
+    cup_position = hand_position + hand_rotation.apply(POSITIONS[1][row])
+    cup_rotation = hand_rotation * ROTATIONS[1][row]
+    assert np.allclose(track.positions[sample], ROS @ cup_position, atol=1e-9)
+    actual = Rotation.from_quat(track.quaternions_xyzw[sample]).as_matrix()
+    assert np.allclose(actual, ROS @ cup_rotation.as_matrix() @ ROS.T, atol=1e-9)
+    assert "frames of other stamps interpolated, not across 0.2 s" in cup_in_silent_hand.facts["conversions"]
+
+
+def test_poses_in_a_gap_of_the_parent_are_lost(cup_in_silent_hand):
+    """The cup has 20 messages while the hand is silent for 0.22 s, longer than the 0.2 s that are interpolated."""
+    track = cup_in_silent_hand.tracks["cup"]
+    in_gap = (track.times_ns > STAMPS[LAST_BEFORE_GAP]) & (track.times_ns < STAMPS[FIRST_AFTER_GAP])
+    assert in_gap.sum() == FIRST_AFTER_GAP - LAST_BEFORE_GAP
+    assert track.valid.tolist() == (~in_gap).tolist()
 
 
 @pytest.mark.parametrize(
-    ("moves", "names", "text"),
+    ("transforms_sent", "names", "loss"),
     [
-        ([("world", "hand", 1), ("world", "hand", 2), ("hand", "cup", 3), ("hand", "cup", 4)], ["hand"], SEPARATE),
-        ([("map", "a", 1), ("room", "lamp", 1), ("lamp", "bulb", 1), ("map", "a", 2)], ["a"], STILL),
+        pytest.param(
+            [("world", "hand", 1), ("world", "hand", 2), ("hand", "cup", 3), ("hand", "cup", 4)],
+            ["hand"],
+            "1 of 2 names dropped: that never have stamps together with those above: 'cup'",
+            id="the cup moves when the hand is gone",
+        ),
+        pytest.param(
+            [("map", "robot", 1), ("room", "lamp", 1), ("lamp", "bulb", 1), ("map", "robot", 2)],
+            ["robot"],
+            "2 of 3 names dropped: that stand still and that no transform joins to it: 'lamp', 'bulb'",
+            id="the lamp stands in another root",
+        ),
     ],
 )
-def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
-    """A frame (parent, child, stamp) never has a stamp of its parent, or has another root and stands still."""
-    rows = [("/tf", FRAME, stamp, transform(parent, child, stamp=stamp)) for parent, child, stamp in moves]
-    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows))
-    assert [*session.names] == names and text in ledger_text(session)
+def test_unconnected_frames_are_left_out_and_listed(tmp_path, transforms_sent, names, loss):
+    """Each transform is (parent, child, stamp in ns). A frame whose pose in the root nobody can compute is no body."""
+    messages = [
+        ("/tf", FRAME, stamp, transform(parent, child, stamp=stamp)) for parent, child, stamp in transforms_sent
+    ]
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages))
+    assert [*session.names] == names
+    assert loss in ledger_text(session)
 
 
 def test_requested_roots_form_a_single_world(tmp_path):
-    """a is in the frame map, b in the frame room; the user requests both topics."""
-    rows = [
-        (topic, FRAME, k, transform(parent, topic[1:], stamp=k, body=k, row=k))
+    """The topic /a moves "a" in the frame "map", /b moves "b" in "room", and the user requests both topics."""
+    messages = [
+        (topic, FRAME, k, transform(parent, child, stamp=k, body=k, row=k))
         for k in (1, 2)
-        for topic, parent in (("/a", "map"), ("/b", "room"))
+        for topic, parent, child in (("/a", "map", "a"), ("/b", "room", "b"))
     ]
-    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows), topics=["/a", "/b"])
-    assert {*session.names} == {"a", "b"} and "frames 'map', 'room' taken for one world" in session.facts["assumed"]
+    session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages), topics=["/a", "/b"])
+    assert {*session.names} == {"a", "b"}
+    assert "frames 'map', 'room' taken for one world" in session.facts["assumed"]
 
 
 STAMPED = {
@@ -199,7 +245,10 @@ def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
 
 @pytest.mark.parametrize("fraction", [10**3, 10**6], ids=["microseconds", "milliseconds"])
 def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
-    """180 stamps at 60 Hz whose part below the second counts micro- or milliseconds."""
+    """180 stamps at 60 Hz have a second field that counts micro- or milliseconds, not the nanoseconds of its name.
+
+    In nanoseconds all would be within a millisecond of a whole second.
+    """
     stamps = np.arange(180) * 16_666_667 + 5_000_000_000
     coarse = [stamp // 10**9 * 10**9 + stamp % 10**9 // fraction for stamp in stamps.tolist()]
     rows = [
@@ -211,63 +260,84 @@ def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
 
 
 def test_a_clock_that_pulses_on_the_second_is_read(tmp_path):
-    """Stamps within 6 us of whole seconds."""
+    """A message a second, each within 6 us of the whole second: small nanoseconds alone are no error."""
     stamps = [k * 10**9 + 1_000 * (k % 7) for k in range(1, 21)]
     rows = [("/tf", FRAME, stamp, transform("world", "cup", stamp=stamp, row=k)) for k, stamp in enumerate(stamps)]
     assert import_session("mcap", write_json_mcap(tmp_path / "a.mcap", rows)).tracks["cup"].times_ns.tolist() == stamps
 
 
-def pose_array(rows):
-    """A message with poses of these bodies, as (body, row)."""
-    poses = [pose_of_body(body=body, row=row, position="position", rotation="orientation") for body, row in rows]
-    return {"timestamp": {"sec": 1 + rows[0][1] if rows else 1, "nsec": 0}, "frame_id": "map", "poses": poses}
+def arrays_of_poses(lengths):
+    """Messages of the topic /seen, a second apart: arrays of so many poses, the last of two bodies."""
+    messages = []
+    for row, length in enumerate(lengths):
+        bodies = (0, 1)[2 - length :]
+        poses = [pose_of_body(body, row, position="position", rotation="orientation") for body in bodies]
+        content = {"timestamp": {"sec": 1 + row, "nsec": 0}, "frame_id": "map", "poses": poses}
+        messages.append(("/seen", "foxglove.PosesInFrame", row, content))
+    return messages
 
 
 def test_arrays_that_get_shorter_name_no_body(tmp_path):
-    """A pose of an array is a body by its index; an array that loses one no longer says whose."""
-    schema = "foxglove.PosesInFrame"
-    lengths = [2, 2, 1, 2]
-    rows = [
-        ("/seen", schema, k, pose_array([(body, k) for body in range(2)][-count:])) for k, count in enumerate(lengths)
-    ]
-    path = write_json_mcap(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, transform("map", "cup"))])
+    """A pose of an array is a body by its index; an array that loses one of two no longer says whose the other is.
+
+    Another topic of the same file is read, once the user requests it alone.
+    """
+    messages = [*arrays_of_poses(lengths=[2, 2, 1, 2]), ("/tf", FRAME, 1, transform("map", "cup"))]
+    path = write_json_mcap(tmp_path / "short.mcap", messages)
     assert_import_refused("mcap", path, "/seen: its arrays get shorter, from 2 poses to 1, so that nobody knows")
     assert import_session("mcap", path, topics=["/tf"]).names == ("cup",)
-    unseen = [*rows[:2], ("/seen", schema, 2, pose_array([])), rows[3]]
-    assert import_session("mcap", write_json_mcap(tmp_path / "none.mcap", unseen)).names == ("seen/0", "seen/1")
-    assumed = import_session("mcap", tmp_path / "none.mcap").facts["assumed"]
-    assert "a pose of /seen taken to be of the body of its index in the array" in assumed
 
 
-def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
-    """They are taken to be in the root of /tf, which is named."""
-    schema = "foxglove.PoseInFrame"
-    rows = [("/tf", FRAME, k, transform("map", "cup", stamp=k, row=k)) for k in (1, 2)]
-    for frame, text in (("", "poses of 'pen', which name no frame, taken to be in 'map'"), ("map", "")):
-        pose = {
-            "timestamp": {"sec": 0, "nsec": 1},
-            "frame_id": frame,
-            "pose": pose_of_body(body=1, row=1, position="position", rotation="orientation"),
-        }
-        session = import_session(
-            "mcap", write_json_mcap(tmp_path / f"{frame}.mcap", [*rows, ("/pen", schema, 1, pose)])
-        )
-        assert text in session.facts["assumed"] and ("name no frame" in session.facts["assumed"]) == bool(text)
+def test_poses_of_arrays_are_bodies_by_their_index(tmp_path):
+    """Two bodies are seen, then none, then two again: nobody asks whose a pose is, but it is said to be assumed."""
+    path = write_json_mcap(tmp_path / "none.mcap", arrays_of_poses(lengths=[2, 2, 0, 2]))
+    session = import_session("mcap", path)
+    assert session.names == ("seen/0", "seen/1")
+    assert "a pose of /seen taken to be of the body of its index in the array" in session.facts["assumed"]
+
+
+@pytest.mark.parametrize(("frame", "is_assumed"), [("", True), ("map", False)])
+def test_poses_that_name_no_frame_are_an_assumption(tmp_path, frame, is_assumed):
+    """A pen's pose names its frame or none; without one it is taken to be in the root of the transforms, "map"."""
+    pose = {
+        "timestamp": {"sec": 0, "nsec": 1},
+        "frame_id": frame,
+        "pose": pose_of_body(body=1, row=1, position="position", rotation="orientation"),
+    }
+    messages = [("/tf", FRAME, k, transform("map", "cup", stamp=k, row=k)) for k in (1, 2)]
+    messages += [("/pen", "foxglove.PoseInFrame", 1, pose)]
+    assumed = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", messages)).facts["assumed"]
+    assert ("poses of 'pen', which name no frame, taken to be in 'map'" in assumed) == is_assumed
+    assert ("name no frame" in assumed) == is_assumed
+
+
+def cup_on_a_table(path, last_row_of_table):
+    """The track of a cup, of 25 messages, on a table that is sent at the first and the last of their stamps only.
+
+    The table first has row 0 of its poses, and last the row ``last_row_of_table``.
+    """
+    stamps = STAMPS.tolist()
+    cup = [("/tf", FRAME, ns, transform("table", "cup", stamp=ns, body=0, row=row)) for row, ns in enumerate(stamps)]
+    table = [
+        ("/slow", FRAME, ns, transform("map", "table", stamp=ns, body=1, row=row))
+        for ns, row in ((stamps[0], 0), (stamps[-1], last_row_of_table))
+    ]
+    return import_session("mcap", write_json_mcap(path, [*cup, *table])).tracks["cup"]
 
 
 def test_child_of_a_rarely_sent_frame_stays_valid_at_rest(tmp_path):
-    """The table is sent in the first and the last frame: between them its cup is lost only if the table moved."""
-    rows = [("/tf", FRAME, s, transform("table", "cup", stamp=s, body=0, row=k)) for k, s in enumerate(STAMPS.tolist())]
-    for row, is_lost in ((0, False), (1, True)):
-        ends = [
-            ("/slow", FRAME, s, transform("map", "table", stamp=s, body=1, row=at))
-            for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))
-        ]
-        track = import_session("mcap", write_json_mcap(tmp_path / f"{row}.mcap", [*rows, *ends])).tracks["cup"]
-        assert track.valid[[0, -1]].all() and (~track.valid[1:-1] == is_lost).all()
-    pose_positions, _ = chained_poses((1, 0), (0, ALL))
-    calm = import_session("mcap", tmp_path / "0.mcap").tracks["cup"]
-    assert np.abs(calm.positions - pose_positions @ ROS.T).max() <= 1e-9
+    """A table is sent twice in 0.27 s, at the same place: it rested between, and the cup on it has all its poses."""
+    cup = cup_on_a_table(tmp_path / "rests.mcap", last_row_of_table=0)
+    assert cup.valid.all()
+    table_at_rest, cup_on_table = (1, 0), (0, ALL)
+    expected_positions, _rotations = chained_poses(table_at_rest, cup_on_table)
+    assert np.abs(cup.positions - expected_positions @ ROS.T).max() <= 1e-9
+
+
+def test_child_of_rarely_sent_frame_is_lost_where_it_moved(tmp_path):
+    """The table is at another place at the end: where it, and the cup on it, was between, nobody knows."""
+    cup = cup_on_a_table(tmp_path / "moves.mcap", last_row_of_table=1)
+    assert np.flatnonzero(cup.valid).tolist() == [0, COUNT - 1]
 
 
 def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", body=0):
@@ -289,7 +359,10 @@ def transforms(topic, count=20, stamp=lambda k: k + 1, name="cup", body=0):
     ids=["apart", "once", "later", "static"],
 )
 def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
-    """The cup is in messages of two topics, once or often, at the same times or later. One topic alone is read."""
+    """The cup is in 20 messages of one topic, and in one or 20 of another, at the same times or later.
+
+    Once the user names one of the topics, here the second, the file is read.
+    """
     path = write_json_mcap(tmp_path / "a.mcap", messages)
     assert_import_refused("mcap", path, text)
     assert import_session("mcap", path, topics=[messages[-1][0]]).names == ("cup",)
@@ -306,20 +379,29 @@ def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
     ids=["all alike", "pairs", "one late", "swapped"],
 )
 def test_transforms_dropped_for_bad_stamps_are_counted(tmp_path, stamp, kept, text):
-    """``stamp``: of message k of 20, in nanoseconds."""
+    """A cup has 20 messages; ``stamp`` is that of message k, from 0, in nanoseconds.
+
+    Swapped stamps are 1, 3, 2, 4, 6, 5 ...: of each whole three one is out of order, six in 20.
+    """
     session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", transforms("/tf", stamp=stamp)))
-    assert len(session.tracks["cup"]) == kept and ledger_text(session) == text
+    assert len(session.tracks["cup"]) == kept
+    assert ledger_text(session) == text
 
 
 def test_unordered_messages_lose_no_pose(tmp_path):
-    """The second half of 20 messages stands first in the file; their log times are in order."""
-    messages = transforms("/tf")
+    """The second half of 20 messages stands first in the file; log times say the true order."""
+    messages = transforms("/tf", count=20)
     session = import_session("mcap", write_json_mcap(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
-    assert len(session.tracks["cup"]) == 20 and ledger_text(session) == ""
+    assert len(session.tracks["cup"]) == 20
+    assert ledger_text(session) == ""
 
 
 def damaged_file(path, *, chunked, cut=0, broken=0, crc=True):
-    """A file of 60 messages, cut short or with a byte changed, and how many messages of it are whole."""
+    """The path of a file of 60 messages, logged at 0 to 59 ns and stamped 1 ns later.
+
+    ``chunked``: whether they stand in chunks of 2,000 bytes; ``cut``: so many bytes are missing at the end; ``broken``:
+    the byte at this place is changed; ``crc``: whether chunks have checksums.
+    """
     with path.open("wb") as stream:
         writer = Writer(
             stream, chunk_size=2000, use_chunking=chunked, compression=CompressionType.NONE, enable_crcs=crc
@@ -338,37 +420,46 @@ def damaged_file(path, *, chunked, cut=0, broken=0, crc=True):
     return path
 
 
-@pytest.mark.parametrize(
-    "how",
-    [
-        {"chunked": False, "cut": 9000},
-        {"chunked": True, "cut": 9000},
-        {"chunked": True, "broken": 9000},
-        {"chunked": True, "cut": 9},
-        {"chunked": False, "cut": 9000, "crc": False},
-    ],
-    ids=["no chunks, cut", "chunks, cut", "a bad chunk", "no index", "no checksums"],
+@pytest.fixture(
+    params=[
+        pytest.param({"chunked": False, "cut": 9000}, id="no chunks, cut"),
+        pytest.param({"chunked": True, "cut": 9000}, id="chunks, cut"),
+        pytest.param({"chunked": True, "broken": 9000}, id="a bad chunk"),
+        pytest.param({"chunked": True, "cut": 9}, id="no index"),
+        pytest.param({"chunked": False, "cut": 9000, "crc": False}, id="no checksums"),
+    ]
 )
-def test_torn_foreign_file_is_recovered_by_the_import(tmp_path, how):
-    """60 messages, cut or damaged (``how``); imported are those that the format's own library reads before the damage.
+def torn_file(request, tmp_path):
+    """The path of a file of 60 transforms of another program, cut short or damaged."""
+    return damaged_file(tmp_path / "a.mcap", **request.param)
 
-    ``replay recover`` and reading as a session refuse the file and name the import; the doctor does not offer recovery.
-    """
-    path = damaged_file(tmp_path / "a.mcap", **how)
-    whole = {message.log_time for message in whole_messages(path)}
-    session = import_session("mcap", path)
-    assert {stamp - 1 for stamp in session.tracks["cup"].times_ns.tolist()} == whole
+
+def test_torn_foreign_file_is_recovered_by_the_import(torn_file):
+    """Imported are the messages that the format's own library reads before the damage; the others are a large loss."""
+    log_times = {message.log_time for message in whole_messages(torn_file)}
+    session = import_session("mcap", torn_file)
+    stamps = {log_time + 1 for log_time in log_times}
+    assert {*session.tracks["cup"].times_ns.tolist()} == stamps
     assert ledger_of(session.facts).large_losses()
-    # Whatever else reads it sends to the import.
-    for read in (partial(recover, path, tmp_path / "r.mcap"), partial(read_session, path)):
+
+
+def test_readers_of_sessions_send_torn_foreign_file_to_import(torn_file, tmp_path):
+    """`replay recover` and reading as a session refuse it and name the command that imports it, not that for recovery.
+
+    The doctor, which examines any file, does not offer recovery either, but for a damaged chunk.
+    """
+    for read in (partial(recover, torn_file, tmp_path / "r.mcap"), partial(read_session, torn_file)):
         with pytest.raises(SessionFileError) as refusal:
             read()
-        assert f"replay import mcap {path} -o" in str(refusal.value) and "recover" not in str(refusal.value)
-    assert all("recover" not in finding.fix for finding in examine(path) if finding.code != "damaged-chunk")
+        assert f"replay import mcap {torn_file} -o" in str(refusal.value)
+        assert "recover" not in str(refusal.value)
+    findings = examine(torn_file)
+    assert findings
+    assert not [finding for finding in findings if "recover" in finding.fix and finding.code != "damaged-chunk"]
 
 
 def whole_messages(path):
-    """By the library's reader that needs no index, up to the first byte that it cannot read."""
+    """The messages of a file by the library's reader that needs no index, up to the first byte that it cannot read."""
     messages = []
     with path.open("rb") as stream, suppress(McapError, struct.error, EOFError):
         for record in StreamReader(stream, emit_chunks=True).records:
@@ -381,7 +472,7 @@ def whole_messages(path):
 
 
 def file_of_transforms(*moves, schema=FRAME, **how):
-    """A writer of a file of these transforms, or of what they say."""
+    """A function that writes a file of ``moves``: (parent, child) of transforms, or contents of messages."""
     rows = [transform(*move) if isinstance(move, tuple) else move for move in moves]
     return lambda path: write_json_mcap(path, [("/t", schema, 10, content) for content in rows], **how)
 
@@ -393,7 +484,7 @@ def write_half_a_file(path):
 
 
 def bag_of_a_message(data=b"\0\1\0\0", kind="ros2msg", text="float64 x\n"):
-    """A writer of a bag with one message of these bytes and this description."""
+    """A function that writes a bag of ROS 2 with one message of these bytes and this description."""
 
     def write(path):
         pytest.importorskip("mcap_ros2")
@@ -456,7 +547,7 @@ def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch)
 
 
 def frame_messages_at(*stamps, logged=None, child="cup"):
-    """Messages of one frame at these stamps, logged at those times or at others."""
+    """Messages of one frame at these stamps in ns, logged at those times or at others."""
     logged = stamps if logged is None else logged
     return [
         ("/tf", FRAME, log, transform("map", child, stamp=stamp, row=row % COUNT))
@@ -465,36 +556,49 @@ def frame_messages_at(*stamps, logged=None, child="cup"):
 
 
 def test_topics_that_are_not_read_are_named(tmp_path):
-    """Beside /tf are a scene and an IMU; of more than NAMED_TOPICS the rest is a number.
-
-    A chosen topic asks for no others.
-    """
+    """Beside the poses of /tf are a scene and an IMU, of schemas without poses."""
     others = [("/scene", "foxglove.SceneUpdate", 1, {"entities": []}), ("/imu", "sensor_msgs/msg/Imu", 2, {})]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *others]))
     unread = "topics that are not read: /scene (foxglove.SceneUpdate), /imu (sensor_msgs/msg/Imu)"
     assert unread in session.facts["conversions"].split("; ")
-    many = [(f"/camera_{number}", "Image", number, {}) for number in range(NAMED_TOPICS + 2)]
-    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *many]))
+
+
+def test_many_topics_that_are_not_read_end_in_a_number(tmp_path):
+    """Two cameras more than are named have topics without poses; where the user chooses /tf, none is named."""
+    cameras = [(f"/camera_{number}", "Image", number, {}) for number in range(NAMED_TOPICS + 2)]
+    path = write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *cameras])
     last_named = f"/camera_{NAMED_TOPICS - 1} (Image)"
-    assert f"{last_named} and 2 more" in session.facts["conversions"]
-    chosen = import_session("mcap", tmp_path / "m.mcap", topics=["/tf"])
-    assert "not read" not in chosen.facts["conversions"]
+    assert f"{last_named} and 2 more" in import_session("mcap", path).facts["conversions"]
+    assert "not read" not in import_session("mcap", path, topics=["/tf"]).facts["conversions"]
 
 
-def test_poses_in_an_optical_frame_have_y_down(tmp_path):
-    """REP 103: x right, y down, z forward; a point at (1, 2, 3) is 2 m below and 3 m in front of the camera."""
+@pytest.fixture
+def cup_before_a_camera(tmp_path):
+    """The path of a file with one transform: a cup at (1, 2, 3) in a camera's "depth_optical_frame"."""
     moved = transform("depth_optical_frame", "cup", stamp=1)
     moved["translation"] = {"x": 1.0, "y": 2.0, "z": 3.0}
-    session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [("/tf", FRAME, 1, moved)]))
+    return write_json_mcap(tmp_path / "m.mcap", [("/tf", FRAME, 1, moved)])
+
+
+def test_poses_in_an_optical_frame_have_y_down(cup_before_a_camera):
+    """ROS's REP 103 gives frames of this name x right, y down, z forward; sessions have x right, y up, z back.
+
+    That the frame is one of them is a guess, and an open question.
+    """
+    session = import_session("mcap", cup_before_a_camera)
     assert session.tracks["cup"].positions[0] == pytest.approx([1.0, -2.0, -3.0])
     axes = next(row for row in assumptions_of(session.facts) if row.subject is Subject.POSE_AXES)
     assert axes.confidence is Confidence.OPEN
-    named = import_session("mcap", tmp_path / "m.mcap", convention="ros")
-    assert named.tracks["cup"].positions[0] == pytest.approx([-2.0, 3.0, -1.0])
+
+
+def test_axes_that_the_user_names_win_over_an_optical_frame(cup_before_a_camera):
+    """ROS's usual axes are x forward, y left, z up; sessions have x right, y up, z back."""
+    session = import_session("mcap", cup_before_a_camera, convention="ros")
+    assert session.tracks["cup"].positions[0] == pytest.approx([-2.0, 3.0, -1.0])
 
 
 def test_odometry_is_a_pose_of_its_topic(tmp_path):
-    """ROS's message: a header with a stamp, a pose with covariance."""
+    """25 messages of ROS's Odometry have a header with a stamp, and a pose with covariance, of a robot's base."""
     messages = [
         ("/base/odom", "nav_msgs/msg/Odometry", stamp, {
             "header": {"stamp": {"sec": int(stamp) // 10**9, "nanosec": int(stamp) % 10**9}, "frame_id": "map"},
@@ -511,31 +615,38 @@ def test_odometry_is_a_pose_of_its_topic(tmp_path):
 
 
 def test_late_logging_costs_no_transform_whose_stamps_increase(tmp_path):
-    """Log times are up to 30 ms off, so out of order at steps of 11 ms; stamps are not."""
+    """A frame is stamped every 11 ms; log times are up to 30 ms off, and so out of order, which its stamps are not."""
     logged = STAMPS + (30_000_000 * np.sin(np.arange(COUNT))).astype(np.int64)
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*STAMPS, logged=logged)))
     assert session.tracks["cup"].times_ns.tolist() == STAMPS.tolist()
 
 
-def table_of_transforms(stamps, logged):
-    """Stamps of the table of one frame whose transforms stand in a file in this order."""
+@pytest.mark.parametrize(
+    ("stamps", "log_times", "samples_read"),
+    [
+        pytest.param([10, 20, 30], [20, 10, 30], 3, id="stamps increase in the file"),
+        pytest.param([20, 10, 30], [20, 10, 30], 3, id="stamps increase in the log"),
+        pytest.param([30, 20, 10], [30, 20, 10], 3, id="the file is the log backwards"),
+        pytest.param([20, 10, 30], [10, 20, 30], 2, id="a stamp goes back in both"),
+    ],
+)
+def test_transforms_follow_their_log_unless_stamps_increase(stamps, log_times, samples_read):
+    """Three transforms of a cup stand in a file in this order; in ns. The order of the file counts, or else the log's.
+
+    Only a stamp that goes back in both orders is dropped.
+    """
     tree = FrameTree(Ledger("log"))
-    for stamp, log in zip(stamps, logged, strict=True):
-        tree.add("map", "cup", stamp, log, [0, 0, 0, 0, 0, 0, 1], topic="/tf")
-    return tree.tables()[0]["cup"].times_ns.tolist()
-
-
-def test_transforms_follow_their_log_unless_stamps_increase():
-    """Stamps and log times, in the order of the file: that counts where stamps increase in it, else that of the log."""
-    increasing, swapped, falling = [10, 20, 30], [20, 10, 30], [30, 20, 10]
-    assert table_of_transforms(increasing, swapped) == increasing
-    assert table_of_transforms(swapped, swapped) == increasing
-    assert table_of_transforms(falling, falling) == increasing
-    assert len(table_of_transforms(swapped, increasing)) == 2, "in the order of the log a stamp goes back"
+    pose = [0, 0, 0, 0, 0, 0, 1]
+    for stamp, log_time in zip(stamps, log_times, strict=True):
+        tree.add("map", "cup", stamp, log_time, pose, topic="/tf")
+    tables, *_rest = tree.tables()
+    stamps_read = tables["cup"].times_ns.tolist()
+    assert len(stamps_read) == samples_read
+    assert stamps_read == sorted(stamps_read)
 
 
 def test_stamps_of_zero_among_others_are_dropped(tmp_path):
-    """Every fifth of 25 stamps is 0, which stands for none."""
+    """Every fifth of 25 stamps is 0, which stands for none: five are lost."""
     stamps = STAMPS.copy()
     stamps[::5] = 0
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*stamps, logged=STAMPS)))

@@ -24,15 +24,15 @@ def longest_increase(values):
 
 @given(st.lists(st.integers(0, 12), max_size=25))
 def test_longest_increasing_subsequence_stays(values):
-    """Up to 25 random stamps; the recurrence gives the length of the longest increasing selection."""
+    """Up to 25 stamps are random: the rows that stay increase, and are as many as the plain recurrence says."""
     stamps = np.array(values, dtype=np.int64)
-    keep = longest_increasing(stamps)
-    assert (np.diff(stamps[keep]) > 0).all()
-    assert keep.sum() == longest_increase(values)
+    stay = longest_increasing(stamps)
+    assert (np.diff(stamps[stay]) > 0).all()
+    assert stay.sum() == longest_increase(values)
 
 
 def rows_and_ledger(stamps):
-    """Rows whose stamps increase, and the ledger of those that were dropped."""
+    """A mask of the cup's rows whose stamps increase, each row with another value, and the ledger of the others."""
     ledger = Ledger("log")
     return increasing_rows("cup", stamps, (np.arange(len(stamps), dtype=np.float64),), ledger), ledger
 
@@ -43,7 +43,7 @@ def rows_and_ledger(stamps):
     ids=["late", "zero", "first", "last", "four", "before 0"],
 )
 def test_only_rows_with_outlying_stamps_are_dropped(wild):
-    """``wild``: row of 180 -> its stamp in place of the regular one, nanoseconds."""
+    """180 rows are 11 ms apart but for a few; ``wild``: row -> its stamp in place of the regular one, nanoseconds."""
     stamps = STAMPS.copy()
     stamps[[*wild]] = [*wild.values()]
     keep, ledger = rows_and_ledger(stamps)
@@ -63,22 +63,23 @@ def test_only_rows_with_outlying_stamps_are_dropped(wild):
     ids=["twice", "a part again", "ahead for a while", "the end first"],
 )
 def test_a_clock_that_starts_again_is_refused(stamps):
-    """180 regular stamps, and many of them once more."""
+    """After 180 regular stamps, or between them, at least 30 in a row go on from another time."""
     with pytest.raises(ImportFileError, match=r"log: the clock of 'cup' starts again: its samples .* correct the stam"):
         rows_and_ledger(stamps)
 
 
 def test_equal_stamps_keep_a_single_sample_and_count_others():
-    """90 samples at 5 ns."""
+    """90 different samples are all stamped 5 ns: the first stays."""
     keep, ledger = rows_and_ledger(np.full(90, 5, dtype=np.int64))
     assert np.flatnonzero(keep).tolist() == [0]
     assert ledger.sentences() == ["cup: 89 of 90 samples dropped: with the stamp of another sample"]
 
 
 def test_a_state_takes_the_last_value_of_each_stamp():
-    """Stamps 3, 1, 3, 2, 1: rows 4, 3 and 2 are the last of 1, 2 and 3; two rows are lost."""
+    """Rows 0 to 4 of a trigger have stamps 3, 1, 3, 2, 1: rows 4, 3 and 2 are the last of 1, 2 and 3; two are lost."""
     rows = last_of_each_stamp("trigger", np.array([3, 1, 3, 2, 1]), ledger := Ledger("log"))
-    assert rows.tolist() == [4, 3, 2] and [entry.lost for entry in ledger] == [2]
+    assert rows.tolist() == [4, 3, 2]
+    assert [entry.lost for entry in ledger] == [2]
 
 
 @pytest.mark.parametrize(
@@ -96,12 +97,24 @@ def test_a_date_keeps_its_nanoseconds(text, expected):
     assert wall_clock_ns(text) == expected
 
 
-def test_times_of_day_go_on_past_midnight():
-    """A minute before midnight, and a minute after it: ``days`` are added where that makes the steps short."""
-    late, early = DAY_NS - 60_000_000_000, 60_000_000_000
-    for times, days in (([late, early, early], [0, 1, 1]), ([early, late, early], [1, 0, 1]), ([early, early], [0, 0])):
-        assert past_midnight(np.array(times)).tolist() == [t + d * DAY_NS for t, d in zip(times, days, strict=True)]
-    assert len(past_midnight(np.zeros(0, dtype=np.int64))) == 0
+MINUTE_NS = 60_000_000_000
+LATE, EARLY = DAY_NS - MINUTE_NS, MINUTE_NS
+"""Times of day a minute before and after midnight."""
+
+
+@pytest.mark.parametrize(
+    ("times", "days"),
+    [
+        pytest.param([LATE, EARLY, EARLY], [0, 1, 1], id="in order"),
+        pytest.param([EARLY, LATE, EARLY], [1, 0, 1], id="out of order"),
+        pytest.param([EARLY, EARLY], [0, 0], id="no midnight"),
+        pytest.param([], [], id="no times"),
+    ],
+)
+def test_times_of_day_go_on_past_midnight(times, days):
+    """So many days are added to times of day, in nanoseconds, that each is two minutes or less from the others."""
+    result = past_midnight(np.array(times, dtype=np.int64))
+    assert result.tolist() == [time + day * DAY_NS for time, day in zip(times, days, strict=True)]
 
 
 @pytest.mark.parametrize(
@@ -117,7 +130,7 @@ def test_time_in_a_form_counts_from_midnight_or_1970(text, form, expected):
 
 
 def test_dates_and_times_differ_from_other_texts():
-    """Dates in three forms, a time, and both; a word, numbers, and a date of mixed signs are none."""
+    """Dates in three forms, a time, and both are moments; a word, numbers, a date of mixed signs and "" are none."""
     moments = ("2026-03-28", "28.03.2026", "3/28/26", "12:00:01", "2026-03-28T12:00:01")
     assert all(map(is_date_or_time, moments))
     assert not any(map(is_date_or_time, ("cup", "12", "1.5", "2026-03.28", "")))

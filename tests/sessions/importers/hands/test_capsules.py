@@ -39,14 +39,21 @@ def rounded_cone_distance(points, length, radius, parent_radius):
     ],
 )
 def test_capsules_are_inscribed_in_the_hull_of_two_spheres(length, radius, parent_radius):
-    """Distance of the spheres and their radii; middles of faces are at most 0.53 % of a radius within the hull."""
+    """A capsule is the hull of a sphere at a joint and a sphere ``length`` away, at the joint's parent; in metres.
+
+    Its vertices lie on that hull; middles of faces lie within it, by at most 0.53 % of the larger radius. Faces look
+    outwards, and are 1,000 to 3,000.
+    """
     mesh = capsule_mesh(length, radius, parent_radius)
-    distance = rounded_cone_distance(mesh.vertices, length, radius, parent_radius)
-    assert np.abs(distance).max() < 1e-15
-    middles = mesh.triangles.mean(axis=1)
-    inside = rounded_cone_distance(middles, length, radius, parent_radius)
-    assert -5.3e-3 * max(radius, parent_radius) < inside.min() and inside.max() < 1e-15
-    assert has_consistent_winding(mesh) and mesh.volume > 0.0 and 1000 < len(mesh.faces) < 3000
+    at_vertices = rounded_cone_distance(mesh.vertices, length, radius, parent_radius)
+    at_middles = rounded_cone_distance(mesh.triangles.mean(axis=1), length, radius, parent_radius)
+    rounding = 1e-15
+    assert np.abs(at_vertices).max() < rounding
+    assert at_middles.max() < rounding
+    assert at_middles.min() > -0.0053 * max(radius, parent_radius)
+    assert has_consistent_winding(mesh)
+    assert mesh.volume > 0.0
+    assert 1000 < len(mesh.faces) < 3000
 
 
 def test_capsule_without_radius_is_refused():
@@ -56,7 +63,7 @@ def test_capsule_without_radius_is_refused():
 
 
 def wandering_directions(count=400, seed=0):
-    """Directions that wander over the whole sphere, through -Y too."""
+    """Unit vectors (count, 3) that wander over the whole sphere in small steps, through -Y too; any seed."""
     angles = 0.2 + np.cumsum(np.random.default_rng(seed).normal(0.0, 0.05, (count, 2)), axis=0)
     angles[:, 0] = np.linspace(-1.0, 5.5, count)
     directions = np.stack(
@@ -66,22 +73,24 @@ def wandering_directions(count=400, seed=0):
 
 
 def test_capsules_lie_between_their_joints_without_twisting():
-    """From frame to frame a bone turns by the angle between its directions and no further."""
-    directions = wandering_directions()
+    """A bone of 3 cm moves by 1 mm along each axis a frame while it wanders over all directions, in 400 frames.
+
+    The capsule's origin is at the child joint, its -Y points to the parent. From frame to frame it turns by the angle
+    between the directions of the bone and no further, so that it does not spin about itself.
+    """
+    directions = wandering_directions(count=400)
     parent = np.cumsum(np.full_like(directions, 0.001), axis=0)
     child = parent + 0.03 * directions
-    motion = bone_motion(
-        times_ns=np.arange(len(parent)), parent=parent, child=child, valid=np.ones(len(parent), dtype=bool)
-    )
-    track = motion.track
-    np.testing.assert_allclose(track.positions, child, atol=1e-15)
-    np.testing.assert_allclose(
-        rotated_vectors(track.quaternions_xyzw, [0.0, -motion.length, 0.0]) + child, parent, atol=1e-12
-    )
-    steps = quaternion_product(track.quaternions_xyzw[1:], quaternion_inverse(track.quaternions_xyzw[:-1]))
+    motion = bone_motion(times_ns=np.arange(400), parent=parent, child=child, valid=np.ones(400, dtype=bool))
+    positions, quaternions = motion.track.positions, motion.track.quaternions_xyzw
+    np.testing.assert_allclose(positions, child, atol=1e-15)
+    to_parent = rotated_vectors(quaternions, [0.0, -motion.length, 0.0])
+    np.testing.assert_allclose(to_parent, parent - child, atol=1e-12)
+
+    steps = quaternion_product(quaternions[1:], quaternion_inverse(quaternions[:-1]))
     rotation_angles = 2.0 * np.arccos(np.clip(steps[:, 3], -1.0, 1.0))
-    bent = np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0))
-    np.testing.assert_allclose(rotation_angles, bent, atol=1e-6)
+    angles_between_directions = np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0))
+    np.testing.assert_allclose(rotation_angles, angles_between_directions, atol=1e-6)
 
 
 def test_bone_motion_follows_bones_that_point_opposite_ways():
@@ -94,26 +103,38 @@ def test_bone_motion_follows_bones_that_point_opposite_ways():
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, 1e9, 1e300])
 def test_samples_with_impossible_joints_are_lost(wrong):
-    """A bone of 3 cm, of whose 50 samples the joint is ``wrong`` in 10 to 13.
+    """A bone is 3 cm long; in samples 10 to 13 of 50 all coordinates of its joint are ``wrong``, and those are lost.
 
-    ``lost`` counts those that have a length: not those whose length is no finite number, as that of 1e300 squared.
+    They change neither its length nor how much that varies (``change``). ``lost`` counts samples of a wrong length: not
+    those whose length is no finite number, as that of 1e300, whose square overflows.
     """
     count = 50
     parent = np.zeros((count, 3))
     child = np.tile([0.0, 0.0, 0.03], (count, 1))
     child[10:14] = wrong
     motion = bone_motion(times_ns=np.arange(count), parent=parent, child=child, valid=np.ones(count, dtype=bool))
-    assert motion.length == pytest.approx(0.03) and motion.change == pytest.approx(0.0, abs=1e-12)
+    assert motion.length == pytest.approx(0.03)
+    assert motion.change == pytest.approx(0.0, abs=1e-12)
     assert [*np.flatnonzero(~motion.track.valid)] == [10, 11, 12, 13]
-    assert np.isfinite(motion.track.positions).all() and np.isfinite(motion.track.quaternions_xyzw).all()
-    assert motion.lost == (4 if abs(wrong) < 1e100 else 0)
+    assert np.isfinite(motion.track.positions).all()
+    assert np.isfinite(motion.track.quaternions_xyzw).all()
+    has_finite_length = wrong in (0.0, 1e9)
+    assert motion.lost == (4 if has_finite_length else 0)
 
 
 def test_untracked_samples_are_lost_and_do_not_count():
-    """Six of ten samples are not tracked, with both joints at the origin; a bone without length is none."""
+    """A bone is 3 cm long in the last four of ten samples; in the first six, not tracked, both joints are at 0."""
     parent, child = np.zeros((10, 3)), np.tile([0.03, 0.0, 0.0], (10, 1))
     child[:6] = 0.0
-    valid = np.arange(10) >= 6
-    motion = bone_motion(times_ns=np.arange(10), parent=parent, child=child, valid=valid)
-    assert motion.length == pytest.approx(0.03) and (motion.track.valid == valid).all() and motion.lost == 0
-    assert bone_motion(times_ns=np.arange(10), parent=parent, child=parent, valid=valid) is None
+    is_tracked = np.arange(10) >= 6
+    motion = bone_motion(times_ns=np.arange(10), parent=parent, child=child, valid=is_tracked)
+    assert motion.length == pytest.approx(0.03)
+    assert motion.track.valid.tolist() == is_tracked.tolist()
+    assert motion.lost == 0
+
+
+def test_bone_without_length_is_none():
+    """Both joints are at the origin in all ten samples."""
+    origin = np.zeros((10, 3))
+    valid = np.ones(10, dtype=bool)
+    assert bone_motion(times_ns=np.arange(10), parent=origin, child=origin, valid=valid) is None

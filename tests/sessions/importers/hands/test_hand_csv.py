@@ -34,7 +34,11 @@ TIMES = np.arange(20) / 45
 STILL = TIMES[:6]
 """Enough times for hands that keep their shape."""
 CURL = 0.3 + 0.4 * np.sin(3.0 * TIMES) ** 2
+"""Angle of each joint of a finger, radians, which closes and opens."""
 SIDES = {"left": -0.3, "right": 0.3}
+"""Side -> x of its wrist at the start, metres."""
+BONES = 21
+"""Of a hand whose joints are all known."""
 
 
 def moving_hand(side="left", size=1.0):
@@ -49,12 +53,12 @@ def moving_hands():
 
 
 def left_hand(size=1.0):
-    """The same for one hand: where the side does not matter, half the work."""
+    """Side -> joint -> positions (20, 3) of a left hand alone: where the side does not matter, half the work."""
     return {"left": moving_hand("left", size)}
 
 
 def only_joints(hands, joints):
-    """The same hands without the other joints."""
+    """The hands without all joints but these."""
     return {side: {joint: positions[joint] for joint in joints} for side, positions in hands.items()}
 
 
@@ -85,20 +89,24 @@ def write_export(exporter, path, hands):
 @pytest.mark.parametrize(
     ("exporter", "bones"),
     [
-        ("quest", 21),
-        ("apple", 21),
-        ("mediapipe", 20),
-        ("webxr", 21),
-        ("leap", 19),
-        ("numbered", 21),
-        ("unity-numbered", 21),
+        ("quest", BONES),
+        ("apple", BONES),
+        ("webxr", BONES),
+        ("numbered", BONES),
+        ("unity-numbered", BONES),
+        ("mediapipe", 20),  # a bone from the wrist to each of four fingers, and none within the palm
+        ("leap", 19),  # no wrist
     ],
 )
 def test_exporters_write_the_same_hands(tmp_path, exporter, bones):
-    """``bones``: how many of a hand an exporter's joints make. Finger tips come back to 0.1 um, and no row is lost."""
+    """Two moving hands are written as an exporter does; the CSV is recognised, and each bone becomes a body.
+
+    Finger tips come back to 0.1 um, no row is lost, and each body has a mesh. ``bones``: of one hand.
+    """
     hands = moving_hands()
     path = write_export(exporter, tmp_path / "take.csv", hands)
-    assert recognised_format(path)[0] == "hands"
+    recognised, _reason = recognised_format(path)
+    assert recognised == "hands"
     session = import_session("hands", path)
     assert [(group.name, len(group.members)) for group in session.scene.groups] == [
         ("left hand", bones),
@@ -110,20 +118,28 @@ def test_exporters_write_the_same_hands(tmp_path, exporter, bones):
             np.testing.assert_allclose(track.positions, joints[f"{finger} tip"], atol=1e-7)
             assert track.valid.all()
     assert {*session.meshes} == {*session.names}
-    for entry in ledger_of(session.facts):
-        assert entry.read == entry.kept and not entry.dropped and not entry.merged
-    if exporter == "leap":
-        round_trips(session, tmp_path)
+    ledger = [*ledger_of(session.facts)]
+    assert ledger
+    for entry in ledger:
+        assert entry.read == entry.kept
+        assert not entry.dropped
+        assert not entry.merged
+
+
+def test_hands_come_back_from_the_file_of_their_session(tmp_path):
+    """Every stamp, number and name of two hands of a Leap is the same in the session read from its own file."""
+    session = import_session("hands", write_leap(tmp_path / "take.csv", TIMES, moving_hands()))
+    round_trips(session, tmp_path)
 
 
 def test_a_csv_of_hands_needs_no_name_of_its_format(tmp_path):
-    """It is imported as any CSV and taken for hands by the names of its columns."""
+    """The user imports a "csv"; it is taken for hands by the names of its columns, and the session says so."""
     session = import_session("csv", write_wide(tmp_path / "take.csv", TIMES, left_hand()))
     assert session.facts["taken_for"].startswith("hands, because its columns")
 
 
 def write_in_axes(path, hands, axes, unit):
-    """A CSV of hands whose positions are in the axes of a program and in a unit."""
+    """Writes a CSV of hands with positions in the axes of a program and in a unit, and returns its path."""
     metres = {"m": 1.0, "cm": 0.01, "mm": 0.001}[unit]
     source = {
         side: {joint: CONVENTIONS[axes].source_points(points) / metres for joint, points in joints.items()}
@@ -135,7 +151,10 @@ def write_in_axes(path, hands, axes, unit):
 @pytest.mark.slow
 @pytest.mark.parametrize(("axes", "unit"), [("unreal", "cm"), ("ros", "mm")])
 def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
-    """The user names the axes; the unit follows from the size of the hands. Positions are in metres again."""
+    """Two hands are written in axes that the user names, and in a unit that nobody names: it follows from their size.
+
+    The ring finger's tip is again where it was, in metres and the session's axes, to 0.2 um.
+    """
     hands = moving_hands()
     session = import_session(
         "hands", write_in_axes(tmp_path / "take.csv", hands=hands, axes=axes, unit=unit), convention=axes
@@ -147,7 +166,7 @@ def test_named_axes_and_unit_by_size_give_positions(tmp_path, axes, unit):
 
 
 def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
-    """Columns of positions are called ..._Px (cm) and so on."""
+    """A hand is written in centimetres, and columns of positions are called ..._Px (cm) and so on."""
     take = write_in_axes(tmp_path / "take.csv", hands=left_hand(), axes="openxr", unit="cm")
     names, _, rows = take.read_text().partition("\n")
     take.write_text(re.sub(r"(_P[xyz])", r"\1 (cm)", names) + "\n" + rows)
@@ -160,68 +179,86 @@ def test_unit_in_the_names_of_columns_is_no_guess(tmp_path):
     ("axes", "alternatives"), [("unity", {"unity", "unreal"}), ("openxr", {"openxr", "ros", "z-up"})]
 )
 def test_bending_fingers_say_the_handedness_of_the_axes(tmp_path, axes, alternatives):
-    """The left hand is in axes that nobody names, Unity's (left-handed) or OpenXR's; so are all alternatives."""
+    """A left hand is in axes that nobody names, Unity's (left-handed) or OpenXR's (right-handed).
+
+    In a mirror it would be a right hand: the guess, and all alternatives, have the handedness of its axes. Fingers do
+    not say which axis points up, so that the guess stays an open question.
+    """
     session = import_session("hands", write_in_axes(tmp_path / "take.csv", hands=left_hand(), axes=axes, unit="m"))
     guess = assumption_about(session, Subject.POSE_AXES)
     assert guess.origin is Origin.GUESS
     assert CONVENTIONS[guess.value].handedness == CONVENTIONS[axes].handedness
-    # Fingers do not say which axis points up: with +Z up the guess is wrong, so it is never sure.
-    assert guess.confidence is Confidence.OPEN and "fingers bend; +Y up is a guess" in guess.reason
     assert {*guess.alternatives} == alternatives
+    assert guess.confidence is Confidence.OPEN
+    assert "fingers bend; +Y up is a guess" in guess.reason
 
 
 def test_straight_fingers_leave_the_axes_open(tmp_path):
-    """Fingers that are bent by 0.02 rad do not say to which side they bend."""
-    straight = {"left": made_hand(np.full(len(TIMES), 0.02), side="left")}
+    """Joints are bent by 0.02 rad, about a degree, which is too little to say to which side they bend."""
+    straight = {"left": made_hand(curl=np.full(len(TIMES), 0.02), side="left")}
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, straight))
     assert assumption_about(session, Subject.POSE_AXES).confidence is Confidence.OPEN
 
 
-@pytest.mark.parametrize(("convention", "mirrored"), [("unity", True), ("openxr", False)])
-def test_axes_that_mirror_the_hands_are_named(tmp_path, convention, mirrored):
+@pytest.mark.parametrize(("convention", "is_mirrored"), [("unity", True), ("openxr", False)])
+def test_axes_that_mirror_the_hands_are_named(tmp_path, convention, is_mirrored):
     """The hand is written in OpenXR's axes; read in Unity's, which are left-handed, its fingers bend backwards."""
     path = write_wide(tmp_path / "take.csv", TIMES, left_hand())
     session = import_session("hands", path, convention=convention)
-    assert ("bend backwards" in session.facts.get("assumed", "")) == mirrored
+    assert ("bend backwards" in session.facts.get("assumed", "")) == is_mirrored
 
 
-def test_radii_are_the_files_or_a_guess_with_source(tmp_path):
-    """Radii of the file, or for a hand of half the size half of the usual ones."""
+def radius_at_tip(session, finger):
+    """The radius of the capsule that ends in a left finger's tip: its origin is there, and it goes on along +Y."""
+    return session.meshes[f"left {finger} tip"].vertices[:, 1].max()
+
+
+def test_radii_of_a_file_are_those_of_the_capsules(tmp_path):
+    """A file has a radius for each joint, from 4 mm on in steps of 0.5 mm."""
     radii = {joint: 0.004 + 0.0005 * number for number, joint in enumerate(JOINTS)}
-    stated = import_session("hands", write_long(tmp_path / "stated.csv", TIMES, left_hand(), radii=radii))
-    assert assumption_about(stated, Subject.JOINT_RADII).origin is Origin.FILE
-    top = stated.meshes["left middle tip"].vertices[:, 1].max()
-    assert top == pytest.approx(radii["middle tip"], abs=1e-9)
-    half = import_session("hands", write_long(tmp_path / "half.csv", TIMES, left_hand(size=0.5)))
-    row = assumption_about(half, Subject.JOINT_RADII)
-    assert row.origin is Origin.GUESS and "IWER" in row.reason and "MIT" in row.reason
-    radius = half.meshes["left middle tip"].vertices[:, 1].max()
-    assert radius == pytest.approx(RADII_M["middle tip"] * 0.5, rel=0.1)
+    session = import_session("hands", write_long(tmp_path / "take.csv", TIMES, left_hand(), radii=radii))
+    assert assumption_about(session, Subject.JOINT_RADII).origin is Origin.FILE
+    assert radius_at_tip(session, "middle") == pytest.approx(radii["middle tip"], abs=1e-9)
+
+
+def test_guessed_radii_fit_the_size_of_the_hand(tmp_path):
+    """A file without radii has a hand of half the usual size: radii are half the usual ones, within a tenth.
+
+    The usual ones come from a table whose source and licence, IWER and MIT, are named.
+    """
+    session = import_session("hands", write_long(tmp_path / "take.csv", TIMES, left_hand(size=0.5)))
+    guess = assumption_about(session, Subject.JOINT_RADII)
+    assert guess.origin is Origin.GUESS
+    assert "IWER" in guess.reason
+    assert "MIT" in guess.reason
+    assert radius_at_tip(session, "middle") == pytest.approx(RADII_M["middle tip"] * 0.5, rel=0.1)
 
 
 def test_impossible_radii_are_guessed(tmp_path):
-    """The file has radii of 8 mm, but 0 m, none and 5 m for three joints."""
+    """A file has radii of 8 mm, but 0 m, no number and 5 m for three joints, which the text on the guess names."""
     impossible = {"index tip": 0.0, "ring tip": float("nan"), "thumb tip": 5.0}
     radii = dict.fromkeys(JOINTS, 0.008) | impossible
     session = import_session("hands", write_long(tmp_path / "take.csv", TIMES, left_hand(), radii=radii))
-    row = assumption_about(session, Subject.JOINT_RADII)
-    assert row.origin is Origin.GUESS and row.value.endswith("mm of index tip, ring tip, thumb tip")
+    guess = assumption_about(session, Subject.JOINT_RADII)
+    assert guess.origin is Origin.GUESS
+    assert guess.value.endswith("mm of index tip, ring tip, thumb tip")
 
 
 def test_widths_of_leap_are_twice_the_radii(tmp_path):
-    """The file has widths of 16 mm, in millimetres as all its lengths, so that radii are 8 mm."""
+    """A Leap's file is in millimetres; its index finger is 16 mm wide, so that the radius is 8 mm."""
     session = import_session("hands", write_leap(tmp_path / "leap.csv", TIMES, left_hand()))
-    assert assumption_about(session, Subject.JOINT_RADII).origin is Origin.FILE
-    assert session.meshes["left index tip"].vertices[:, 1].max() == pytest.approx(0.008, abs=1e-9)
     assert assumption_about(session, Subject.LENGTH_UNIT).value == "mm"
+    assert assumption_about(session, Subject.JOINT_RADII).origin is Origin.FILE
+    assert radius_at_tip(session, "index") == pytest.approx(0.008, abs=1e-9)
 
 
 def test_bodies_beside_the_hands_come_along(tmp_path):
-    """Beside the 21 bones of a hand the CSV has a cup's position and quaternion."""
-    path = [("cup_pos_x", TIMES), ("cup_pos_y", 1.0 + 0 * TIMES), ("cup_pos_z", 0 * TIMES)]
-    path += [(f"cup_rot_{axis}", np.full(len(TIMES), float(axis == "w"))) for axis in "xyzw"]
-    session = import_session("auto", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=path))
-    assert "cup" in session.names and len(session.names) == 22
+    """Beside a hand's joints the CSV has a cup's position, whose x is the time, and its quaternion."""
+    cup = [("cup_pos_x", TIMES), ("cup_pos_y", 1.0 + 0 * TIMES), ("cup_pos_z", 0 * TIMES)]
+    cup += [(f"cup_rot_{axis}", np.full(len(TIMES), float(axis == "w"))) for axis in "xyzw"]
+    session = import_session("auto", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=cup))
+    assert "cup" in session.names
+    assert len(session.names) == BONES + 1
     np.testing.assert_allclose(session.tracks["cup"].positions[:, 0], TIMES, atol=1e-7)
 
 
@@ -236,7 +273,10 @@ NOT_TAKEN = {
 
 
 def test_bodies_that_are_not_taken_beside_hands_are_named(tmp_path):
-    """NOT_TAKEN has the columns of each body, and the reason that the import gives."""
+    """Beside a hand's joints the CSV has columns of five bodies that are no whole pose in axes that are known.
+
+    NOT_TAKEN has the columns of each body, and the reason that the import gives.
+    """
     columns = [(f"{body}_{name}", 0.1 + 0 * TIMES) for body, (names, _) in NOT_TAKEN.items() for name in names.split()]
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=columns))
     assert not {*NOT_TAKEN} & {*session.names}
@@ -245,7 +285,7 @@ def test_bodies_that_are_not_taken_beside_hands_are_named(tmp_path):
 
 
 def test_body_in_rows_of_joints_is_not_taken(tmp_path):
-    """A row is a joint and a time, so that a head's position would repeat in all rows of a time."""
+    """A row holds a joint at a time; a head's position, in columns behind, repeats in all rows of that time."""
     path = write_long(tmp_path / "take.csv", TIMES, left_hand())
     head, *rows = path.read_text().splitlines()
     path.write_text("\n".join([f"{head},head_pos_x,head_pos_y,head_pos_z", *(f"{row},0.1,0.1,0.1" for row in rows)]))
@@ -266,20 +306,22 @@ CURLS = (0.05, 0.6, 1.1)
 
 
 def still_hand(curl):
-    """Joint -> positions (6, 3) of a left hand whose fingers keep this angle."""
+    """Joint -> positions (6, 3) of a left hand in which each joint of a finger keeps this angle, in radians."""
     return made_hand(np.full(len(STILL), curl), side="left")
 
 
 @pytest.mark.parametrize("curl", CURLS)
 def test_joints_in_their_order_are_accepted(curl):
-    """``curl``: the angle of each joint of a finger; None: no two joints are exchanged."""
+    """A straight hand, a half bent one and a fist have no two joints that are exchanged."""
     assert exchanged_joints(still_hand(curl)) is None
 
 
-@pytest.mark.parametrize("number", range(len(SWAPS)), ids=lambda number: " and ".join(SWAPS[number]))
-def test_exchanged_joints_are_named(tmp_path, number):
-    """Columns of two joints (SWAPS) are exchanged in a hand that is straight, half bent or a fist."""
-    (first, second), curl = SWAPS[number], CURLS[number % len(CURLS)]
+@pytest.mark.parametrize(
+    ("first", "second", "curl"),
+    [(first, second, CURLS[number % len(CURLS)]) for number, (first, second) in enumerate(SWAPS)],
+)
+def test_exchanged_joints_are_named(tmp_path, first, second, curl):
+    """The columns of two joints are exchanged in a hand that is straight, half bent or a fist."""
     joints = still_hand(curl)
     joints[first], joints[second] = joints[second], joints[first]
     path = write_wide(tmp_path / "take.csv", STILL, {"left": joints})
@@ -287,13 +329,17 @@ def test_exchanged_joints_are_named(tmp_path, number):
 
 
 def test_short_finger_that_folds_back_names_its_joints():
-    """The last bone is too short for its length to say so; the wrist is a metre behind the origin."""
-    joints = made_hand(np.full(len(STILL), 0.6), wrist=(0.0, 0.0, 1.0), side="left")
+    """The little finger's last bone has 0.4 of its length, in a half bent hand a metre behind the origin.
+
+    So short a bone is accepted; with its two joints exchanged it points back at the wrist, which says that they are.
+    """
+    half_bent = np.full(len(STILL), 0.6)
+    joints = made_hand(half_bent, wrist=(0.0, 0.0, 1.0), side="left")
     distal, tip = joints["little distal"], joints["little tip"]
     near_tip = distal + 0.4 * (tip - distal)
     assert exchanged_joints(joints | {"little tip": near_tip}) is None
-    folded = joints | {"little distal": near_tip, "little tip": distal}
-    assert exchanged_joints(folded) == ("little distal", "little tip")
+    exchanged = joints | {"little distal": near_tip, "little tip": distal}
+    assert exchanged_joints(exchanged) == ("little distal", "little tip")
 
 
 def without_joints(hand, *parts):
@@ -302,86 +348,118 @@ def without_joints(hand, *parts):
 
 
 def test_joint_is_stuck_only_beside_a_moving_wrist():
-    """The index tip is at the origin in all samples. Without a wrist, or in a hand at rest, no joint is stuck."""
+    """The index tip of a moving hand is at the origin in all samples, which is wrong.
+
+    Without a wrist, or in a hand at rest, no joint ("") is said to be stuck.
+    """
     hand = moving_hand() | {"index tip": np.zeros((len(TIMES), 3))}
     assert stuck_joint(hand) == "index tip"
-    assert stuck_joint(without_joints(hand, "wrist")) == stuck_joint(still_hand(curl=0.6)) == ""
+    assert stuck_joint(without_joints(hand, "wrist")) == ""
+    assert stuck_joint(still_hand(curl=0.6)) == ""
 
 
-def test_side_and_size_need_two_fingers_and_a_root():
-    """Wherever a hand is, the bend of its fingers says its side: with four tips, and with metacarpals and no wrist.
+@pytest.mark.parametrize("offset", [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+def test_bend_of_fingers_says_the_side_wherever_a_hand_is(offset):
+    """A half bent left hand is a metre to each side of the origin."""
+    hand = {joint: positions + offset for joint, positions in still_hand(curl=0.6).items()}
+    assert side_by_bend(hand) == "left"
 
-    Without tips, without any root, or without a sample it says none, and no size is known.
+
+def test_side_of_a_hand_needs_tips_and_a_root():
+    """Four tips of a left hand are enough, and metacarpals in place of a wrist; without any tip or root none is known.
+
+    Nor is it known of a hand without a sample.
     """
     hand = still_hand(curl=0.6)
-    for offset in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]):
-        assert side_by_bend({joint: positions + offset for joint, positions in hand.items()}) == "left"
-    for joints in (hand, without_joints(hand, "ring tip"), without_joints(hand, "wrist")):
+    for joints in (without_joints(hand, "ring tip"), without_joints(hand, "wrist")):
         assert side_by_bend(joints) == "left"
-    in_no_row = {joint: positions[:0] for joint, positions in hand.items()}
-    for joints in (without_joints(hand, "tip"), without_joints(hand, "wrist", "metacarpal"), in_no_row):
+    without_samples = {joint: positions[:0] for joint, positions in hand.items()}
+    for joints in (without_joints(hand, "tip"), without_joints(hand, "wrist", "metacarpal"), without_samples):
         assert side_by_bend(joints) == ""
-    assert np.isnan(hand_size({"index tip": hand["index tip"]})) and np.isnan(hand_size(in_no_row))
+
+
+def test_size_of_a_hand_needs_bones_and_samples():
+    """A single joint makes no bone; NaN: no size is known."""
+    hand = still_hand(curl=0.6)
+    without_samples = {joint: positions[:0] for joint, positions in hand.items()}
+    assert np.isnan(hand_size({"index tip": hand["index tip"]}))
+    assert np.isnan(hand_size(without_samples))
 
 
 def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
-    """The tip of the index finger is at the origin in all samples."""
+    """A hand moves in a CSV, and the tip of its index finger is at the origin in all 20 rows."""
     hands = left_hand()
     hands["left"]["index tip"] = np.zeros_like(hands["left"]["wrist"])
     path = write_wide(tmp_path / "take.csv", TIMES, hands)
     assert_import_refused("hands", path, "the index tip of the left hand stays at one place in every row")
 
 
-@pytest.mark.parametrize(("lost", "is_named"), [(TIMES > 0.2, True), (TIMES < 0, False)])
-def test_column_of_confidence_is_named_as_unread(tmp_path, lost, is_named):
-    """A confidence of 0 after 0.2 s would say that the hand is lost; one that is always 1 says nothing."""
-    more = [("left_confidence", np.where(lost, 0.0, 1.0))]
+@pytest.mark.parametrize(
+    ("confidence", "is_named"),
+    [
+        pytest.param(np.where(TIMES > 0.2, 0.0, 1.0), True, id="0 after 0.2 s"),
+        pytest.param(np.ones(len(TIMES)), False, id="always 1"),
+    ],
+)
+def test_column_of_confidence_is_named_as_unread(tmp_path, confidence, is_named):
+    """Beside the joints is a column "left_confidence", which the import does not read.
+
+    A confidence of 0 would say that the hand is lost, so that it is named; one that is always 1 says nothing.
+    """
+    more = [("left_confidence", confidence)]
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=more))
     assert ("and are not read: left_confidence" in session.facts["conversions"]) == is_named
 
 
 def test_two_hands_of_the_same_side_are_refused(tmp_path):
     """Columns say left and right, but the joints of both form a left hand."""
-    joints_of = {side: made_hand(CURL, [x, 0, 0], "left") for side, x in SIDES.items()}
-    assert_import_refused("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "both hands are of one side")
+    hands = {side: made_hand(CURL, wrist=[x, 0, 0], side="left") for side, x in SIDES.items()}
+    assert_import_refused("hands", write_wide(tmp_path / "take.csv", TIMES, hands), "both hands are of one side")
 
 
-def test_joints_without_a_position_end_no_capsule(tmp_path):
-    """The left index tip has no number in any row; the right hand has no columns of its ring distal joint."""
-    joints_of = moving_hands()
-    joints_of["left"]["index tip"] = np.full_like(joints_of["left"]["index tip"], np.nan)
-    del joints_of["right"]["ring distal"]
-    session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of))
-    assert "left index tip" not in session.names and "left index intermediate" in session.names
-    assert (
-        not {"right ring intermediate", "right ring tip"} & {*session.names} and "right ring proximal" in session.names
-    )
-    done = session.facts["conversions"]
-    assert "left index tip: no row has both of its joints" in done
-    assert "right hand: no capsule ends at joints that the file lacks: ring distal" in done
+def test_joint_without_a_position_ends_no_capsule(tmp_path):
+    """The left index tip has no number in any row: no bone ends there, the bone before it is a body."""
+    hands = left_hand()
+    hands["left"]["index tip"] = np.full_like(hands["left"]["index tip"], np.nan)
+    session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, hands))
+    assert "left index tip" not in session.names
+    assert "left index intermediate" in session.names
+    assert "left index tip: no row has both of its joints" in session.facts["conversions"]
+
+
+def test_joint_without_columns_ends_no_capsule(tmp_path):
+    """The file has no columns of the ring finger's distal joint: the bones to it and from it to the tip are none."""
+    hands = {"right": moving_hand("right")}
+    del hands["right"]["ring distal"]
+    session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, hands))
+    ring_bones = [name for name in session.names if "ring" in name]
+    assert "right ring proximal" in ring_bones
+    assert not {"right ring intermediate", "right ring tip"} & {*ring_bones}
+    text = "right hand: no capsule ends at joints that the file lacks: ring distal"
+    assert text in session.facts["conversions"]
 
 
 def test_a_joint_that_flies_off_is_lost_alone(tmp_path):
-    """Four fingertips are wrong in samples 7 and 8; each loses one bone of 21."""
+    """Four fingertips are wrong in samples 7 and 8; there the bone that ends in each is lost, and no other bone."""
     hands = left_hand()
     wrong = {"index tip": np.nan, "ring tip": np.inf, "little tip": 1e6, "middle tip": 0.0}
     for joint, value in wrong.items():
         hands["left"][joint] = hands["left"][joint].copy()
         hands["left"][joint][7:9] = value
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, hands))
-    for joint in wrong:
-        assert [*np.flatnonzero(~session.tracks[f"left {joint}"].valid)] == [7, 8]
-    others = {name: track for name, track in session.tracks.items() if name.removeprefix("left ") not in wrong}
-    assert all(track.valid.all() for track in others.values()) and len(others) == 21 - len(wrong)
+    lost_samples = {name: np.flatnonzero(~track.valid).tolist() for name, track in session.tracks.items()}
+    assert len(lost_samples) == BONES
+    assert {name: lost for name, lost in lost_samples.items() if lost} == {f"left {joint}": [7, 8] for joint in wrong}
 
 
 def test_hand_of_sentinels_is_lost(tmp_path):
-    """All joints are at -9999 in samples 7 and 8."""
+    """All joints are at -9999, which stands for no number, in samples 7 and 8: all 21 bones are lost there."""
     hands = left_hand()
     for positions in hands["left"].values():
         positions[7:9] = -9999
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, hands))
-    assert all([*np.flatnonzero(~track.valid)] == [7, 8] for track in session.tracks.values())
+    lost_samples = [np.flatnonzero(~track.valid).tolist() for track in session.tracks.values()]
+    assert lost_samples == [[7, 8]] * BONES
     assert "-9999 counts as a missing number in" in session.facts["conversions"]
 
 
@@ -395,7 +473,7 @@ def test_a_hand_that_is_not_tracked_is_lost(tmp_path):
 
 @pytest.mark.parametrize("scale", [0.2, 0.03, 40.0])
 def test_hands_of_no_human_size_are_refused(tmp_path, scale):
-    """``scale``: of a hand in metres; one in centimetres or millimetres would be accepted."""
+    """A hand is ``scale`` times as large as a human's in metres; in centimetres (100) or millimetres it would fit."""
     assert_import_refused(
         "hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(scale)), "fits neither m, cm nor mm"
     )
@@ -403,17 +481,13 @@ def test_hands_of_no_human_size_are_refused(tmp_path, scale):
 
 def test_positions_in_a_picture_are_refused(tmp_path):
     """The hand grows from 0.5 to 2 times its size, as in a picture when it comes nearer."""
-    joints_of = {
-        side: {joint: points * np.linspace(0.5, 2.0, len(TIMES))[:, None] for joint, points in joints.items()}
-        for side, joints in left_hand().items()
-    }
-    assert_import_refused(
-        "hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "change their length by .* picture"
-    )
+    sizes = np.linspace(0.5, 2.0, len(TIMES))[:, None]
+    hands = {"left": {joint: sizes * positions for joint, positions in moving_hand("left").items()}}
+    assert_import_refused("hands", write_wide(tmp_path / "take.csv", TIMES, hands), "change their length by .* picture")
 
 
 def test_columns_of_a_joint_are_its_first_three_axes():
-    """The wrist has only two axes, and the tip of the index finger has columns under two names."""
+    """The wrist has columns x and y alone and is none; of two names for the index finger's tip the first counts."""
     names = [f"left {joint}" for joint in JOINTS] + ["L_XRHand_IndexTip"]
     columns = [f"{name} {axis}" for name in names for axis in "xyz"]
     columns.remove("left wrist z")
@@ -423,36 +497,52 @@ def test_columns_of_a_joint_are_its_first_three_axes():
 
 
 def test_message_lists_some_unknown_joints_and_counts_the_rest():
-    """MOST_LISTED names are listed; there are three more, and then none."""
+    """Three names more than MOST_LISTED are no joints: the last three are counted. MOST_LISTED are all listed."""
     names = [f"IndexFoo{number}" for number in range(MOST_LISTED + 3)]
     assert f"{names[MOST_LISTED - 1]!r} and 3 more are no known joints" in unknown_joints(names)
     assert "more" not in unknown_joints(names[:MOST_LISTED])
 
 
-def test_mapping_names_joints_that_the_importer_does_not_know(tmp_path):
-    """The index tip is called IndexFoo: the draft of a mapping asks for it. Answered, all 21 bones are there.
-
-    Answered with "" its 20 rows are dropped; a misspelt joint is refused.
-    """
+@pytest.fixture
+def hand_with_foo(tmp_path):
+    """The path of a CSV with a row for each joint and time, in which the index tip is called IndexFoo."""
     name = lambda joint: "IndexFoo" if joint == "index tip" else camel(joint)  # noqa: E731
-    path = write_long(tmp_path / "take.csv", TIMES, left_hand(), name=name)
+    return write_long(tmp_path / "take.csv", TIMES, left_hand(), name=name)
+
+
+def test_draft_asks_for_joints_that_the_importer_does_not_know(hand_with_foo, tmp_path):
+    """The draft of a mapping, which says what the names of a file mean, has IndexFoo as a question.
+
+    Answered with "index tip" all 21 bones are there.
+    """
     with pytest.raises(UnknownColumnsError) as caught:
-        import_session("auto", path)
-    assert any("'IndexFoo' is no known joint" in gap for gap in caught.value.unknown) and caught.value.format == "hands"
+        import_session("auto", hand_with_foo)
+    assert caught.value.format == "hands"
+    assert "'IndexFoo' is no known joint" in " ".join(caught.value.unknown)
     mapping = tmp_path / "take.columns.toml"
     mapping.write_text(caught.value.draft.replace('# "IndexFoo" = ""', '"IndexFoo" = "index tip"'))
-    assert len(import_session("hands", path, mapping=mapping).names) == 21
+    assert len(import_session("hands", hand_with_foo, mapping=mapping).names) == BONES
+
+
+def test_joint_that_a_mapping_leaves_out_is_dropped(hand_with_foo, tmp_path):
+    """The mapping says "" of IndexFoo, so that its rows, 20 of 20 times 26 joints, are of no use."""
+    mapping = tmp_path / "take.columns.toml"
     mapping.write_text('[joints]\nIndexFoo = ""\n')
-    session = import_session("hands", path, mapping=mapping)
+    session = import_session("hands", hand_with_foo, mapping=mapping)
     assert "left index tip" not in session.names
     assert "20 of 520 rows dropped: of joints that no capsule needs: 'IndexFoo'" in ledger_of(session.facts).sentences()
+
+
+def test_misspelt_joint_in_a_mapping_is_refused(hand_with_foo, tmp_path):
+    """The mapping says of IndexFoo that it is the "index tipp"."""
+    mapping = tmp_path / "take.columns.toml"
     mapping.write_text('[joints]\nIndexFoo = "index tipp"\n')
     with pytest.raises(ImportFileError, match=r"take.columns.toml: .*which is no joint; did you mean 'index tip'"):
-        import_session("hands", path, mapping=mapping)
+        import_session("hands", hand_with_foo, mapping=mapping)
 
 
 def test_file_without_time_is_read_with_a_rate(tmp_path):
-    """The first column, the times, is removed; the mapping says 90 Hz."""
+    """The first column, the times, is removed: the import asks for what is missing, and reads by a mapping's 90 Hz."""
     path = write_wide(tmp_path / "take.csv", TIMES, left_hand())
     lines = path.read_text().splitlines()
     path.write_text("\n".join(line.partition(",")[2] for line in lines) + "\n")
@@ -462,23 +552,29 @@ def test_file_without_time_is_read_with_a_rate(tmp_path):
     mapping.write_text("[time]\nrate_hz = 90\n")
     session = import_session("hands", path, mapping=mapping)
     assert len(session.frames) == len(TIMES)
+    assert np.diff(session.frames.stamp_ns) == pytest.approx(1e9 / 90, abs=1)
 
 
 def test_names_of_no_exporter_are_mapped(tmp_path):
-    """Joints are called left_j01, left_j02 ...; a mapping says which they are."""
-    joints = JOINTS[1:]
+    """Joints are called left_j00, left_j01 ...: no joints of a hand, until a mapping says which they are.
+
+    It leaves out the first, the palm, in which no bone ends.
+    """
     path = write_wide(
         tmp_path / "take.csv", TIMES, left_hand(), name=lambda side, joint: f"{side}_j{JOINTS.index(joint):02d}"
     )
     assert_import_refused("hands", path, "there are no joints of a hand in it")
     mapping = tmp_path / "joints.toml"
-    lines = [f'left_j{number:02d} = "left {joint}"' for number, joint in enumerate(joints, 1)]
+    lines = [f'left_j{number:02d} = "left {joint}"' for number, joint in enumerate(JOINTS) if joint != "palm"]
     mapping.write_text("\n".join(["[joints]", *lines]))
-    assert len(import_session("hands", path, mapping=mapping).names) == 21
+    assert len(import_session("hands", path, mapping=mapping).names) == BONES
 
 
 def test_rows_that_repeat_or_go_back_are_counted(tmp_path):
-    """Row 5 stands twice; row 6 stands twice with another x of 0.5 m."""
+    """A CSV has a row for each joint and time; row 5 stands twice, and row 6 once more with another x.
+
+    The first is merged and the second lost; read is what was kept, lost and merged.
+    """
     path = write_long(tmp_path / "take.csv", TIMES, left_hand())
     head, *rows = path.read_text().splitlines()
     other = rows[6].split(",")
@@ -487,14 +583,16 @@ def test_rows_that_repeat_or_go_back_are_counted(tmp_path):
     path.write_text("\n".join([head, *rows]) + "\n")
     session = import_session("hands", path)
     entries = [*ledger_of(session.facts)]
-    assert sum(sum(entry.merged.values()) for entry in entries) == 1 and sum(entry.lost for entry in entries) == 1
+    assert sum(sum(entry.merged.values()) for entry in entries) == 1
+    assert sum(entry.lost for entry in entries) == 1
     for entry in entries:
         assert entry.read == entry.kept + entry.lost + sum(entry.merged.values())
 
 
-@pytest.mark.parametrize("first", ["1", "right index tip"])
-def test_table_of_poses_is_not_recognised_as_hands(tmp_path, first):
-    """A body may be called like a joint; columns of rigid poses make the table an ordinary CSV."""
+@pytest.mark.parametrize("body", ["1", "right index tip"])
+def test_table_of_poses_is_not_recognised_as_hands(tmp_path, body):
+    """A body may be called like a joint or its number; columns of rigid poses make the table an ordinary CSV."""
     head = ["time", "body", "x", "y", "z", "qx", "qy", "qz", "qw"]
-    path = write_rows(tmp_path / "take.csv", head, [[0.0, first, 0, 0, 0, 0, 0, 0, 1]])
-    assert recognised_format(path)[0] == "csv"
+    path = write_rows(tmp_path / "take.csv", head, [[0.0, body, 0, 0, 0, 0, 0, 0, 1]])
+    recognised, _reason = recognised_format(path)
+    assert recognised == "csv"

@@ -55,11 +55,22 @@ EXPORTERS = {
     [("{}", ""), ("left_{}", "left"), ("R_{}", "right"), ("{}_L", "left"), ("RightHand_{}", "right")],
 )
 def test_every_joint_of_every_exporter_is_known(pattern, side):
-    """Eight exporters' names (EXPORTERS), alone and with a side before or behind them."""
-    assert len(EXPORTERS["mano"]) == len(EXPORTERS["mediapipe"]) == 21 == min(map(len, EXPORTERS.values()))
-    for joint, written in (row for names in EXPORTERS.values() for row in names.items()):
-        known = joint_of(tokens_of(pattern.format(written)))
-        assert known is not None and (known.side, known.joint) == (side, joint), written
+    """Names of joints as eight exporters write them (EXPORTERS), alone and with a side before or behind them."""
+    for names in EXPORTERS.values():
+        for joint, written in names.items():
+            known = joint_of(tokens_of(pattern.format(written)))
+            assert known is not None, written
+            assert (known.side, known.joint) == (side, joint), written
+
+
+def test_exporters_above_have_all_their_joints():
+    """MediaPipe and MANO have 21 landmarks, OpenXR 26 joints, WebXR, MRTK and Apple these without the palm."""
+    counts = {exporter: len(names) for exporter, names in EXPORTERS.items()}
+    assert counts == {
+        **dict.fromkeys(("openxr", "unity", "quest"), 26),
+        **dict.fromkeys(("webxr", "mrtk", "apple"), 25),
+        **dict.fromkeys(("mediapipe", "mano"), 21),
+    }
 
 
 @pytest.mark.parametrize(
@@ -79,7 +90,7 @@ def test_every_joint_of_every_exporter_is_known(pattern, side):
     ],
 )
 def test_names_of_objects_are_not_read_as_hand_joints(name):
-    """Names that hold a finger's or a segment's word, and no joint."""
+    """Each name has the word for a finger, a segment, a side or the palm, and is no joint."""
     assert joint_of(tokens_of(name)) is None
 
 
@@ -90,24 +101,43 @@ def test_joints_that_no_capsule_needs_are_known(name):
 
 
 def test_bones_connect_every_finger_up_to_its_tip():
-    """OpenXR's thumb has 3 bones and its fingers 4; of MediaPipe's 21 landmarks each but the wrist ends a bone.
+    """Bones of a hand have names of their own, and each finger has one that ends in its tip.
 
-    Two more of OpenXR's lie between the wrist and the metacarpals of the middle finger and of the thumb.
+    OpenXR's thumb has 3 bones and its four fingers 4 each; two more lie between the wrist and the metacarpals of the
+    middle finger and of the thumb. Of MediaPipe's 21 landmarks each but the wrist ends a bone.
     """
-    fingers_alone = JOINTS[2:]  # without palm and wrist
+    palm, wrist, *fingers_alone = JOINTS
+    assert (palm, wrist) == ("palm", "wrist")
     for joints, count in ((JOINTS, 3 + 4 * 4 + 2), (LANDMARKS, 21 - 1), (fingers_alone, 3 + 4 * 4)):
         bones = bones_of(joints)
         assert len(bones) == len({bone.name for bone in bones}) == count
-        assert {f"{finger} tip" for finger in FINGERS} <= {bone.name for bone in bones if bone.child.endswith("tip")}
-    assert {bone.parent for bone in bones_of(LANDMARKS) if bone.name.endswith("metacarpal")} == {
-        "wrist",
-        "thumb metacarpal",
-    }
-    assert not bones_of(["index proximal", "index tip"]), "joints between them are unknown"
+        names_at_tips = {bone.name for bone in bones if bone.child.endswith("tip")}
+        assert names_at_tips == {f"{finger} tip" for finger in FINGERS}
 
 
-def test_numbers_and_radii_cover_all_joints():
-    """OpenXR has 26 joints and MediaPipe 21; numbers count from 0 or from 1; radii of 5 to 22 mm."""
-    assert [len(order) for order in NUMBERED.values()] == [26, 21, 26] and {*RADII_M} == {*JOINTS}
-    assert {*NUMBERED[1, 26]} == {*JOINTS} and NUMBERED[1, 26][0] == "wrist"
-    assert all(0.005 < radius < 0.022 for radius in RADII_M.values())
+def test_fingers_of_landmarks_begin_at_the_wrist():
+    """MediaPipe has no metacarpals but the thumb's: its four fingers have a bone from the wrist in their place."""
+    metacarpals = [bone for bone in bones_of(LANDMARKS) if bone.name.endswith("metacarpal")]
+    assert {bone.parent for bone in metacarpals} == {"wrist", "thumb metacarpal"}
+
+
+def test_no_bone_joins_joints_that_are_not_neighbours():
+    """Between the first joint of the index finger and its tip are two more, which are missing."""
+    assert not bones_of(["index proximal", "index tip"])
+
+
+def test_numbered_joints_are_those_of_openxr_or_mediapipe():
+    """A file may number joints: OpenXR's 26 from 0, MediaPipe's 21 from 0, Unity's 26 from 1, its wrist first.
+
+    NUMBERED is (first number, last number) -> joints in order.
+    """
+    assert {numbers: len(joints) for numbers, joints in NUMBERED.items()} == {(0, 25): 26, (0, 20): 21, (1, 26): 26}
+    assert {*NUMBERED[1, 26]} == {*JOINTS}
+    assert NUMBERED[1, 26][0] == "wrist"
+
+
+def test_every_joint_has_a_radius_of_a_finger():
+    """Radii are for files that have none: of 5 to 22 mm."""
+    assert {*RADII_M} == {*JOINTS}
+    assert min(RADII_M.values()) > 0.005
+    assert max(RADII_M.values()) < 0.022
