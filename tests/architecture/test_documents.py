@@ -31,7 +31,7 @@ PLAQUES = [path for package in ("cdcore", "sessions", "replay") for path in (ROO
 ACTION = ROOT / ".github" / "actions" / "audit" / "action.yml"
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 OPENS_A_WINDOW = {"view"}
-SEARCH_SECONDS = "20"
+SEARCH_SECONDS = "8"
 """A search for colliders without a limit of its own would cut bodies for a minute or two."""
 
 

@@ -1,16 +1,18 @@
 """Meshes in contact for searches and kernels: thousands of faces with the exact answer, and blocks of eight frames."""
 
 import numpy as np
+from support.processes import kernels_in_python
 from support.random_worlds import face_soup, motion_of, placed
 from support.shapes import ball_mesh, random_rotations
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
-from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import address_of, integers_of, layout
+from cdcore.kernels import memory
+from cdcore.kernels.memory import address_of, layout
+from cdcore.narrow.bvh import tree_memory
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.traverse import fill_relative
-from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, pair_at
+from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch
 from cdcore.narrow.bvh.whole_motion import SegmentSearch
 from cdcore.search.features import features_of, sample_of
 from cdcore.search.pair_search import PairSearch
@@ -85,10 +87,11 @@ def colliding_poses(mesh_a, mesh_b, count, seed):
 ROOM = 4096
 
 
-@kernel
 def relative_of(row, scratch):
-    """Fill eight poses of the first pair, relative to each other, from compiled code."""
-    return fill_relative(pair_at(integers_of(row), 0), 0 * len(row), 8 + 0 * len(row), scratch)
+    """Fill eight poses of the first pair, relative to each other, without the compiler."""
+    with kernels_in_python():
+        pair = tree_memory.pair_at(memory.integers_of(row), 0)
+        return fill_relative(pair, 0, 8, scratch)
 
 
 def row_of_pair(trees, matrices, move):

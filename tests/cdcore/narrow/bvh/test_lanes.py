@@ -3,30 +3,40 @@
 import numpy as np
 import pytest
 from oracles.brute_force import meeting_faces
+from support.processes import kernels_in_python
 from support.search_scenes import EightFrames
 from support.second_opinions import faces_below
 
-from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import doubles_of, integers_of
+from cdcore.kernels import memory
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.bvh import tree_memory
 from cdcore.narrow.bvh.boxes_and_faces_of_eight_frames import (
     box_lanes_that_may_meet,
     certain_lanes,
     survivors_of_leaves,
 )
-from cdcore.narrow.bvh.tree_memory import Block, pair_at
+from cdcore.narrow.bvh.tree_memory import Block
 from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES
 
-
-@kernel
-def lanes_that_may_meet(row, a, b, chord, pad, scratch):
-    """Bits of the eight frames in which boxes a and b may meet."""
-    block = Block(pair_at(integers_of(row), 0), 0, chord, pad, scratch)
-    return box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
+ALL_LANES = 0b11111111
+"""A bit for each of the eight frames."""
 
 
-@pytest.mark.slow
+@pytest.fixture(autouse=True)
+def without_the_compiler():
+    """Compiled for these tests alone, the functions would take three seconds."""
+    with kernels_in_python():
+        yield
+
+
+def block_of(scene, pad):
+    """The eight frames of the scene, as the search reads them."""
+    pair = tree_memory.pair_at(memory.integers_of(scene.row), 0)
+    return Block(pair, 0, scene.chord, pad, scene.scratch)
+
+
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_no_lane_with_contact_is_dropped_and_many_others_are(seed):
     """Eight frames are a lane each, a bit of ``left``; truth is whether any faces below two boxes meet.
@@ -36,10 +46,11 @@ def test_no_lane_with_contact_is_dropped_and_many_others_are(seed):
     scene = EightFrames(seed, size=0.1)
     a_tree, b_tree = scene.trees
     worlds = [scene.world(lane) for lane in range(8)]
+    block = block_of(scene, scene.pad)
     dropped = clear = 0
     for a in range(1, len(a_tree.boxes), 2):
         for b in range(1, len(b_tree.boxes), 2):
-            left = lanes_that_may_meet(scene.row, a, b, scene.chord, scene.pad, scene.scratch)
+            left = box_lanes_that_may_meet(block, a, b, ALL_LANES)
             below = faces_below(a_tree, a), faces_below(b_tree, b)
             for lane in range(8):
                 first, second = worlds[lane][0][below[0]], worlds[lane][1][below[1]]
@@ -50,27 +61,19 @@ def test_no_lane_with_contact_is_dropped_and_many_others_are(seed):
     assert dropped > 0.3 * clear
 
 
-@kernel
-def survivors(row, a, b, chord, pad, scratch):
-    """Bits of the eight frames in which faces of the leaves a and b may meet."""
-    block = Block(pair_at(integers_of(row), 0), 0, chord, pad, scratch)
-    lanes = box_lanes_that_may_meet(block, a, b, 255 + 0 * a)
-    if lanes == 0:
-        return 0
-    return survivors_of_leaves(block, a, b, lanes)
-
-
 def faces_left(scene, pad):
     """Face pairs of all leaves that are not certainly apart: face, face, lanes to ask, lanes that certainly meet."""
+    block = block_of(scene, pad)
     a_tree, b_tree = scene.trees
-    for a in np.flatnonzero(a_tree.child < 0):
-        for b in np.flatnonzero(b_tree.child < 0):
-            count = survivors(scene.row, a, b, scene.chord, pad, scene.scratch)
+    for a in np.flatnonzero(a_tree.child < 0).tolist():
+        for b in np.flatnonzero(b_tree.child < 0).tolist():
+            lanes = box_lanes_that_may_meet(block, a, b, ALL_LANES)
+            count = survivors_of_leaves(block, a, b, lanes) if lanes else 0
             for face_a, face_b, possible, meet in scene.candidates[: 4 * count].reshape(-1, 4).tolist():
                 yield a_tree.faces[face_a], b_tree.faces[face_b], possible, meet
 
 
-@pytest.mark.slow
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_meeting_face_pairs_survive_in_their_lanes(seed):
     """Bit k of a face pair is frame k of eight; at most four times as many pairs survive as meet."""
@@ -117,12 +120,6 @@ def test_certain_face_pairs_meet_wherever_rounding_may_have_moved_them(pad, grai
     assert some.sum() > 5
 
 
-@kernel
-def certain(placed, boxed, size, pad):
-    """Bits of the eight frames in which the answer is certain."""
-    return certain_lanes(doubles_of(placed), doubles_of(boxed), 0, size, pad, 255)
-
-
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("pad", [1e-15, 1e-3])
 @pytest.mark.parametrize("number", range(1, len(FAMILIES) + 1))
@@ -136,7 +133,9 @@ def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad)
         size = float(np.linalg.norm(near, axis=3).max())
         # the kernel sees one pair in all lanes, the truth is asked at others within the pad of it
         moving = np.repeat(near[0, 0].reshape(9, 1), 8, axis=1).ravel()
-        answer = certain(moving, near[0, 1].ravel(), size, pad)
+        answer = certain_lanes(
+            memory.doubles_of(moving), memory.doubles_of(near[0, 1].ravel()), 0, size, pad, ALL_LANES
+        )
         assert answer in (0, 255, 255 << 8)
         truth = triangles_intersect(near)
         assert answer == 0 or (truth == (answer == 255)).all()
