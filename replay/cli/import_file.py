@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 AXES_HELP = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
 SURFACE_WORDS = "mjcf, usd: geometry that is a body's surface.  [default: auto]"
+ROTATIONS_HELP = "Their direction in the source: that of poses, or inverse."
 UNIT_HELP = "Unit of mesh files: m, cm, mm, inch, ft. Default: by the file, or its size. Repeatable."
 OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 
@@ -36,6 +37,7 @@ OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")
 @click.option("--convention", metavar="NAME", help="Axes of the source: unity, unreal, ... or 'z up, left-handed'.")
+@click.option("--rotations", type=click.Choice(["body-to-world", "world-to-body"]), help=ROTATIONS_HELP)
 @click.option("--motion", type=SESSION_FILE, metavar="FILE.npz", help="mjcf: joint angles over time, .npz or .csv.")
 @click.option("--root", type=FILE_OR_FOLDER, metavar="DIR", help="mjcf, usd: the folder that holds all files.")
 @click.option("--surface", type=click.Choice(["auto", "drawn", "colliding"]), help=SURFACE_WORDS)
@@ -165,8 +167,12 @@ def _import_recording(
         from sessions.scene_files.scene_toml import read_scene
 
         import_options |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-    mesh_options = [f"--mesh {quote(text)}" for text in named] + ([f"--meshes {quote(str(meshes))}"] if meshes else [])
-    with _drafting_a_mapping(source, out, mesh_options):
+    further_options = [f"--mesh {quote(text)}" for text in named]
+    if meshes is not None:
+        further_options.append(f"--meshes {quote(str(meshes))}")
+    if rotations := import_options.get("rotations"):
+        further_options.append(f"--rotations {rotations}")
+    with _drafting_a_mapping(source, out, further_options):
         try:
             imported = import_session(kind, source, **import_options)
         except UnknownColumnsError as error:
@@ -211,10 +217,10 @@ def _adds_to_recording(scene: Path) -> bool:
 
 
 @contextmanager
-def _drafting_a_mapping(source: Path, session_file: Path, mesh_options: Sequence[str]) -> Iterator[None]:
+def _drafting_a_mapping(source: Path, session_file: Path, further_options: Sequence[str]) -> Iterator[None]:
     """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on.
 
-    ``mesh_options``: further options of the command.
+    ``further_options``: those of the command that go with the mapping.
     """
     from sessions.errors import ImportFileError
     from sessions.importers.csv_draft import UnknownColumnsError
@@ -225,7 +231,7 @@ def _drafting_a_mapping(source: Path, session_file: Path, mesh_options: Sequence
     except UnknownColumnsError as error:
         draft_file = _draft_file(source)
         todo = " ".join(
-            [f"replay import {error.format} {source} --mapping {draft_file}", *mesh_options, f"-o {session_file}"]
+            [f"replay import {error.format} {source} --mapping {draft_file}", *further_options, f"-o {session_file}"]
         )
         if draft_file.exists() and draft_file.read_bytes() != error.draft.encode():
             raise ImportFileError(f"{error}; {draft_file} is there already: {todo}") from None

@@ -21,6 +21,7 @@ from sessions.file_kinds import JSON
 from sessions.importers.importing import (
     PoseTable,
     SourceFrame,
+    is_inverse,
     number,
     numbered_name,
     session_of_tables,
@@ -43,8 +44,13 @@ WITHOUT_POSES: Final = "without a list of poses"
 AXES: Final = Convention("webxr", (0, 1, 2), (1, 1, 1), "right-handed, +Y up, -Z forward")
 
 
-def read_aframe(source: Path) -> Session:
-    """Poses, events and triggers of an A-Frame motion capture."""
+def read_aframe(source: Path, *, rotations: str | None = None) -> Session:
+    """Poses, events and triggers of an A-Frame motion capture.
+
+    Parameters
+    ----------
+    rotations : their direction, of ``ROTATIONS``; ``None``: that of a pose.
+    """
     ledger = Ledger(source)
     devices = _devices(source, ledger)
     tables: dict[str, PoseTable] = {}
@@ -68,7 +74,7 @@ def read_aframe(source: Path) -> Session:
             rows = last_of_each_stamp(f"trigger {hand}", stamps, ledger)
             hands[hand] = HandTrack(stamps[rows], pressed[rows])
     clock = "performance clock of the browser, ms"
-    frame = SourceFrame(AXES, "m", clock, others=(degrees_by_format(angles),))
+    frame = SourceFrame(AXES, "m", clock, others=(degrees_by_format(angles),), inverse_rotations=is_inverse(rotations))
     samples = session_of_tables(
         tables, frame, ledger, ["rotations from Euler angles YXZ in degrees to unit quaternions"]
     )

@@ -21,7 +21,7 @@ import numpy as np
 from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.rotations import quaternion_from_matrix, quaternion_from_vector
 from sessions.importers.given_meshes import MESH_KEYS
-from sessions.importers.importing import QUATERNION_TOLERANCE
+from sessions.importers.importing import QUATERNION_TOLERANCE, ROTATIONS
 from sessions.importers.ledger import LARGEST_SECONDS, Numbers
 from sessions.input_files import TomlTable, nearest, parse_toml, read_text
 from sessions.meshes.axes_text import axes_as_text
@@ -264,6 +264,8 @@ class CsvMapping:
     """Column and unit of numbers over time, by their names."""
     guessed: frozenset[str] = frozenset()
     """Keys, of ``Guessable``, that a draft guessed and nobody has checked."""
+    rotations: str = ""
+    """One of ``ROTATIONS``; "": from the body to the world, as a pose."""
 
     @property
     def poses(self) -> tuple[PoseColumns, ...]:
@@ -333,6 +335,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
             bodies={name: pose_columns(table) for name, table in wide.items()},
             scalars=scalars,
             guessed=_guessed_keys(whole),
+            rotations=rotations_key(whole),
         )
 
 
@@ -355,6 +358,11 @@ def convention_key(whole: TomlTable) -> str:
     except SessionError as error:
         whole.refuse(str(error))
         return ""
+
+
+def rotations_key(whole: TomlTable) -> str:
+    """Returns the direction of rotations under ``rotations``, or ``""``."""
+    return whole.text("rotations", "", ROTATIONS)
 
 
 def _guessed_keys(whole: TomlTable) -> frozenset[str]:

@@ -36,7 +36,7 @@ from sessions.importers.csv_draft import draft_of
 from sessions.importers.csv_head import read_head
 from sessions.importers.csv_long_table import column_of_bodies
 from sessions.importers.csv_table import NAMED_COLUMNS, CsvTable
-from sessions.importers.importing import SourceFrame, Stream, numbered_name, session_of_tables
+from sessions.importers.importing import SourceFrame, Stream, is_inverse, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger, Rows, Stamps, increasing_rows, is_large_loss, rows_lost
 from sessions.importers.unstated_units import (
     angle_unit_assumption,
@@ -72,6 +72,7 @@ def read_csv(
     *,
     mapping: str | Path | CsvMapping | None = None,
     convention: str | None = None,
+    rotations: str | None = None,
 ) -> Session:
     """Everything in a CSV file.
 
@@ -79,6 +80,7 @@ def read_csv(
     ----------
     mapping : a mapping file or ``CsvMapping``; ``None``: that of the README's Unity script.
     convention : a name in ``CONVENTIONS``; wins over the mapping's.
+    rotations : their direction, of ``ROTATIONS``; wins over the mapping's.
 
     Raises ``ImportFileError``: names file, line and column.
     """
@@ -92,7 +94,8 @@ def read_csv(
     plan = with_stated_units(plan, table.stated_unit, source)
     plan = plan.in_order_of(axes, str(source))
     log = _CsvLog(table, plan, ledger)
-    return log.session(_source_frame(table, plan, axes, is_named=bool(convention)))
+    frame = _source_frame(table, plan, axes, is_named=bool(convention))
+    return log.session(replace(frame, inverse_rotations=is_inverse(rotations or plan.rotations)))
 
 
 def _table_and_mapping(

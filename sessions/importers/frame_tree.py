@@ -13,7 +13,7 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_product, rotated_vectors, slerp
-from sessions.importers.importing import PoseTable, is_rotation
+from sessions.importers.importing import INVERTED, PoseTable, is_rotation
 from sessions.importers.ledger import Ledger, Numbers, Stamps, increasing_rows
 
 MOST_NAMED: Final = 5
@@ -27,6 +27,8 @@ MOST_AT_A_PULSE: Final = 3
 """Samples a second from which they are not those of a clock that pulses on the second, which is off by little."""
 SEVERAL_FRACTIONS: Final = 5
 """Different parts of a second, of which chance puts none into its first thousandth."""
+SAME_POSE: Final = 1e-6
+"""Metres, and parts of a quaternion, by which odometry and the transform of its stamp may differ and be one pose."""
 LARGEST_GAP_NS: Final = 200_000_000
 """A frame silent for longer than this, and elsewhere after it, is not interpolated: its pose there is lost."""
 
@@ -82,11 +84,17 @@ def _refuse_coarse_nanoseconds(name: str, stamps: Stamps, ledger: Ledger) -> Non
 
 
 class FrameTree:
-    """Transforms from child frames to their parents, as they come in; ``tables`` are the poses in the root."""
+    """Transforms from child frames to their parents, as they come in; ``tables`` are the poses in the root.
 
-    def __init__(self, ledger: Ledger) -> None:
+    ``inverse_rotations``: the rotation of each transform comes in as its inverse.
+    """
+
+    def __init__(self, ledger: Ledger, *, inverse_rotations: bool = False) -> None:
         self._ledger = ledger
+        self._inverse_rotations = inverse_rotations
         self._links: dict[str, _Link] = {}
+        self._odometry: dict[str, dict[str, _Link]] = {}
+        """Topic -> frame -> its poses, which count where no transform places the frame."""
         self._tables: dict[str, tuple[Stamps, Numbers]] = {}
         self._interpolated = False
         self.roots = tuple[str, ...]()
@@ -102,8 +110,11 @@ class FrameTree:
         *,
         topic: str,
         static: bool = False,
+        is_odometry: bool = False,
     ) -> None:
         """Take in a transform: a place and a quaternion xyzw; ``stamp_ns`` is ``None`` where it bears no stamp.
+
+        ``is_odometry``: it counts where no transform places the frame.
 
         Raises ``ImportFileError``: a frame without a name, with two parents or on two topics, or a stamp beyond int64.
         """
@@ -111,18 +122,21 @@ class FrameTree:
         if not child:
             raise self._error("a transform has no child frame; record it again or choose by --topic")
         base = topic.removesuffix(STATIC)
-        link = self._links.setdefault(child, _Link(parent, base, static))
+        links = self._odometry.setdefault(topic, {}) if is_odometry else self._links
+        link = links.setdefault(child, _Link(parent, base, static))
         if link.parent != parent:
             cure = "record its poses in one of them" if link.topic == base else "choose by --topic"
             raise self._error(f"frame {child!r} hangs from {link.parent!r} and from {parent!r}; {cure}")
         if link.topic != base:
-            raise self._error(f"frame {child!r} comes on the topics {link.topic!r} and {base!r}; choose one by --topic")
+            raise self._two_topics_error(child, link.topic, base)
         link.static &= static
         try:
             link.stamps.append(NO_STAMP if stamp_ns is None else stamp_ns)
             link.log_times.append(log_ns)
         except OverflowError:
             raise self._error(f"frame {child!r} has a stamp of {stamp_ns} ns; no recording is that late") from None
+        if self._inverse_rotations:
+            numbers = [*numbers[:3], *(-component for component in numbers[3:6]), numbers[6]]
         link.numbers.extend(numbers)
 
     def tables(self, *, join: bool = False) -> tuple[dict[str, PoseTable], list[str], list[str]]:
@@ -131,10 +145,13 @@ class FrameTree:
         ``join``: several roots are taken for one world; otherwise they are an error.
         """
         unstamped = 0
+        repeating = self._take_odometry()
         for name, link in self._links.items():
             stamps, rows, count = link.table(name, self._ledger)
             self._tables[name] = stamps, rows
             unstamped += count
+        for name, link in repeating:
+            self._book_repeating_odometry(name, link)
         chains = {name: self._chain(name) for name in self._links}
         root_of = {name: self._links[chain[-1]].parent for name, chain in chains.items()}
         roots = sorted({*root_of.values()} - {""})
@@ -166,11 +183,48 @@ class FrameTree:
             left_out[f"that never have stamps together with those above: {_named(empty)}"] = len(empty)
             tables = {name: table for name, table in tables.items() if name not in empty}
         self._ledger.book("names", read=len(self._links), kept=len(tables), dropped=left_out)
+        if self._inverse_rotations:
+            notes.append(INVERTED)
         if unstamped:
             notes.append(f"{unstamped} poses without a stamp have the time they were logged at")
         if self._interpolated:
             notes.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
         return tables, notes, assumed
+
+    def _take_odometry(self) -> list[tuple[str, _Link]]:
+        """Take odometry for the transforms of frames that have none; the odometry of all other frames."""
+        repeating = []
+        taken = dict[str, _Link]()
+        for links in self._odometry.values():
+            for name, link in links.items():
+                if name in self._links:
+                    repeating.append((name, link))
+                elif name in taken:
+                    raise self._two_topics_error(name, taken[name].topic, link.topic)
+                else:
+                    taken[name] = link
+        self._links |= taken
+        return repeating
+
+    def _book_repeating_odometry(self, name: str, link: _Link) -> None:
+        """Book the odometry of a frame that transforms place: merged where it says the same, else dropped."""
+        stamps = np.frombuffer(link.stamps, dtype=np.int64)
+        stamps = np.where(stamps == NO_STAMP, np.frombuffer(link.log_times, dtype=np.int64), stamps)
+        rows = np.frombuffer(link.numbers, dtype=np.float64).reshape(-1, 7)
+        times, transforms = self._tables[name]
+        match = np.minimum(np.searchsorted(times, stamps), len(times) - 1)
+        is_same = (times[match] == stamps) & (np.abs(transforms[match] - rows) <= SAME_POSE).all(axis=1)
+        is_same &= link.parent == self._links[name].parent
+        merged, topic = int(is_same.sum()), self._links[name].topic
+        other = f"of {name!r}, which {topic} places too, elsewhere or at other stamps; choose one by --topic"
+        self._ledger.book(
+            "transforms",
+            link.topic,
+            read=len(stamps),
+            kept=0,
+            dropped={other: len(stamps) - merged},
+            merged={f"that repeat those of {name!r} on {topic}": merged},
+        )
 
     def _moves(self, name: str) -> bool:
         return not self._links[name].static and len(self._tables[name][0]) > 1
@@ -224,6 +278,9 @@ class FrameTree:
             lost = (has_moved & (step > LARGEST_GAP_NS)) | ~(is_rotation(start[:, 3:]) & is_rotation(end[:, 3:]))
         rows_after[between[lost]] = np.nan
         return rows_after
+
+    def _two_topics_error(self, name: str, first: str, second: str) -> ImportFileError:
+        return self._error(f"frame {name!r} comes on the topics {first!r} and {second!r}; choose one by --topic")
 
     def _error(self, message: str) -> ImportFileError:
         return ImportFileError(f"{self._ledger.source}: {message}")

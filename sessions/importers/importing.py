@@ -19,6 +19,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sessions.errors import ImportFileError, SessionError
+from sessions.geometry.rotations import quaternion_inverse
 from sessions.importers import AUTO, ENTRY_POINT_GROUP, FOLDERS, IMPORTERS
 from sessions.importers.given_meshes import (
     COLLIDER_AXES_KEY,
@@ -89,6 +90,11 @@ METRES_PER_UNIT: Final[Mapping[str, float]] = {
     "inch": 0.0254,
     "ft": 0.3048,
 }
+BODY_TO_WORLD, WORLD_TO_BODY = "body-to-world", "world-to-body"
+ROTATIONS: Final = (BODY_TO_WORLD, WORLD_TO_BODY)
+"""Directions in which a source may write rotations: that of a pose, and its inverse."""
+INVERTED: Final = f"rotations {WORLD_TO_BODY} to {BODY_TO_WORLD}"
+"""The sentence on rotations that were inverted."""
 LENGTH_UNITS: Final = ("m", "cm", "mm")
 """Units that are tried in place of one that is open."""
 
@@ -219,6 +225,7 @@ class SourceFrame:
     ``assumed``: sentences on what no file said. ``others``: units of times and angles, and orders of rotations.
     ``handedness_is_known``: axes of the other handedness are no alternatives.
     ``units_reason``: why a guessed unit is sure; ``""``: by how far poses are from the origin.
+    ``inverse_rotations``: rotations are from the world to the body.
     """
 
     axes: Convention
@@ -233,6 +240,7 @@ class SourceFrame:
     units_reason: str = ""
     clock_origin: Origin = Origin.FORMAT
     others: tuple[Assumption, ...] = ()
+    inverse_rotations: bool = False
 
     @classmethod
     def in_axes(
@@ -286,6 +294,8 @@ def session_of_tables(
         done.append(f"axes {axes.name} ({axes.description}) to right-handed, +Y up, -Z forward")
     if METRES_PER_UNIT[frame.units] != 1.0:
         done.append(f"lengths in {frame.units} to m")
+    if frame.inverse_rotations:
+        done.append(INVERTED)
     done += notes
     tracks: dict[str, Track] = dict(made or {})
     for name, table in tables.items():
@@ -331,6 +341,8 @@ def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) ->
     keep = increasing_rows(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
     positions = frame.axes.points(table.positions[keep]) * METRES_PER_UNIT[frame.units]
     quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
+    if frame.inverse_rotations:
+        quaternions = quaternion_inverse(quaternions)
     claimed = np.ones(len(positions), dtype=np.bool_) if table.valid is None else table.valid[keep]
     pose = np.isfinite(positions).all(axis=1) & is_rotation(quaternions)
     reasons = _no_pose_reasons(positions[claimed & ~pose], quaternions[claimed & ~pose])
@@ -357,6 +369,16 @@ def is_rotation(quaternions: Numbers) -> Rows:
     with np.errstate(over="ignore", invalid="ignore"):
         norm = np.sqrt((quaternions**2).sum(axis=1))
     return np.abs(norm - 1.0) <= QUATERNION_TOLERANCE
+
+
+def is_inverse(rotations: str | None) -> bool:
+    """Whether a source writes rotations from the world to the body.
+
+    Raises ImportFileError: it is none of ``ROTATIONS``.
+    """
+    if rotations and rotations not in ROTATIONS:
+        raise ImportFileError(f"no rotations {rotations!r}; there are: {', '.join(ROTATIONS)}")
+    return rotations == WORLD_TO_BODY
 
 
 def _grouped_notes(notes: Iterable[str]) -> list[str]:

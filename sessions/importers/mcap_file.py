@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.frame_tree import FrameTree
-from sessions.importers.importing import SourceFrame, number, session_of_tables
+from sessions.importers.importing import SourceFrame, is_inverse, number, session_of_tables
 from sessions.importers.ledger import Ledger
 from sessions.importers.wall_clock import wall_clock_ns
 from sessions.mcap.container import ChannelInfo
@@ -38,22 +38,25 @@ def read_mcap(
     source: Path,
     *,
     convention: str | None = None,
+    rotations: str | None = None,
     topics: Sequence[str] = (),
 ) -> Session:
     """Every pose in an MCAP file of another program.
 
-    A frame is a body of its name, a pose one of its topic. Stamps are those of the messages.
+    A frame is a body of its name, odometry one of the frame that it places, any other pose one of its topic. Stamps are
+    those of the messages.
 
     Parameters
     ----------
     convention : a name in ``CONVENTIONS``; ``None``: that of ROS.
+    rotations : the direction of those of each message, of ``ROTATIONS``; ``None``: that of a pose.
     topics : read these alone; none: all that hold poses. Of several whose poses are in frames that no transform joins,
         the frames are taken for one world.
 
     Raises ``ImportFileError``: names file, topic and what to do.
     """
     ledger = Ledger(source)
-    tree = FrameTree(ledger)
+    tree = FrameTree(ledger, inverse_rotations=is_inverse(rotations))
     messages = _PoseMessages(source, topics)
     sizes = dict[str, int]()
     for channel, log_ns, message in messages:
@@ -74,7 +77,8 @@ def read_mcap(
 
 
 FRAMES: Final = ("FrameTransform", "FrameTransforms", "TransformStamped", "TFMessage")
-POSES: Final = ("PoseInFrame", "PosesInFrame", "PoseStamped", "PoseWithCovarianceStamped", "PoseArray", "Odometry")
+ODOMETRY: Final = "Odometry"
+POSES: Final = ("PoseInFrame", "PosesInFrame", "PoseStamped", "PoseWithCovarianceStamped", "PoseArray", ODOMETRY)
 """Last words of the names of schemas: frames that bear their own names, and poses that are named after their topic."""
 
 
@@ -116,9 +120,13 @@ def _add(source: Path, channel: ChannelInfo, log_ns: int, message: Any, tree: Fr
         name = _first_field(row, "child_frame_id") if are_frames else topic if rows is None else f"{topic}/{index}"
         parent = _first_field(head, "parent_frame_id", "frame_id")
         parent, name = (value if isinstance(value, str) else "" for value in (parent, name))
-        if not are_frames and name == parent.strip("/"):
+        placed = _first_field(message, "child_frame_id") if _kind(channel) == ODOMETRY else ""
+        is_odometry = isinstance(placed, str) and placed.strip("/") not in ("", parent.strip("/"))
+        if is_odometry:
+            name = placed
+        elif not are_frames and name == parent.strip("/"):
             name = f"{name} pose"  # a topic may bear the name of the frame that its poses are in
-        tree.add(parent, name, stamp, log_ns, numbers, topic=channel.topic, static=static)
+        tree.add(parent, name, stamp, log_ns, numbers, topic=channel.topic, static=static, is_odometry=is_odometry)
 
 
 def _kind(channel: ChannelInfo) -> str:

@@ -14,7 +14,7 @@ from typing import Final
 from sessions.errors import ImportFileError
 from sessions.importers.csv_columns_and_units import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
-from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, numbered_name, session_of_tables
+from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, is_inverse, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger
 from sessions.input_files import FIRST_BYTES, check_encoding, open_input
 from sessions.model.assumption import Assumption, Origin, Subject
@@ -27,12 +27,13 @@ LINES_WITHOUT_ID: Final = 4  # Kinds, names, parts and axes; Motive adds a line 
 FIRST, TIMES = "Format Version", ("Time (Seconds)", "Time")
 
 
-def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
+def read_optitrack(source: Path, *, convention: str | None = None, rotations: str | None = None) -> Session:
     """Rigid bodies and bones of a Motive CSV export.
 
     Parameters
     ----------
     convention : axes, where the export was not made with Motive's own (``z-up``).
+    rotations : their direction, of ``ROTATIONS``; ``None``: that of a pose.
 
     Raises ``ImportFileError``: names file, line and what to export.
     """
@@ -60,7 +61,7 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     assumed = [f"Euler angles {euler} in degrees about own axes"] if is_euler else []
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
     frame = SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed)
-    frame = replace(frame, others=_rotation_assumptions(euler))
+    frame = replace(frame, others=_rotation_assumptions(euler), inverse_rotations=is_inverse(rotations))
     return session_of_tables(tables, frame, ledger, [*notes, *table.notes])
 
 

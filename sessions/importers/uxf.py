@@ -19,7 +19,7 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_columns_and_units import PoseColumns
 from sessions.importers.csv_head import read_head
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.importing import PoseTable, SourceFrame, Stream, session_of_tables
+from sessions.importers.importing import PoseTable, SourceFrame, Stream, is_inverse, session_of_tables
 from sessions.importers.ledger import LARGEST_SECONDS, Ledger, Numbers, Stamps
 from sessions.importers.unstated_units import degrees_by_format
 from sessions.input_files import check_regular
@@ -37,7 +37,7 @@ TRIALS: Final = "trial_results.csv"
 LONGEST_HEADER: Final = 10_000
 
 
-def read_uxf(source: Path, *, convention: str | None = None) -> Session:
+def read_uxf(source: Path, *, convention: str | None = None, rotations: str | None = None) -> Session:
     """Everything in a UXF session folder such as ``experiment/participant/S001``.
 
     Every trial of ``trial_results.csv`` is an interval of kind ``task``; its other columns are data of it. Every other
@@ -46,6 +46,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     Parameters
     ----------
     convention : axes of the poses, where a tracker of your own writes others than Unity's.
+    rotations : their direction, of ``ROTATIONS``; ``None``: that of a pose.
 
     Raises ``ImportFileError``: names folder, file, line and column.
     """
@@ -80,6 +81,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     trials = _trials(folder, ledger)
     assumed = ("clock in s since the start of the program (Unity's Time.time)",)
     frame = SourceFrame.in_axes(convention, "unity", "", "Unity's Time.time, s", assumed)
+    frame = replace(frame, inverse_rotations=is_inverse(rotations))
     if angles:
         notes.insert(0, "rotations from Euler angles zxy in degrees to unit quaternions")
         frame = replace(

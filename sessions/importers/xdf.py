@@ -21,12 +21,20 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_columns_and_units import LENGTHS, PoseColumns, convention_key, mapping_table, pose_columns
+from sessions.importers.csv_columns_and_units import (
+    LENGTHS,
+    PoseColumns,
+    convention_key,
+    mapping_table,
+    pose_columns,
+    rotations_key,
+)
 from sessions.importers.importing import (
     METRES_PER_UNIT,
     PoseTable,
     SourceFrame,
     Stream,
+    is_inverse,
     numbered_name,
     session_of_tables,
 )
@@ -64,12 +72,19 @@ TYPED: Final = PoseColumns(tuple("xyz"), tuple("xyzw"))
 """What the channels of a body are in the order of ``ROLES``."""
 
 
-def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path | None = None) -> Session:
+def read_xdf(
+    source: Path,
+    *,
+    convention: str | None = None,
+    rotations: str | None = None,
+    mapping: str | Path | None = None,
+) -> Session:
     """Everything in an XDF file.
 
     Parameters
     ----------
     convention : axes of its poses, which XDF does not state; ``None``: right-handed, +Y up.
+    rotations : their direction, of ``ROTATIONS``; ``None``: the mapping's, else that of a pose.
     mapping : a TOML file that says which channels of which streams are a body; ``None``: what their types say.
 
     Raises ``ImportFileError``: names file, stream and channel.
@@ -88,8 +103,9 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
                 bodies[body] = stream, channels, TYPED
                 units |= stream.length_units(channels)
     else:
-        stated, unit, mapped = read_stream_mapping(mapping)
+        stated, unit, direction, mapped = read_stream_mapping(mapping)
         convention = convention or stated
+        rotations = rotations or direction
         for body, (name, columns) in mapped.items():
             stream = _stream_named(name, streams, source)
             axes = convention_named(convention or (UNITY_AXES if stream.is_unity else ASSUMED))
@@ -125,6 +141,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     clock = "LSL clock of the recording computer, s"
     confidence = Confidence.SURE if kinds == {UNITY_AXES} else Confidence.OPEN
     frame = SourceFrame.in_axes(convention, min(kinds), max(units), clock, assumed, confidence)
+    frame = replace(frame, inverse_rotations=is_inverse(rotations))
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
     return replace(session_of_tables(tables, frame, ledger, notes, numbers), events=events)
@@ -410,8 +427,11 @@ def _is_whole(source: Path) -> bool:
     return True
 
 
-def read_stream_mapping(path: str | Path) -> tuple[str, str, dict[str, tuple[str, PoseColumns]]]:
-    """Axes, unit, and of each body the name of its stream and the labels of its channels; all faults at once."""
+def read_stream_mapping(path: str | Path) -> tuple[str, str, str, dict[str, tuple[str, PoseColumns]]]:
+    """Axes, unit, direction of rotations, and of each body its stream and the labels of its channels.
+
+    Raises ImportFileError: all faults at once.
+    """
     with mapping_table(path) as whole:
         bodies = {
             name: (table.text("stream", None), pose_columns(table))
@@ -419,4 +439,4 @@ def read_stream_mapping(path: str | Path) -> tuple[str, str, dict[str, tuple[str
         }
         if not bodies:
             whole.refuse("give [bodies.NAME] with stream, position and a rotation for every body")
-        return convention_key(whole), whole.text("units", "", LENGTHS), bodies
+        return convention_key(whole), whole.text("units", "", LENGTHS), rotations_key(whole), bodies

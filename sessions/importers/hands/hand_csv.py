@@ -20,7 +20,7 @@ from sessions.importers.hands.hand_columns import HandLayout, hand_layout, unkno
 from sessions.importers.hands.hand_joints import HandJoints, read_joints
 from sessions.importers.hands.hand_mapping import HandMapping, hand_draft, hand_file_error, read_hand_mapping
 from sessions.importers.hands.joint_names import PALM, RADII_M, RADII_SOURCE, Bone, bones_of, side_in
-from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, session_of_tables
+from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, is_inverse, session_of_tables
 from sessions.importers.ledger import FLAGGED, POSES, Ledger
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
@@ -36,13 +36,20 @@ JOINT_MISSING: Final = "of which a joint has no position"
 """A radius above it is that of no hand; it is left out, as one that is not above 0."""
 
 
-def read_hands(source: Path, *, mapping: str | Path | None = None, convention: str | None = None) -> Session:
+def read_hands(
+    source: Path,
+    *,
+    mapping: str | Path | None = None,
+    convention: str | None = None,
+    rotations: str | None = None,
+) -> Session:
     """The hands of a CSV as capsules between their joints.
 
     Parameters
     ----------
     mapping : a TOML file as `hand_mapping` describes it, for what the columns do not say.
     convention : axes of the positions; ``None``: the mapping's, else those in which fingers bend towards the palm.
+    rotations : their direction for bodies beside the hands, of ``ROTATIONS``; ``None``: the mapping's.
 
     Raises ImportFileError: no hands, joints that are none or exchanged, or no clock; names file and column.
     """
@@ -72,7 +79,11 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     if not any(motions.values()):
         raise hand_file_error(source, "no two neighbouring joints of a hand have positions in one row")
     radii = {hand.name: _radii(moved[hand.name], motions[hand.name]) for hand in hands}
-    frame = replace(frame, others=(*frame.others, *_radii_assumptions(moved, radii)))
+    frame = replace(
+        frame,
+        others=(*frame.others, *_radii_assumptions(moved, radii)),
+        inverse_rotations=is_inverse(rotations or given.rotations),
+    )
     notes.append("joints of hands to capsules between neighbours; rotations of joints are not needed")
     notes += (
         f"{name or 'a pose without a name'}: not taken beside hands, for {reason}; import it from a CSV of its own"

@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_columns_and_units import CLOCK_NS, LENGTHS, TEXT, convention_key, mapping_table
+from sessions.importers.csv_columns_and_units import (
+    CLOCK_NS,
+    LENGTHS,
+    TEXT,
+    convention_key,
+    mapping_table,
+    rotations_key,
+)
 from sessions.importers.csv_draft import UnknownColumnsError
 from sessions.importers.csv_head import CsvHead
 from sessions.importers.hands.hand_columns import HandLayout
@@ -35,6 +42,7 @@ class HandMapping:
     time: str = ""
     time_unit: str = ""
     rate_hz: float = 0.0
+    rotations: str = ""
     joints: Mapping[str, NamedJoint] = field(default_factory=dict)
 
 
@@ -56,6 +64,7 @@ def read_hand_mapping(path: str | Path) -> HandMapping:
             time=time,
             time_unit=unit,
             rate_hz=rate,
+            rotations=rotations_key(whole),
             joints=named,
         )
 

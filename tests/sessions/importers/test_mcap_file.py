@@ -597,21 +597,61 @@ def test_axes_that_the_user_names_win_over_an_optical_frame(cup_before_a_camera)
     assert session.tracks["cup"].positions[0] == pytest.approx([-2.0, 3.0, -1.0])
 
 
-def test_odometry_is_a_pose_of_its_topic(tmp_path):
-    """25 messages of ROS's Odometry have a header with a stamp, and a pose with covariance, of a robot's base."""
-    messages = [
-        ("/base/odom", "nav_msgs/msg/Odometry", stamp, {
-            "header": {"stamp": {"sec": int(stamp) // 10**9, "nanosec": int(stamp) % 10**9}, "frame_id": "map"},
-            "child_frame_id": "base",
+def odometry(topic="/base/odom", body=0, parent="map", child="base", stamps=STAMPS):
+    """Messages of ROS's Odometry: a header with a stamp, and a pose with covariance."""
+    return [
+        (topic, "nav_msgs/msg/Odometry", stamp, {
+            "header": {"stamp": {"sec": int(stamp) // 10**9, "nanosec": int(stamp) % 10**9}, "frame_id": parent},
+            "child_frame_id": child,
             "pose": {
-                "pose": pose_of_body(body=0, row=row, position="position", rotation="orientation"),
+                "pose": pose_of_body(body=body, row=row, position="position", rotation="orientation"),
                 "covariance": [0.0] * 36,
             },
         })
-        for row, stamp in enumerate(STAMPS)
+        for row, stamp in enumerate(stamps)
     ]  # fmt: skip
+
+
+def moving_frame(parent, child, body):
+    """Transforms of a frame at all stamps."""
+    return [
+        ("/tf", FRAME, s, transform(parent, child, stamp=s, body=body, row=k)) for k, s in enumerate(STAMPS.tolist())
+    ]
+
+
+REPEATED = "/base/odom: 25 of 25 transforms merged: that repeat those of 'base' on /tf"
+CONTRADICTED = "/base/odom: 25 of 25 transforms dropped: of 'base', which /tf places too, elsewhere or at other stamps"
+ODOMETRY = {
+    "alone": (odometry(), "base", 0, ""),
+    "of no frame": (odometry(child=""), "base/odom", 0, ""),
+    "of its own parent": (odometry(child="/map"), "base/odom", 0, ""),
+    "as /tf": (odometry() + moving_frame("map", "base", body=0), "base", 0, REPEATED),
+    "elsewhere": (odometry() + moving_frame("map", "base", body=1), "base", 1, CONTRADICTED),
+    "at other stamps": (odometry(stamps=STAMPS + 7) + moving_frame("map", "base", body=0), "base", 0, CONTRADICTED),
+    "below a frame of /tf": (odometry(parent="hand") + moving_frame("map", "hand", body=0), "base", (0, 0), ""),
+}
+"""Messages, the name of the body, the pose that it has (of several: a chain from the root), and the ledger's words."""
+
+
+@pytest.mark.parametrize("name", ODOMETRY)
+def test_odometry_and_its_transform_are_a_single_body(tmp_path, name):
+    """A row of ODOMETRY: the body is the frame that the odometry places, and no message of it is lost uncounted."""
+    messages, body, pose, text = ODOMETRY[name]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", messages))
-    assert has_poses(session.tracks["base/odom"], POSITIONS[0], ROTATIONS[0], ROS, STAMPS)
+    chain = [(at, ALL) for at in (pose if isinstance(pose, tuple) else (pose,))]
+    assert {*session.names} - {"hand"} == {body}
+    assert has_poses(session.tracks[body], *chained_poses(*chain), ROS, STAMPS)
+    assert ledger_text(session).startswith(text) and bool(ledger_text(session)) == bool(text)
+
+
+def test_two_odometries_of_a_frame_need_a_chosen_topic(tmp_path):
+    """Two programs that estimate one pose are no two bodies; where /tf has it, neither is asked."""
+    both = odometry("/wheels") + odometry("/filtered", body=1)
+    path = write_json_mcap(tmp_path / "m.mcap", both)
+    assert_import_refused("mcap", path, "'base' comes on the topics '/wheels' and '/filtered'; choose one by --topic")
+    assert import_session("mcap", path, topics=["/wheels"]).names == ("base",)
+    placed = write_json_mcap(tmp_path / "t.mcap", both + moving_frame("map", "base", body=0))
+    assert import_session("mcap", placed).names == ("base",)
 
 
 def test_late_logging_costs_no_transform_whose_stamps_increase(tmp_path):
