@@ -154,9 +154,13 @@ def _first_row(cells: Sequence[Sequence[str]]) -> int | None:
 
 def _lacks_numbers(row: Sequence[str], known: Collection[str]) -> bool:
     """Whether a row holds nothing but numbers, dates, words for missing numbers, and cells that rows below have."""
-    return _numbers(row) > 0 and all(
-        cell in EMPTY_CELLS or cell in known or NUMBER.fullmatch(cell) or is_date_or_time(cell) for cell in row
+    return all(cell in EMPTY_CELLS or cell in known or _is_measured(cell) for cell in row) and any(
+        map(_is_measured, row)
     )
+
+
+def _is_measured(cell: str) -> bool:
+    return NUMBER.fullmatch(cell) is not None or is_date_or_time(cell)
 
 
 def _of_rows(

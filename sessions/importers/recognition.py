@@ -6,6 +6,7 @@ from typing import Final
 from sessions.errors import ImportFileError
 from sessions.file_kinds import file_kind
 from sessions.importers.csv_head import read_head
+from sessions.importers.csv_table import NUMBER, excel_separator
 from sessions.importers.hands.hand_columns import hand_layout
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
@@ -27,7 +28,11 @@ ANOTHER_BAG: Final = (
     "make it an MCAP file first: pip install rosbags; rosbags-convert --src BAG --dst FOLDER --dst-storage mcap"
 )
 SEPARATORS: Final = (",", ";", "\t", "|")
-FIRST_BYTES: Final = 4096
+COMMENTS: Final = ("#", "%", "//")
+"""What a line above a table may begin with."""
+LEAST_NUMBERS: Final = 7
+"""Numbers between spaces that make a line a row of poses: a place and a quaternion."""
+FIRST_BYTES: Final = 1 << 16
 
 
 def recognised_format(source: Path) -> tuple[str, str]:
@@ -49,13 +54,23 @@ def recognised_format(source: Path) -> tuple[str, str]:
         return "usd", "it is a package of USD"
     if kind := file_kind(head):
         raise ImportFileError(f"{source}: it is {kind}")
-    line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
     if b"\x00" not in head and (joints := joints_in(source)):
         return "hands", joints
+    number, line = _first_row_of_cells(head.decode("utf-8", errors="replace"))
     separators = [letter for letter in SEPARATORS if letter in line]
     if separators and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
-        return "csv", f"line 1 has {line.count(separators[0]) + 1} cells between {separators[0]!r}"
+        return "csv", f"line {number} has {line.count(separators[0]) + 1} cells between {separators[0]!r}"
+    if len(cells := line.split()) >= LEAST_NUMBERS and all(map(NUMBER.fullmatch, cells)):
+        return "csv", f"line {number} has {len(cells)} numbers between spaces"
     raise ImportFileError(f"{source}: nothing says what it is; name the format before the source: replay import FORMAT")
+
+
+def _first_row_of_cells(text: str) -> tuple[int, str]:
+    """The number and the text of the first line that is not empty, no comment and not Excel's ``sep=;``."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() and not line.lstrip().startswith(COMMENTS) and not excel_separator(line):
+            return number, line
+    return 1, ""
 
 
 def joints_in(source: Path) -> str:

@@ -124,7 +124,7 @@ def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, table, cure):
     refusal = refusal_with_draft(path)
     assert [gap for gap in refusal.unknown if re.search(cure, gap)]
     assert '# name = "object_uid"' in refusal.draft
-    with pytest.raises(ImportFileError, match="bod"):
+    with pytest.raises(ImportFileError, match=r"give either \[body\]"):
         session_by_draft(path, refusal.draft)
 
 
