@@ -17,7 +17,10 @@ from cdcore.numerics import FloatArray, IntArray, readonly
 from cdcore.search.state import stream_of
 
 NEIGHBOURS: Final = 14
-"""Neighbours kept for local search: the three across edges, and eleven of some nine across corners."""
+"""Neighbours kept of each face for local search: the three across its edges, then up to eleven at its corners.
+
+Where six faces meet at every vertex, nine meet a face at a corner alone.
+"""
 FAN: Final = 3 * (NEIGHBOURS + 1)
 """Faces examined around a corner: among so many are the face and 14 others, though each may be there three times."""
 
@@ -174,8 +177,11 @@ def _areas(features: Features) -> FloatArray:
 
 
 def _nearest(points: FloatArray, pick: IntArray) -> IntArray:
+    """Indices (f, 15) of the picked points nearest to each point (f, 3), without itself; -1 where there is none."""
     from scipy.spatial import cKDTree
 
+    # By a power of two, which rounds nothing: squares of 2^600 m overflow, those of 1e-300 m vanish.
+    points = np.ldexp(points, -int(np.frexp(np.abs(points).max())[1]))
     near = np.full((len(points), NEIGHBOURS + 1), -1, dtype=np.int64)
     count = min(NEIGHBOURS + 1, len(pick))
     _, index = cKDTree(points[pick]).query(points, k=np.arange(1, count + 1))
