@@ -58,6 +58,17 @@ class BroadPhase:
         verdict = np.where(has_pose, CLEAR, NO_POSE)
         return BroadAnswer(verdict, frames, columns, {}, [start, perf_counter()])
 
+    def volumes_meet(self, motion: Motion, frame: int, pair: int) -> tuple[bool | None, bool | None]:
+        """Whether the spheres of a pair overlap in one frame, and whether its boxes do; ``None``: not tested there."""
+        now = motion.frames(frame, frame + 1)
+        verdict, _ = self.spheres.candidates(now)
+        if verdict[0, pair] == Verdict.NO_POSE:
+            return None, None
+        spheres_meet = bool(verdict[0, pair] == Verdict.CANDIDATE)
+        if not (spheres_meet and self._asks_boxes):
+            return spheres_meet, None
+        return True, bool(self.boxes.may_meet(now, np.array([0]), np.array([pair]))[0])
+
     def by_stage(self, motion: Motion) -> tuple[BoolArray, BoolArray]:
         """(T, P) twice: where the spheres overlap, and where the boxes do too."""
         spheres, both = self.spheres.candidates(motion)[0] == Verdict.CANDIDATE, self.candidates(motion)

@@ -137,7 +137,8 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         settings = self.settings
         sampled = is_sampled(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
-        return Explanation(looked=sampled, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
+        meet = int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED)
+        return Explanation(looked=sampled, shapes_meet=meet if motion.valid[frame, self.pairs[pair]].all() else None)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""

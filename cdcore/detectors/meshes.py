@@ -279,9 +279,12 @@ class DiscreteDetector(MeshDetector):
     cannot = "see what happens between its samples"
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
-        del pair, faces
-        return Explanation(looked=is_sampled(motion.times, frame, self._rate_hz, self._offset_s), spheres_meet=True)
+        """Say whether a frame was tested, and where it was whether the volumes meet."""
+        del faces
+        if not is_sampled(motion.times, frame, self._rate_hz, self._offset_s):
+            return Explanation(looked=False)
+        spheres_meet, boxes_meet = self._broad.volumes_meet(motion, frame, pair)
+        return Explanation(looked=True, spheres_meet=spheres_meet, boxes_meet=boxes_meet)
 
 
 class HybridDetector(MeshDetector):

@@ -3,7 +3,7 @@ spheres, ``hybrid-qaco`` after spheres and boxes, with a mesh query for what it 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 from typing import Any, ClassVar
@@ -53,13 +53,15 @@ class QacoDetector(PairDetector[Any]):
         self._meshes: MeshStage | None = None
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """Say whether the volumes met, and whether ten times the budget finds the contact; with ``decide="mesh"``
-        volumes alone can lose one.
+        """Say whether the volumes meet, and where they do whether ten times the budget finds the contact.
+
+        With ``decide="mesh"`` volumes alone can lose one.
         """
-        near = pair in self._broad.candidates(motion.frames(frame, frame + 1)).columns
-        if self._meshes is not None:
-            return Explanation(spheres_meet=near)
-        return self._explainer.explain(motion, frame, pair, faces, volumes_meet=near)
+        spheres_meet, boxes_meet = self._broad.volumes_meet(motion, frame, pair)
+        explanation = Explanation()
+        if self._meshes is None and spheres_meet and boxes_meet is not False:
+            explanation = self._explainer.explain(motion, frame, pair, faces)
+        return replace(explanation, spheres_meet=spheres_meet, boxes_meet=boxes_meet)
 
     def watch(self, motion: Motion) -> Watched:
         """Search the whole motion again and keep what each stage did."""

@@ -91,7 +91,8 @@ class EngineDetector(PairDetector[SettingsT]):
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the engine lists the pair there; ``None``: not supported."""
         del faces
-        meet = None if self._refused[pair] else bool(self._touch(motion, frame)[pair])
+        is_tested = motion.valid[frame, self.pairs[pair]].all() and not self._refused[pair]
+        meet = bool(self._touch(motion, frame)[pair]) if is_tested else None
         settings = self.settings
         sampled = is_sampled(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
         return Explanation(looked=sampled, shapes_meet=meet)

@@ -11,13 +11,14 @@ from cdcore.protocol.motion import Motion
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """Answers of the stages; ``None``: the detector has no such stage.
+    """Answers of the stages; ``None``: the detector has no such stage, or it did not run there.
 
     Parameters
     ----------
     looked : whether it tested this frame; False: it holds the answer of an earlier one.
     shapes_meet : whether the shapes it puts in place of the meshes meet.
-    spheres_meet : whether its volumes let the pair through to the triangles.
+    spheres_meet : whether the bounding spheres overlap.
+    boxes_meet : whether the bounding boxes do, which are tested where the spheres overlap.
     sample_meets : whether a pair of faces that meets is among those it may draw.
     found_with_more : whether the search finds one with ten times the budget.
     within_clock : whether the frame lies within the uncertainty of the detector's clock.
@@ -26,6 +27,7 @@ class Explanation:
     looked: bool | None = None
     shapes_meet: bool | None = None
     spheres_meet: bool | None = None
+    boxes_meet: bool | None = None
     sample_meets: bool | None = None
     found_with_more: bool | None = None
     within_clock: bool | None = None

@@ -138,17 +138,16 @@ class SearchExplainer:
         self._motion: Motion | None = None
         self._finds_by_pair: dict[tuple[int, int], BoolArray] = {}
 
-    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray, *, volumes_meet: bool) -> Explanation:
-        """Explains one pair in one frame by its spheres and its search.
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
+        """Explains one pair in one frame by its search.
 
         Parameters
         ----------
         faces : (k, 2) the face pairs that meet, in the order of the pair.
-        volumes_meet : whether spheres and boxes let the pair through.
         """
         sampled = self._stage(pair).samples_meet(0, faces) if len(faces) else None
         finds_now = self._finds(motion, frame, pair) if sampled else None
-        return Explanation(spheres_meet=volumes_meet, sample_meets=sampled, found_with_more=finds_now)
+        return Explanation(sample_meets=sampled, found_with_more=finds_now)
 
     def _stage(self, pair: int) -> SearchStage:
         if pair not in self._stages:

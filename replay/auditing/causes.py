@@ -187,7 +187,7 @@ def first_failed(
             return cause
     if not tests_inside:
         return Cause.CONTAINMENT
-    if failed("spheres_meet"):
+    if failed("spheres_meet") or failed("boxes_meet"):
         return Cause.SPHERE_STAGE
     if failed("sample_meets"):
         return Cause.SAMPLING

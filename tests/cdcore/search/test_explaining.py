@@ -6,10 +6,13 @@ from support.search_scenes import ball_of
 from support.shapes import box_mesh, lab_bodies_and_motion, unrotated_motion
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from cdcore.protocol import Explains
+from cdcore.protocol import Explains, Explanation
 from cdcore.search.features import features_of, sample_of
 from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import SearchStage
+
+BOXES_MEET = {"qaco": None, "hybrid-qaco": False}
+"""The answer about cubes whose spheres overlap alone; ``qaco`` tests no boxes."""
 
 NO_FACES = np.zeros((0, 2), dtype=np.int64)
 
@@ -38,8 +41,9 @@ def test_explanation_names_spheres_samples_and_budget(name):
     met = detector.explain(motion, frame=0, pair=0, faces=meeting)
     assert met.spheres_meet and met.sample_meets and met.found_with_more
     beside = detector.explain(motion, frame=1, pair=0, faces=NO_FACES)
-    assert beside.spheres_meet == (name == "qaco"), "hybrid-qaco asks boxes too, which are apart"
-    assert detector.explain(motion, frame=2, pair=0, faces=meeting).spheres_meet is False
+    assert beside.spheres_meet and beside.boxes_meet == BOXES_MEET[name]
+    distant = detector.explain(motion, frame=2, pair=0, faces=meeting)
+    assert vars(distant) == {**vars(Explanation()), "spheres_meet": False}, "no other stage ran"
     inside = detector.explain(motion, frame=0, pair=0, faces=NO_FACES)
     assert inside.sample_meets is None and inside.found_with_more is None
 
