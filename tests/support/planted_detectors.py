@@ -112,7 +112,7 @@ class Distracted(Planted):
 
 
 class Swept(Planted):
-    """An oracle of intervals for two bodies that only move along X by steps too long for instants."""
+    """Adds contact where the two bodies pass each other between frames; both move along X alone."""
 
     def detect(self, motion, *, faces=False):
         exact = self._exact.detect(motion)

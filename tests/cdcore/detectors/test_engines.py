@@ -90,8 +90,8 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetre
         # A millimetre and more too late between edges: Rapier measures at corners of faces.
         ("rapier", {"prediction_m": 0.01}, 0.01, 1e-6, 3e-3),
         ("bullet", {}, 0.002, 1e-3, 0.0),
-        pytest.param("newton", {}, 0.0, 1e-6, 5e-6, marks=pytest.mark.slow),
-        pytest.param("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5, marks=pytest.mark.slow),
+        ("newton", {}, 0.0, 1e-6, 5e-6),
+        ("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5),
     ],
 )
 def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach, early, late):

@@ -167,7 +167,7 @@ def plant_methods(monkeypatch, shrunk):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("shrunk", "method"),
-    [(0.9999, "CoACD"), pytest.param(1.0, "sectors by height and angle", marks=pytest.mark.slow)],
+    [(0.9999, "CoACD"), (1.0, "sectors by height and angle")],
 )
 def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monkeypatch, shrunk, method):
     """Planted pieces of another method have 0.9999 of the size of the sectors, or all of it."""

@@ -32,9 +32,7 @@ def truth_of(one):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("target", "number"), [(100, 0), *(pytest.param(*key, marks=pytest.mark.slow) for key in MORE)]
-)
+@pytest.mark.parametrize(("target", "number"), [(100, 0), *MORE])
 def test_requested_number_of_faces_meets_and_exhaustion_agrees(target, number):
     """``number``: of the fixture for a target, even ones of the first family; the exhaustive test gives the pairs."""
     item = make_fixture(target, number)
