@@ -39,8 +39,9 @@ from cdcore.tolerances import EPS, UNDERFLOW_PAD
 
 COLONY, LOCAL, RANDOM = 0, 1, 2
 """The strategies of the search."""
-SEARCH, SEARCH_ON = 0, 1
-"""What to do: take the poses, evaluate the start and search; go on with a search."""
+SEARCH, SEARCH_ON, FOLLOW = range(3)
+"""What to do: take the poses, evaluate the start and search; go on with a search; evaluate a pair by itself, and go
+down from it if the strategy has local search."""
 
 PLACING_PAD = 1024.0 * EPS
 """Pad of the threshold in size of both bodies: their relative pose is rounded five times, each by a few eps of that
@@ -219,10 +220,10 @@ class PairSearch:
         state, first, second = self.state, self.first.pick, self.second.pick
 
         def evaluate(i: int, j: int) -> float:
-            distance = follow(int(first[i]), int(second[j]), self.faces, self.states)
+            advance(FOLLOW, int(first[i]), int(second[j]), budget, self.swarm, self.faces, self.states)
             if self._resolve() or state["evaluations"] >= budget:
                 raise SearchOverError
-            return distance
+            return float(state["followed"])
 
         stream = stream_of(self.settings.seed, "qaco", *self.names, self._stamp)
         iterations = iterations_as_printed(evaluate, (len(first), len(second)), self.settings, stream)
@@ -340,6 +341,9 @@ def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, 
     A search begins as ``states[1]``, which has its poses, at the pair (i, j); i below 0: at none.
     """
     state = states[0]
+    if task == FOLLOW:
+        state.followed = follow_start(i, j, faces, state)
+        return DONE
     if task == SEARCH:
         generation = state.generation + 1
         states[0] = states[1]
@@ -359,9 +363,3 @@ def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, 
             return FULL
         step(swarm, faces, state)
     return UNSURE if state.hit_a < 0 and state.open > 0 else DONE
-
-
-@kernel
-def follow(i: int, j: int, faces: Faces, states: States) -> float:
-    """Evaluate a pair, and go down from it if the strategy has local search; distance of the pair."""
-    return follow_start(i, j, faces, states[0])

@@ -59,6 +59,7 @@ NUMBERS = (
     "pad",  # added to the radii of faces, metres
     "scale",  # what a distance is divided by, metres
     "closest",  # smallest distance so far, metres
+    "followed",  # distance of the pair that was evaluated by itself, metres
     "turn",  # largest step of a rotation, radians
     "mutation",  # probability of a NOT gate
     "alpha",  # weight of the pheromone in (16)

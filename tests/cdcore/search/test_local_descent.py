@@ -7,7 +7,7 @@ from support.shapes import box_mesh, random_rotations
 
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
-from cdcore.search.pair_search import follow
+from cdcore.search.pair_search import FOLLOW, advance
 from cdcore.search.stage import PROBE, budget_at_rest, distance_moved, lengths_at_rest
 
 AT_ORIGIN = (I3, np.zeros(3))
@@ -17,7 +17,7 @@ def descent_from(search, i, j):
     """The pair where a way down from (i, j) ends, its distance, and the evaluations it took."""
     state = search.state
     state["budget"], before, state["closest"] = 10**9, int(state["evaluations"]), np.inf
-    follow(i, j, search.faces, search.states)
+    advance(FOLLOW, i, j, 0, search.swarm, search.faces, search.states)
     end = int(state["best_a"]), int(state["best_b"])
     return end, float(state["closest"]), int(state["evaluations"]) - before
 
