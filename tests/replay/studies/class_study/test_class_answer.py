@@ -28,13 +28,16 @@ STUDENTS = 20
 
 @pytest.fixture(scope="module")
 def class_runs(tmp_path_factory):
-    """Run folders of a class, one of each student."""
+    """Run folders of 20 students, a session each, by the reference detector exact and by slow and coarse."""
     return read_class(made_class(tmp_path_factory.mktemp("class") / "runs", sessions=STUDENTS, students=STUDENTS))
 
 
 @pytest.fixture(scope="module")
-def class_study(class_runs):
-    """Whether contacts a minute go with motivation in the class, all scales reliable."""
+def study_without_association(class_runs):
+    """A regression of motivation on contacts a minute, which do not go together; again with slow and with coarse.
+
+    Answers on both scales are reliable (Cronbach's alpha 0.8), so that only the number of students can hide anything.
+    """
     answers, _ = a_class(STUDENTS, seed=1, slope=0.7)
     answered = questionnaire(answers)
     answered.index = [f"S{k:03d}" for k in range(STUDENTS)]
@@ -42,32 +45,66 @@ def class_study(class_runs):
     return replace(made, reliabilities={name: replace(own, alpha=0.8) for name, own in made.reliabilities.items()})
 
 
+def as_association(finding):
+    """The finding with beta 0.7, which p = 0.001 and an interval from 0.4 to 0.9 make an association."""
+    return replace(finding, beta=0.7, low=0.4, high=0.9, p=0.001, p_holm=0.001)
+
+
+def with_association(study):
+    """The study with an association as its first finding by the reference."""
+    first, *others = study.coefficients
+    return replace(study, coefficients=(as_association(first), *others))
+
+
+def with_conclusion_changed_by(study, *detectors):
+    """The study with these detectors finding an association, which the reference does not find."""
+    rows = [
+        replace(row, after=as_association(row.after)) if row.detector in detectors else row for row in study.sensitivity
+    ]
+    return replace(study, sensitivity=tuple(rows))
+
+
+def with_equal_figures(study):
+    """The study with every detector giving the figures of the reference."""
+    return replace(study, sensitivity=tuple(replace(row, after=row.before) for row in study.sensitivity))
+
+
 def answer_rows(runs, study, folder):
-    """Name -> row of the answer of a class."""
+    """Heading ("What", "Why", ...) -> its texts, as a page in this folder answers about a class."""
     return {row.name: row for row in class_answer(ClassTables(runs), places(runs, folder), study)}
 
 
-@pytest.mark.parametrize("questioned", [True, False])
-def test_class_page_has_its_seven_headings_in_order(class_runs, class_study, tmp_path, questioned):
-    """``questioned``: there is a questionnaire; without it nothing can be said under Or."""
-    page = study_html(class_runs, places(class_runs, tmp_path), class_study if questioned else None)
-    names = ["What", "When", "Why", "Do", "Cost", "Or", "Sure"]
-    assert re.findall(r"<dt>(\w+)</dt>", page) == [name for name in names if questioned or name != "Or"]
+def whole_text(row):
+    """Sentence of a heading, those below it, and those that the page folds."""
+    return f"{row.text} {row.figures} {row.details}"
+
+
+@pytest.mark.parametrize("has_questionnaire", [True, False])
+def test_class_page_has_its_seven_headings_in_order(class_runs, study_without_association, tmp_path, has_questionnaire):
+    """Without a questionnaire no conclusion is tested, so that no other detector can be proposed under Or."""
+    page = study_html(
+        class_runs, places(class_runs, tmp_path), study_without_association if has_questionnaire else None
+    )
+    headings = ["What", "When", "Why", "Do", "Cost", *(["Or"] if has_questionnaire else []), "Sure"]
+    assert re.findall(r"<dt>(\w+)</dt>", page) == headings
     text = unescape(re.sub(r"<[^>]*>", "", page[page.index("<dl>") : page.index("</dl>")]))
-    assert ("there is no questionnaire" in text) == (not questioned)
-    assert "Count contacts with the detector exact" in text
+    assert ("there is no questionnaire" in text) == (not has_questionnaire)
+    assert "Count contacts with the detector exact" in text, "exact is the reference"
 
 
-def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, class_study, tmp_path):
-    """Causes are counted again from the files of the runs."""
+def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, study_without_association, tmp_path):
+    """Causes of misses are counted again from the files of the runs, less those of a body in a hand ("held").
+
+    The count stands beside the cause, or "most" where another cause has fewer than 5 students: it would follow.
+    """
     counted, students = Counter(), defaultdict(set)
     for file in class_runs.top.glob("*/misses.parquet"):  # a run is of one student
         for row in pq.read_table(file).to_pylist():
             if not row["held"]:
                 counted[row["detector"], row["cause"]] += 1
                 students[row["detector"], row["cause"]].add(file.parent.name)
-    row = answer_rows(class_runs, class_study, tmp_path)["Why"]
-    why = f"{row.text} {row.figures} {row.details}"
+    why = whole_text(answer_rows(class_runs, study_without_association, tmp_path)["Why"])
+    assert class_runs.audited_detectors
     for label in class_runs.audited_detectors:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
         most = {cause for cause, count in counts.items() if count == max(counts.values())}
@@ -76,95 +113,119 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, cla
         )
         assert {text for text, _ in printed} == {CAUSE_CLAUSES.get(cause, cause) for cause in most}
         has_small_cell = any(len(students[label, cause]) < 5 for cause in counts)
-        share = "most" if has_small_cell else f"{max(counts.values())} of {sum(counts.values())}"
-        assert {count for _, count in printed} == {share}
+        count_text = "most" if has_small_cell else f"{max(counts.values())} of {sum(counts.values())}"
+        assert {count for _, count in printed} == {count_text}
 
 
-def test_first_sessions_lead_to_their_miss(class_runs, class_study, tmp_path):
-    """A link has student, pair and second, and leads to a miss in the report of the session."""
-    links = answer_rows(class_runs, class_study, tmp_path)["When"].links
+def test_first_sessions_lead_to_their_miss(class_runs, study_without_association, tmp_path):
+    """Up to three links read ``S007: hand-left - beaker at 3.14 s`` and open that miss in the session's report."""
+    links = answer_rows(class_runs, study_without_association, tmp_path)["When"].links
     assert 1 <= len(links) <= 3
     for text, address in links:
         assert re.fullmatch(r"S\d{3}: \S+ - \S+ at [\d.]+ s", text) and "report.html#miss-" in address
 
 
 def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
-    """Only misses of beaker and burette are left of six students."""
+    """Of six students only the misses of beaker and burette stay: the links name student and second alone."""
     runs = read_class(made_class(tmp_path / "runs", sessions=6, students=6))
-    kept = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
-    single = replace(runs, tables=runs.tables | {"misses": runs.tables["misses"].filter(pa.array(kept))})
-    row = answer_rows(single, study=None, folder=tmp_path)["When"]
+    is_of_beaker = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
+    misses_of_beaker = runs.tables["misses"].filter(pa.array(is_of_beaker))
+    single_pair = replace(runs, tables=runs.tables | {"misses": misses_of_beaker})
+    row = answer_rows(single_pair, study=None, folder=tmp_path)["When"]
     assert row.figures.startswith("All are of the pair beaker - burette. ")
+    assert row.links
     assert all(re.fullmatch(r"S\d{3} at [\d.]+ s", text) for text, _ in row.links)
 
 
 def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
-    """Four students: no cause, no count of misses, and a sentence that says why."""
-    few = read_class(made_class(tmp_path / "runs", sessions=4, students=4))
-    rows = answer_rows(few, study=None, folder=tmp_path)
-    assert "Why" not in rows and "misses" not in rows["What"].details and "fewer than 5 students" in rows["Sure"].text
+    """Four students: no cause under Why, no count of misses under What, and under Sure a sentence that says why."""
+    four_students = read_class(made_class(tmp_path / "runs", sessions=4, students=4))
+    rows = answer_rows(four_students, study=None, folder=tmp_path)
+    assert "Why" not in rows
+    assert "misses" not in rows["What"].details
+    assert "fewer than 5 students" in rows["Sure"].text
 
 
-def test_changing_detectors_are_named_as_such(class_runs, class_study, tmp_path):
-    """The association holds with the second detector alone; at last with every one."""
-    changed = [class_study.sensitivity[0]] + [
-        replace(row, after=with_association(row.after)) for row in class_study.sensitivity[1:]
-    ]
-    assert [row.changes for row in changed] == [False, True]
-    rows = answer_rows(class_runs, replace(class_study, sensitivity=tuple(changed)), tmp_path)
-    detector = changed[1].detector
-    counts = ClassTables(class_runs).mistakes(detector)
-    assert rows["Why"].text.startswith(f"{detector} is wrong because ")
+def test_changing_detectors_are_named_as_such(class_runs, study_without_association, tmp_path):
+    """Motivation goes with contacts as ``coarse`` counts them (beta 0.7), not as exact and ``slow`` do.
+
+    Every heading blames coarse; slow changes nothing and is the quicker choice under Or.
+    """
+    study = with_conclusion_changed_by(study_without_association, "coarse")
+    assert {row.detector: row.changes for row in study.sensitivity} == {"slow": False, "coarse": True}
+    rows = answer_rows(class_runs, study, tmp_path)
+    beta_by_exact = study.coefficients[0].beta
+    assert rows["What"].text.startswith("coarse ")
+    assert f" is +0.70 with coarse, {beta_by_exact:+.2f} with exact." in rows["What"].text
+    assert rows["When"].text == "Mistakes that change it, of coarse, for example:"
+    counts = ClassTables(class_runs).mistakes("coarse")
+    assert rows["Why"].text.startswith("coarse is wrong because ")
     assert (
-        f"{detector} missed {counts.missed} of {counts.contacts} contacts, was late or cut short in "
+        f"coarse missed {counts.missed} of {counts.contacts} contacts, was late or cut short in "
         f"{counts.late_or_cut_short} and reported {counts.false_contacts} false contacts"
     ) in rows["Why"].figures
-    assert rows["What"].text.startswith(f"{detector} ")
-    before = changed[1].before.beta
-    assert f" is +0.70 with {detector}, {before:+.2f} with exact." in rows["What"].text
-    assert rows["When"].text == f"Mistakes that change it, of {detector}, for example:"
-    assert changed[0].detector in rows["Or"].text and detector not in rows["Or"].text
-    every = replace(
-        class_study,
-        sensitivity=tuple(replace(row, after=with_association(row.after)) for row in class_study.sensitivity),
-    )
-    assert answer_rows(class_runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
+    assert "slow" in rows["Or"].text and "coarse" not in rows["Or"].text
 
 
-def with_association(finding):
-    """The finding with a strong association."""
-    return replace(finding, beta=0.7, low=0.4, high=0.9, p=0.001, p_holm=0.001)
+def test_no_detector_is_proposed_if_every_other_changes_a_conclusion(class_runs, study_without_association, tmp_path):
+    """Motivation goes with contacts as ``slow`` and ``coarse`` count them, not as exact, the reference, does."""
+    study = with_conclusion_changed_by(study_without_association, "slow", "coarse")
+    assert answer_rows(class_runs, study, tmp_path)["Or"].text.startswith("None: every other detector")
+
+
+def wrong_contacts_in_files(runs):
+    """Counter of detector -> contacts that it missed or cut short, and the contacts of exact; none in a hand."""
+    wrong, contacts = Counter(), 0
+    for folder in runs.top.glob("*/"):
+        misses = pq.read_table(folder / "misses.parquet").to_pylist()
+        wrong_contacts = {(row["detector"], row["episode"]) for row in misses if not row["held"]}
+        wrong.update(detector for detector, _ in wrong_contacts)
+        contacts += sum(not row["held"] for row in pq.read_table(folder / "episodes.parquet").to_pylist())
+    return wrong, contacts
 
 
 @pytest.mark.slow
-def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, class_study, tmp_path):
-    """Mistakes are counted again from the files of the runs."""
-    why = answer_rows(class_runs, class_study, tmp_path)["Why"]
+def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, study_without_association, tmp_path):
+    """Every detector gives the same figures; mistakes are counted again from the files of the runs."""
+    why = answer_rows(class_runs, with_equal_figures(study_without_association), tmp_path)["Why"]
+    assert why.text == f"An association may be hidden: {STUDENTS} students are few."
+    wrong, contacts = wrong_contacts_in_files(class_runs)
+    (first, most), (second, fewer) = wrong.most_common()
+    assert why.figures == (
+        f"The detectors' mistakes moved no result: {first} got {most} of {contacts} contacts wrong, {second} {fewer}."
+    )
+
+
+@pytest.mark.slow
+def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, study_without_association, tmp_path):
+    """Figures differ between detectors and no conclusion does: this stands below the few students."""
+    why = answer_rows(class_runs, study_without_association, tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")
-    same = replace(class_study, sensitivity=tuple(replace(row, after=row.before) for row in class_study.sensitivity))
-    unmoved = answer_rows(class_runs, same, tmp_path)["Why"]
-    wrong, contacts = Counter(), 0
-    for folder in class_runs.top.glob("*/"):
-        misses = pq.read_table(folder / "misses.parquet").to_pylist()
-        wrong.update(
-            detector for detector, _ in {(row["detector"], row["episode"]) for row in misses if not row["held"]}
-        )
-        contacts += sum(not row["held"] for row in pq.read_table(folder / "episodes.parquet").to_pylist())
-    (first, most), (second, fewer) = wrong.most_common()
-    counted = f"moved no result: {first} got {most} of {contacts} contacts wrong, {second} {fewer}."
-    assert unmoved.figures == f"The detectors' mistakes {counted}"
-    first, *others = same.coefficients
-    some = answer_rows(class_runs, replace(same, coefficients=(with_association(first), *others)), tmp_path)["Why"]
-    assert some.text.startswith("The detectors' mistakes moved no result: ")
 
 
-def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_study, tmp_path):
-    """85 students find a correlation of 0.3, so that with 85 only the questions are to blame."""
-    assert class_study.unreliable_scales == []
-    weak = replace(class_study.reliabilities["motivation"], alpha=0.5712)
-    unreliable = replace(class_study, reliabilities=class_study.reliabilities | {"motivation": weak})
-    rows = answer_rows(class_runs, unreliable, tmp_path)
+@pytest.mark.slow
+def test_mistakes_come_first_if_an_association_shows(class_runs, study_without_association, tmp_path):
+    """Where an association shows, none can be hidden: the mistakes that moved no result are the first sentence."""
+    study = with_association(with_equal_figures(study_without_association))
+    why = answer_rows(class_runs, study, tmp_path)["Why"]
+    assert why.text.startswith("The detectors' mistakes moved no result: ")
+
+
+MEDIUM_CORRELATION_STUDENTS = 85
+"""Students in whom a correlation of 0.3 is found with 80 % power at p < 0.05 (Cohen 1992, A power primer, table 2)."""
+
+
+def with_alpha_of_motivation(study, alpha):
+    """The study with this Cronbach's alpha of the answers on motivation."""
+    changed = replace(study.reliabilities["motivation"], alpha=alpha)
+    return replace(study, reliabilities=study.reliabilities | {"motivation": changed})
+
+
+def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, study_without_association, tmp_path):
+    """Cronbach's alpha of motivation is 0.57, below the usual 0.7; 20 students are fewer than the 85 needed."""
+    assert study_without_association.unreliable_scales == []
+    rows = answer_rows(class_runs, with_alpha_of_motivation(study_without_association, alpha=0.5712), tmp_path)
     assert rows["Why"].text == (
         "An association may be hidden: the answers on motivation are unreliable (Cronbach's alpha 0.57; "
         f"{ACCEPTABLE_ALPHA:g} is usual) and {STUDENTS} students are few."
@@ -172,220 +233,312 @@ def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, class_s
     assert rows["Do"].text == (
         "Count contacts with the detector exact, revise the questions on motivation, and study at least 85 students."
     )
-    many = answer_rows(class_runs, replace(unreliable, students=85), tmp_path)
-    assert many["Do"].text == "Count contacts with the detector exact and revise the questions on motivation."
-    assert many["Why"].text.endswith("(Cronbach's alpha 0.57; 0.7 is usual).")
-    first, *others = unreliable.coefficients
-    some = answer_rows(class_runs, replace(unreliable, coefficients=(with_association(first), *others)), tmp_path)
-    assert "unreliable" not in some["Why"].text and "revise" not in some["Do"].text
-    other = replace(class_study.reliabilities["motivation"], alpha=float("nan"))
-    assert replace(class_study, reliabilities={"unused": weak, "motivation": other}).unreliable_scales == ["motivation"]
 
 
-def test_class_answer_advises_more_students_only_without_an_association(class_runs, class_study, tmp_path):
-    """85 students detect a correlation of 0.3 with 80 % power."""
-    rows = answer_rows(class_runs, class_study, tmp_path)
+def test_only_the_scale_is_blamed_if_students_are_enough(class_runs, study_without_association, tmp_path):
+    """85 students find a correlation of 0.3, so that only the questions are to blame (alpha 0.57)."""
+    unreliable = with_alpha_of_motivation(study_without_association, alpha=0.5712)
+    rows = answer_rows(class_runs, replace(unreliable, students=MEDIUM_CORRELATION_STUDENTS), tmp_path)
+    assert rows["Why"].text == (
+        "An association may be hidden: the answers on motivation are unreliable (Cronbach's alpha 0.57; 0.7 is usual)."
+    )
+    assert rows["Do"].text == "Count contacts with the detector exact and revise the questions on motivation."
+
+
+def test_unreliable_scale_is_not_blamed_if_an_association_shows(class_runs, study_without_association, tmp_path):
+    """Unreliable answers (alpha 0.57) hide associations; here motivation and contacts go together all the same."""
+    unreliable = with_alpha_of_motivation(study_without_association, alpha=0.5712)
+    rows = answer_rows(class_runs, with_association(unreliable), tmp_path)
+    assert "unreliable" not in rows["Why"].text and "revise" not in rows["Do"].text
+
+
+def test_unreliable_scales_are_those_of_regressions(study_without_association):
+    """An alpha that is not a number is unreliable; the scale "unused" is in no regression and does not count."""
+    study = with_alpha_of_motivation(study_without_association, alpha=float("nan"))
+    unused = replace(study.reliabilities["motivation"], alpha=0.5)
+    assert replace(study, reliabilities=study.reliabilities | {"unused": unused}).unreliable_scales == ["motivation"]
+
+
+def test_class_answer_advises_more_students(class_runs, study_without_association, tmp_path):
+    """Nothing is associated in 20 students: 85 find a correlation of 0.3 with 80 % power, which Sure leaves to Do."""
+    rows = answer_rows(class_runs, study_without_association, tmp_path)
     assert rows["Do"].text == "Count contacts with the detector exact and study at least 85 students."
     assert rows["Do"].figures.startswith(
         "Among 85 students a correlation of 0.3 is found with 80 % power (one test at p <"
     )
     assert "85" not in rows["Sure"].figures
-    first, *others = class_study.coefficients
-    some = answer_rows(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)
-    assert some["Do"].text == "Count contacts with the detector exact." and "takes 85 students" in some["Sure"].figures
-    assert "study" not in answer_rows(class_runs, replace(class_study, students=85), tmp_path)["Do"].text
 
 
-def test_more_students_are_needed_where_more_tests_are_made(class_runs, class_study, tmp_path):
-    """A single test of a correlation of 0.3 needs 85 students."""
-    six = replace(class_study, coefficients=class_study.coefficients * 6)
-    rows = answer_rows(class_runs, six, tmp_path)
+def test_class_answer_advises_no_more_students_if_an_association_shows(class_runs, study_without_association, tmp_path):
+    """Sure then says how many students a medium correlation takes."""
+    rows = answer_rows(class_runs, with_association(study_without_association), tmp_path)
+    assert rows["Do"].text == "Count contacts with the detector exact."
+    assert "takes 85 students" in rows["Sure"].figures
+
+
+def test_class_answer_advises_no_more_students_if_they_are_enough(class_runs, study_without_association, tmp_path):
+    """85 students find a correlation of 0.3 with 80 % power."""
+    enough = replace(study_without_association, students=MEDIUM_CORRELATION_STUDENTS)
+    assert "study" not in answer_rows(class_runs, enough, tmp_path)["Do"].text
+
+
+def test_more_students_are_needed_where_more_tests_are_made(class_runs, study_without_association, tmp_path):
+    """Six regressions, corrected for one another: a correlation of 0.3 takes more than the 85 students of one."""
+    six_tests = replace(study_without_association, coefficients=study_without_association.coefficients * 6)
+    rows = answer_rows(class_runs, six_tests, tmp_path)
     needed = students_needed(correlation=0.3, tests=6)
-    assert (
-        rows["Do"].text == f"Count contacts with the detector exact and study at least {needed} students."
-        and needed > 85
-    )
+    assert needed > MEDIUM_CORRELATION_STUDENTS
+    assert rows["Do"].text == f"Count contacts with the detector exact and study at least {needed} students."
     assert "corrected for 6 tests" in rows["Do"].figures and "corrected for 6 tests" in rows["Sure"].figures
     assert rows["Cost"].text.startswith(f"{needed - STUDENTS} more students")
 
 
-def test_class_answer_explains_why_no_test_was_possible(class_runs, class_study, tmp_path):
-    """The codebook asks for none, or fewer than 10 students took part."""
-    untested = replace(
-        class_study, coefficients=tuple(replace(row, p=None, p_holm=None) for row in class_study.coefficients)
-    )
-    rows = answer_rows(class_runs, replace(untested, sensitivity=()), tmp_path)
+@pytest.fixture
+def study_without_test(study_without_association):
+    """The study with a coefficient that has no p-value, by the reference alone."""
+    untested = tuple(replace(row, p=None, p_holm=None) for row in study_without_association.coefficients)
+    return replace(study_without_association, coefficients=untested, sensitivity=())
+
+
+def test_class_answer_says_that_the_codebook_asks_for_no_test(class_runs, study_without_test, tmp_path):
+    """No p-value in 20 students, and no refusal either: no more students are advised."""
+    rows = answer_rows(class_runs, study_without_test, tmp_path)
     assert rows["Why"].text == "No test was possible: the codebook asks for no association that can be tested."
-    assert rows["Do"].text == "Count contacts with the detector exact." and "more student" not in rows["Cost"].text
+    assert rows["Do"].text == "Count contacts with the detector exact."
+    assert "more student" not in rows["Cost"].text
     assert rows["Sure"].text == f"Nothing is known of associations: none was tested in {STUDENTS} students."
     assert "correlation" not in rows["Sure"].figures
+
+
+def test_class_answer_says_that_a_test_takes_ten_students(class_runs, study_without_test, tmp_path):
+    """The p-value of 8 students was refused, because 10 are needed: 2 more."""
     refused = StudyRefusedError("few-students", "p of the regression of a on b")
-    few = answer_rows(class_runs, replace(untested, students=8, sensitivity=(), refusals=(refused,)), tmp_path)
-    assert few["Cost"].text.startswith("2 more students")
-    assert few["Why"].text.startswith("No test was possible: a p-value from fewer than 10 students ")
-    assert few["Do"].text == "Count contacts with the detector exact and study at least 10 students."
+    rows = answer_rows(class_runs, replace(study_without_test, students=8, refusals=(refused,)), tmp_path)
+    assert rows["Cost"].text.startswith("2 more students")
+    assert rows["Why"].text.startswith("No test was possible: a p-value from fewer than 10 students ")
+    assert rows["Do"].text == "Count contacts with the detector exact and study at least 10 students."
 
 
-def test_detectors_are_explained_beside_their_mistakes(class_runs, class_study, tmp_path):
-    """A title is known of ``slow`` and not of ``coarse``."""
+def test_detectors_are_explained_beside_their_mistakes(class_runs, study_without_association, tmp_path):
+    """The runs say what ``slow`` is, meshes at 5 Hz, and nothing of ``coarse``, which stands without brackets."""
     titled = replace(class_runs, titles={"slow": "meshes at 5 Hz"})
-    why = answer_rows(titled, class_study, tmp_path)["Why"]
-    assert "slow (meshes at 5 Hz) got " in why.figures and "coarse (" not in why.figures
+    why = answer_rows(titled, study_without_association, tmp_path)["Why"]
+    assert "slow (meshes at 5 Hz) got " in why.figures
+    assert "coarse" in why.figures and "coarse (" not in why.figures
 
 
-def test_recommended_detector_is_the_reference_though_another_counts(class_runs, class_study, tmp_path):
-    """The study counted contacts with ``slow``."""
-    do = answer_rows(class_runs, replace(class_study, detector="slow"), tmp_path)["Do"]
+def test_recommended_detector_is_the_reference_though_another_counts(class_runs, study_without_association, tmp_path):
+    """The study counted contacts with ``slow``; the reference is exact."""
+    do = answer_rows(class_runs, replace(study_without_association, detector="slow"), tmp_path)["Do"]
     assert do.text.startswith("Count contacts with the detector exact") and do.figures.endswith("is counted with slow.")
 
 
-def test_change_by_the_reference_is_blamed_on_the_counting_detector(class_runs, class_study, tmp_path):
-    """``slow`` counts; with the reference a result has an association, or stays as it is."""
-    exact = replace(class_study.sensitivity[0], detector="exact", recall=1.0)
-    changed = replace(class_study, detector="slow", sensitivity=(replace(exact, after=with_association(exact.after)),))
+@pytest.fixture
+def study_counted_with_slow(study_without_association):
+    """The study counted with ``slow``, which finds no association, and tested again with exact, the reference."""
+    tested_again = replace(study_without_association.sensitivity[0], detector="exact", recall=1.0)
+    return replace(study_without_association, detector="slow", sensitivity=(tested_again,))
+
+
+def test_change_by_the_reference_is_blamed_on_the_counting_detector(class_runs, study_counted_with_slow, tmp_path):
+    """With exact there is an association, with ``slow``, which counts, there is none."""
+    changed = with_conclusion_changed_by(study_counted_with_slow, "exact")
     assert answer_rows(class_runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
-    same = answer_rows(
-        class_runs, replace(class_study, detector="slow", sensitivity=(replace(exact, after=exact.before),)), tmp_path
-    )
-    assert "Or" not in same, "the reference stands below Do"
+
+
+def test_reference_is_never_proposed_as_the_quicker_detector(class_runs, study_counted_with_slow, tmp_path):
+    """Exact and ``slow`` give the same figures; exact stands under Do, and Or has no other detector to name."""
+    rows = answer_rows(class_runs, with_equal_figures(study_counted_with_slow), tmp_path)
+    assert "Or" not in rows
+    assert "exact" in rows["Do"].text
 
 
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize(("students", "tests"), [(20, 1), (24, 6), (100, 1), (100, 6)])
 def test_least_correlation_is_found_in_four_of_five_samples(students, tests):
-    """Pearson correlations of drawn students, judged by Fisher's transformation at 5 % by Bonferroni, both sides."""
+    """20,000 samples of normal pairs with that true correlation; 80 % of the sample correlations are significant.
+
+    Significant: two-sided at 5 % divided by the number of tests (Bonferroni), by Fisher's transformation.
+    """
     least = least_correlation(students, tests)
     random = np.random.default_rng(students)
     first, rest = random.normal(size=(2, 20_000, students))
     second = least * first + np.sqrt(1.0 - least**2) * rest
     first, second = (values - values.mean(axis=1, keepdims=True) for values in (first, second))
-    sums = (first * second).sum(axis=1), (first**2).sum(axis=1), (second**2).sum(axis=1)
-    correlations = sums[0] / np.sqrt(sums[1] * sums[2])
-    quantile = {1: 1.959964, 6: 2.638257}[tests]
-    significant = np.abs(np.arctanh(correlations)) * np.sqrt(students - 3) > quantile
+    products, squares, other_squares = (first * second).sum(axis=1), (first**2).sum(axis=1), (second**2).sum(axis=1)
+    correlations = products / np.sqrt(squares * other_squares)
+    normal_quantile = {1: 1.959964, 6: 2.638257}[tests]  # of 1 - 0.05 / 2, and of 1 - 0.05 / 12
+    significant = np.abs(np.arctanh(correlations)) * np.sqrt(students - 3) > normal_quantile
+    # Fisher's transformation is an approximation: 3 % of the samples for that.
     assert significant.mean() == pytest.approx(0.8, abs=0.03)
-    assert least_correlation(19, tests) is None
-    assert students_needed(least, tests) in (students, students + 1)
 
 
-def test_certainty_is_of_the_detector_and_of_the_associations(class_runs, class_study, tmp_path):
-    """Results differ and no conclusion; results are equal; 100 students; a conclusion changes; 19 students.
-
-    Then an association, and a class without a questionnaire.
-    """
-    sure = answer_rows(class_runs, class_study, tmp_path)["Sure"]
-    assert sure.text == (
-        "Sure that the detector changes no conclusion here: 3 detectors lead to the same ones. "
-        f"Not shown: that there is no association. {STUDENTS} students can miss a correlation below 0.59."
-    )
-    same = replace(class_study, sensitivity=tuple(replace(row, after=row.before) for row in class_study.sensitivity))
-    equal = answer_rows(class_runs, same, tmp_path)["Sure"].text
-    assert equal.startswith("Sure that the detector changes nothing here: 3 detectors give the same results. ")
-    many = answer_rows(class_runs, replace(class_study, students=100), tmp_path)["Sure"].text
-    assert many.endswith("Fairly sure that no correlation is above 0.28: 100 students would mostly show it.")
-    changed = tuple(replace(row, after=with_association(row.after)) for row in class_study.sensitivity)
-    another = answer_rows(class_runs, replace(class_study, sensitivity=changed), tmp_path)["Sure"].text
-    assert another.startswith("Sure about the detectors: they are measured against exact, the reference. ")
-    few = answer_rows(class_runs, replace(class_study, students=19), tmp_path)["Sure"].text
-    assert few.endswith("Not shown: that there is no association. 19 students are very few.")
-    first, *others = class_study.coefficients
-    some = answer_rows(class_runs, replace(class_study, coefficients=(with_association(first), *others)), tmp_path)[
-        "Sure"
-    ].text
-    assert some.endswith(
-        f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
-    )
-    without = answer_rows(class_runs, study=None, folder=tmp_path)
-    assert without["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
-    assert "--questionnaire" in without["Do"].figures
-
-
-@pytest.mark.parametrize(("slow_ms", "least"), [(0.02, True), (0.01001, False), (0.005, False)])
-def test_cost_calls_the_recommended_detector_least_only_where_measured(
-    class_runs, class_study, tmp_path, slow_ms, least
-):
-    """``exact`` takes 0.01 ms a frame, ``slow`` so many; 85 students would be enough."""
-    times = {"exact": 0.01, "slow": slow_ms, "coarse": 0.03}
-    metrics = class_runs.every_metric
-    milliseconds = pa.array([times[label] for label in metrics["detector"].to_pylist()])
-    if "mean_ms" in metrics.column_names:
-        metrics = metrics.drop_columns(["mean_ms"])
-    timed = replace(class_runs, every_metric=metrics.append_column("mean_ms", milliseconds))
-    cost = answer_rows(timed, class_study, tmp_path)
-    minutes = [next(iter(rows.values()))["valid_minutes"] for rows in class_runs.metrics.values()]
-    whole = words.duration(sum(minutes) * 60 * 90 * 0.01e-3)
-    takes = (
-        f"exact takes 0.01 ms a frame ({whole} for this class){', less than every other detector' if least else ''}."
-    )
-    each = words.duration(60 * sum(minutes) / STUDENTS)
-    assert cost["Cost"].text == f"{85 - STUDENTS} more students with a recording of about {each} each; {takes}"
-    enough = answer_rows(timed, replace(class_study, students=85), tmp_path)["Cost"].text
-    assert enough == takes
-    assert ("Or" in cost) == (slow_ms < 0.01), "a detector that is slower than the reference is no other way"
-
-
-def with_kinds(runs, name, kinds):
-    """Runs whose misses or false contacts, the table of this name, are of these kinds in turn."""
-    rows = runs.tables[name].to_pylist()
-    changed = [row | {"kind": kinds[k % len(kinds)]} for k, row in enumerate(rows)]
-    table = pa.Table.from_pylist(changed, schema=runs.tables[name].schema)
-    return replace(runs, tables=runs.tables | {name: table})
-
-
-def test_mistakes_are_recounts_of_misses_and_false_contacts(class_runs):
-    """Misses are in turn never found and late, false contacts in turn of three kinds.
-
-    Of these all but ``nothing there`` prolong a true contact.
-    """
-    late = with_kinds(class_runs, "misses", [FaultKind.NEVER_REPORTED, FaultKind.REPORTED_LATE])
-    changed = with_kinds(late, "false_contacts", [FaultKind.NO_CONTACT, FaultKind.ENDS_LATE, FaultKind.STARTS_EARLY])
-    for label in class_runs.audited_detectors:
-        mistakes = ClassTables(changed).mistakes(label)
-        misses = [row for row in changed.tables["misses"].to_pylist() if row["detector"] == label]
-        never = {(row["place"], row["episode"]) for row in misses if row["kind"] == "never found"}
-        wrong = {(row["place"], row["episode"]) for row in misses}
-        kinds = [row["kind"] for row in changed.tables["false_contacts"].to_pylist() if row["detector"] == label]
-        late_or_cut_short = wrong - never
-        assert (mistakes.missed, mistakes.late_or_cut_short) == (len(never), len(late_or_cut_short))
-        assert len(late_or_cut_short) > 2
-        prolonging = len(kinds) - kinds.count("nothing there")
-        assert (mistakes.false_contacts, mistakes.prolonging) == (len(kinds), prolonging) and prolonging > 5
+@pytest.mark.parametrize("tests", [1, 6])
+def test_students_needed_for_the_least_correlation_are_those_it_came_from(tests):
+    """Found in a class of 100, a correlation takes 100 students, or 101 where rounding up adds a student."""
+    assert students_needed(least_correlation(students=100, tests=tests), tests) in (100, 101)
 
 
 @pytest.mark.parametrize(
-    ("kinds", "which"),
-    [(["nothing there"], ""), (["ends late"], "all"), (["nothing there", "ends late"], r"\d+")],
+    ("state", "sentence"),
+    [
+        (
+            lambda study: study,
+            "Sure that the detector changes no conclusion here: 3 detectors lead to the same ones. ",
+        ),
+        (
+            with_equal_figures,
+            "Sure that the detector changes nothing here: 3 detectors give the same results. ",
+        ),
+        (
+            lambda study: with_conclusion_changed_by(study, "slow", "coarse"),
+            "Sure about the detectors: they are measured against exact, the reference. ",
+        ),
+    ],
+    ids=["figures differ and no conclusion", "figures are equal", "a conclusion changes"],
+)
+def test_certainty_begins_with_the_detectors(class_runs, study_without_association, tmp_path, state, sentence):
+    """``state`` changes what ``slow`` and ``coarse`` find beside exact: three detectors in all."""
+    assert answer_rows(class_runs, state(study_without_association), tmp_path)["Sure"].text.startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    ("students", "sentences"),
+    [
+        (19, "Not shown: that there is no association. 19 students are very few."),
+        (20, "Not shown: that there is no association. 20 students can miss a correlation below 0.59."),
+        (100, "Fairly sure that no correlation is above 0.28: 100 students would mostly show it."),
+    ],
+)
+def test_certainty_ends_with_the_correlation_that_students_show(
+    class_runs, study_without_association, tmp_path, students, sentences
+):
+    """Fisher: 80 % power takes r = tanh(2.80 / sqrt(n - 3)), 0.59 of 20 students and 0.28 of 100; not below 20."""
+    study = replace(study_without_association, students=students)
+    assert answer_rows(class_runs, study, tmp_path)["Sure"].text.endswith(sentences)
+
+
+def test_certainty_of_an_association_is_its_p_and_interval(class_runs, study_without_association, tmp_path):
+    """Its p is 0.001 and its interval goes from 0.4 to 0.9."""
+    sure = answer_rows(class_runs, with_association(study_without_association), tmp_path)["Sure"]
+    assert sure.text.endswith(
+        f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
+    )
+
+
+def test_nothing_is_known_of_conclusions_without_a_questionnaire(class_runs, tmp_path):
+    """No study: Sure says so, and Do names the option that adds one."""
+    rows = answer_rows(class_runs, study=None, folder=tmp_path)
+    assert rows["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
+    assert "--questionnaire" in rows["Do"].figures
+
+
+@pytest.mark.parametrize(
+    ("slow_ms", "is_exact_least", "is_slow_quicker"),
+    [
+        pytest.param(0.02, True, False, id="slow takes twice as long as exact"),
+        pytest.param(0.01001, False, False, id="slow takes as long as exact, as printed"),
+        pytest.param(0.005, False, True, id="slow takes half as long as exact"),
+    ],
+)
+def test_cost_calls_the_recommended_detector_least_only_where_measured(
+    class_runs, study_without_association, tmp_path, slow_ms, is_exact_least, is_slow_quicker
+):
+    """``exact`` takes 0.01 ms a frame, ``coarse`` 0.03; a class is priced at the 90 frames a second of a headset.
+
+    85 students are needed, so that Cost begins with 65 more. Or names a detector only if it is quicker than exact.
+    """
+    milliseconds = {"exact": 0.01, "slow": slow_ms, "coarse": 0.03}
+    metrics = class_runs.every_metric.to_pandas()
+    metrics["mean_ms"] = metrics["detector"].map(milliseconds)
+    timed = replace(class_runs, every_metric=pa.Table.from_pandas(metrics))
+    minutes = sum(next(iter(rows.values()))["valid_minutes"] for rows in class_runs.metrics.values())
+    frames = minutes * 60 * 90
+    class_time = words.duration(frames * 0.01e-3)
+    least = ", less than every other detector" if is_exact_least else ""
+    time_text = f"exact takes 0.01 ms a frame ({class_time} for this class){least}."
+    recording = words.duration(60 * minutes / STUDENTS)
+    rows = answer_rows(timed, study_without_association, tmp_path)
+    more = MEDIUM_CORRELATION_STUDENTS - STUDENTS
+    assert rows["Cost"].text == f"{more} more students with a recording of about {recording} each; {time_text}"
+    assert ("Or" in rows) == is_slow_quicker
+    enough_students = replace(study_without_association, students=MEDIUM_CORRELATION_STUDENTS)
+    assert answer_rows(timed, enough_students, tmp_path)["Cost"].text == time_text
+
+
+def with_kinds(runs, table, kinds):
+    """Runs whose faults in a table, "misses" or "false_contacts", are of these kinds in turn."""
+    rows = runs.tables[table].to_pylist()
+    changed = [row | {"kind": kinds[k % len(kinds)]} for k, row in enumerate(rows)]
+    changed_table = pa.Table.from_pylist(changed, schema=runs.tables[table].schema)
+    return replace(runs, tables=runs.tables | {table: changed_table})
+
+
+@pytest.mark.parametrize("label", ["slow", "coarse"])
+def test_mistakes_are_recounts_of_misses_and_false_contacts(class_runs, label):
+    """Misses are in turn never reported and late, false contacts in turn of three kinds.
+
+    Of these ``ends late`` and ``starts early`` prolong a true contact; ``nothing there`` is a contact more.
+    """
+    changed = with_kinds(class_runs, "misses", [FaultKind.NEVER_REPORTED, FaultKind.REPORTED_LATE])
+    changed = with_kinds(changed, "false_contacts", [FaultKind.NO_CONTACT, FaultKind.ENDS_LATE, FaultKind.STARTS_EARLY])
+    misses = [row for row in changed.tables["misses"].to_pylist() if row["detector"] == label]
+    # "place": number of the run; "episode": number of the contact in it
+    wrong = {(row["place"], row["episode"]) for row in misses}
+    never = {(row["place"], row["episode"]) for row in misses if row["kind"] == "never found"}
+    kinds = [row["kind"] for row in changed.tables["false_contacts"].to_pylist() if row["detector"] == label]
+    prolonging = [kind for kind in kinds if kind != "nothing there"]
+    assert never and wrong - never and prolonging
+    mistakes = ClassTables(changed).mistakes(label)
+    assert (mistakes.missed, mistakes.late_or_cut_short) == (len(never), len(wrong - never))
+    assert (mistakes.false_contacts, mistakes.prolonging) == (len(kinds), len(prolonging))
+
+
+@pytest.mark.parametrize(
+    ("kinds", "printed_count"),
+    [(["nothing there"], None), (["ends late"], "all"), (["nothing there", "ends late"], r"\d+")],
     ids=["none", "all", "some"],
 )
-def test_prolonged_contacts_are_counted_among_false_contacts(class_runs, class_study, tmp_path, kinds, which):
-    """``kinds``: of the false contacts, in turn; ``which``: how many of them only prolong a contact, as printed."""
+def test_prolonged_contacts_are_counted_among_false_contacts(
+    class_runs, study_without_association, tmp_path, kinds, printed_count
+):
+    """False contacts are of these kinds in turn; ``ends late`` only prolongs a true contact.
+
+    ``printed_count``: how many of them only prolong; None: no word on it.
+    """
     changed = with_kinds(class_runs, "false_contacts", kinds)
-    text = answer_rows(changed, class_study, tmp_path)["Why"]
-    printed = re.findall(r"\((\w+) only prolong a true contact\)", f"{text.text} {text.figures} {text.details}")
-    assert bool(printed) == bool(which) and all(re.fullmatch(which, word) for word in printed)
+    text = whole_text(answer_rows(changed, study_without_association, tmp_path)["Why"])
+    counts = re.findall(r"\((\w+) only prolong a true contact\)", text)
+    assert bool(counts) == (printed_count is not None)
+    assert all(re.fullmatch(printed_count, count) for count in counts)
 
 
-def test_page_lists_eight_unmatched_codes_and_counts_the_rest(class_runs, class_study, tmp_path):
-    """Codes X0 to X9 match nothing; X8 and X9 are counted."""
+def test_page_lists_eight_unmatched_codes_and_counts_the_rest(class_runs, study_without_association, tmp_path):
+    """The ten codes X0 to X9 of the questionnaire match no recording: X8 and X9 are counted."""
     codes = tuple(f"'X{number}' matches no recording" for number in range(10))
-    page = unescape(study_html(class_runs, places(class_runs, tmp_path), replace(class_study, unmatched=codes)))
+    study = replace(study_without_association, unmatched=codes)
+    page = unescape(study_html(class_runs, places(class_runs, tmp_path), study))
     assert "Code 'X7' matches no recording." in page and "'X8'" not in page
     assert "2 more codes match nothing." in page
 
 
 @pytest.mark.parametrize("emptied", ["misses", "false_contacts"])
-def test_mistakes_of_a_single_kind_are_reported(class_runs, class_study, tmp_path, emptied):
-    """``emptied``: the table without rows, so that there are only false contacts, or only misses."""
-    fewer = replace(class_runs, tables=class_runs.tables | {emptied: class_runs.tables[emptied].slice(0, 0)})
-    why = answer_rows(fewer, class_study, tmp_path)["Why"]
-    assert "slow missed " in f"{why.text} {why.figures} {why.details}"
+def test_mistakes_of_a_single_kind_are_reported(class_runs, study_without_association, tmp_path, emptied):
+    """One of the two tables of mistakes has no rows; those of the other are reported, a count of 0 beside them."""
+    no_rows = class_runs.tables[emptied].slice(0, 0)
+    fewer = replace(class_runs, tables=class_runs.tables | {emptied: no_rows})
+    text = whole_text(answer_rows(fewer, study_without_association, tmp_path)["Why"])
+    sentence = re.search(r"slow missed (\d+) of \d+ contacts?, .*? and reported (\d+) false contacts?", text)
+    missed, false_contacts = map(int, sentence.groups())
+    assert (missed == 0) == (emptied == "misses")
+    assert (false_contacts == 0) == (emptied == "false_contacts")
 
 
 @pytest.mark.parametrize("more", [0, 2])
-def test_refused_results_are_listed_up_to_a_few(class_runs, class_study, tmp_path, more):
-    """``more``: refusals beyond MOST_REFUSED, which are counted and listed under Method."""
+def test_refused_results_are_listed_up_to_a_few(class_runs, study_without_association, tmp_path, more):
+    """``more``: refusals beyond MOST_REFUSED, which are counted here and listed under Method."""
     refusals = (StudyRefusedError("small-cell", "the comparison of ease"),) * (MOST_REFUSED + more)
-    sure = answer_rows(class_runs, replace(class_study, refusals=refusals), tmp_path)["Sure"]
-    text = f"{sure.text} {sure.figures} {sure.details}"
+    study = replace(study_without_association, refusals=refusals)
+    text = whole_text(answer_rows(class_runs, study, tmp_path)["Sure"])
     assert text.count("the comparison of ease (") == MOST_REFUSED
     assert (f"; {more} more under Method" in text) == bool(more) == ("under Method" in text)

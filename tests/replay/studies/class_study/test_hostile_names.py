@@ -14,7 +14,7 @@ from replay.studies.class_study.page import Heading
 
 HOSTILE = '=cmd|"/c calc"!A1 <script>throw 1</script><img src=x onerror=alert(1)> &amp; \u202e'
 STUDENTS = 20
-KNOWN = {
+ELEMENTS_OF_THE_PAGE = {
     *("html", "head", "meta", "title", "style", "body", "main", "script", "header", "nav", "section", "footer", "div"),
     *("p", "h1", "h2", "dl", "dt", "dd", "ul", "li", "a", "b", "small", "details", "summary", "figure", "figcaption"),
     *("table", "caption", "thead", "tbody", "tr", "th", "td", "svg", "path", "circle", "text"),
@@ -53,22 +53,28 @@ def study_folder(tmp_path_factory):
 
 @pytest.mark.slow
 def test_hostile_names_are_escaped_in_the_class_page(study_folder):
-    """HOSTILE has a script, an image with an event and a sign that turns text around: none becomes an element."""
+    """HOSTILE has a script, an image with an event and a sign that turns text around: none becomes an element.
+
+    It stands escaped in the first answers and in the tables; the only script is the page's own.
+    """
     page = (study_folder / "study.html").read_text("utf-8")
-    assert page.count("&lt;script&gt;throw 1") > 5 and "<img" not in page and "\u202e" not in page
+    escaped_script = "&lt;script&gt;throw 1"
+    first_answers = page[page.index("<dl>") : page.index("</dl>")]
+    assert first_answers.count(escaped_script) >= 4, "What, When, Why and more name detectors, bodies and causes"
+    assert page.count(escaped_script) > first_answers.count(escaped_script) + 1
     assert page.count("<script") == 1
+    assert "<img" not in page and "\u202e" not in page
     parsed = Elements()
     parsed.feed(page)
-    assert parsed.names <= KNOWN and not [name for name in parsed.attributes if name.startswith("on")]
-    first = page[page.index("<dl>") : page.index("</dl>")]
-    assert first.count("&lt;script&gt;") >= 4
+    assert parsed.names <= ELEMENTS_OF_THE_PAGE
+    assert [name for name in parsed.attributes if name.startswith("on")] == []
 
 
 def test_hostile_names_are_no_formula_in_csv_tables(study_folder):
-    """A cell that begins with = or @ would run in a spreadsheet."""
+    """A cell that begins with = or @ would run in a spreadsheet; HOSTILE begins with ``=cmd``."""
     cells = []
     for file in study_folder.glob("*.csv"):
         with file.open(encoding="utf-8-sig", newline="") as stream:
             cells += [cell for row in csv.reader(stream) for cell in row]
     assert any("=cmd" in cell for cell in cells)
-    assert not [cell for cell in cells if cell.lstrip().startswith(("=", "@"))]
+    assert [cell for cell in cells if cell.lstrip().startswith(("=", "@"))] == []

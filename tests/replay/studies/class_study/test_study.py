@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pandas import concat
 from rich.console import Console
-from support.study_samples import a_class, codebook, made_class, metrics, names, questionnaire
+from support.study_samples import ITEMS, a_class, codebook, made_class, metrics, questionnaire
 
 from replay.cli.study_tables import study_tables as study_tables_screen
 from replay.errors import OutputError, StudyError
@@ -34,21 +34,30 @@ from replay.studies.class_study.tables import (
 
 GROUP_NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
-REQUESTED = codebook((EASE, CONTACTS))
-ARMS = codebook((EASE, CONTACTS), groups=("arm", GROUP_NAMES))
+"""Outcome and predictor of a regression."""
+TWO_REGRESSIONS = codebook((EASE, CONTACTS))
+TWO_REGRESSIONS_AND_GROUPS = codebook((EASE, CONTACTS), groups=("arm", GROUP_NAMES))
+"""Codebooks; ``arm`` is the column that says in which group a student is."""
 GROUP_OF_EACH_STUDENT = [*GROUP_NAMES] * 20
+"""40 students, in the two groups in turn."""
 
 
 def study_of_class(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
-    """A study of contacts that go with motivation; ``scattered``: not as the other detector sees them."""
+    """A study by exact in which contacts go with motivation, ease of use does not; again with the other detector.
+
+    The other one finds ``recall`` of the contacts of each student; ``scattered``: those of another student. ``arms``:
+    exact counts nine contacts a minute more in one of two groups, which hides that contacts go with motivation.
+    """
     answers, contacts = a_class(count, seed=1, slope=0.0, contacts=0.75)
-    table = metrics(contacts, detectors=("exact", other)[: 1 + bool(other)], recall=(1.0, recall)[: 1 + bool(other)])
-    others = table["detector"] == other
+    detectors, recalls = (("exact", other), (1.0, recall)) if other else (("exact",), (1.0,))
+    table = metrics(contacts, detectors=detectors, recall=recalls)
+    is_other = table["detector"] == other
     if scattered:
-        table.loc[others, "contacts_per_min"] = np.random.default_rng(0).permutation(contacts)
+        table.loc[is_other, "contacts_per_min"] = np.random.default_rng(0).permutation(contacts)
     if arms:
-        table.loc[~others, "contacts_per_min"] += 9.0 * (np.arange(count) % 2)
-    return analyse(ARMS if arms else REQUESTED, questionnaire(answers, GROUP_OF_EACH_STUDENT if arms else ()), table)
+        table.loc[~is_other, "contacts_per_min"] += 9.0 * (np.arange(count) % 2)
+    groups = GROUP_OF_EACH_STUDENT if arms else ()
+    return analyse(TWO_REGRESSIONS_AND_GROUPS if arms else TWO_REGRESSIONS, questionnaire(answers, groups), table)
 
 
 def rules_of_refusals(result):
@@ -57,346 +66,507 @@ def rules_of_refusals(result):
 
 
 def test_study_finds_only_the_planted_association():
-    """Ease of use goes with motivation in the made-up class, contacts do not."""
+    """Of 52 students ease of use goes with motivation (0.7 in the model); contacts a minute go with nothing."""
     answers, contacts = a_class(count=52, seed=3)
-    result = analyse(REQUESTED, questionnaire(answers), metrics(contacts))
-    ease, moved = result.coefficients
-    assert ease.associated and ease.low < ease.beta < ease.high and ease.beta > 0.3
+    study = analyse(TWO_REGRESSIONS, questionnaire(answers), metrics(contacts))
+    ease, moved = study.coefficients
+    assert ease.associated and ease.low < ease.beta < ease.high
+    assert ease.beta > 0.3, "0.7, less what answers on a scale from 1 to 5 lose"
     assert not moved.associated
-    assert (result.students, result.rows, result.detector, result.recall) == (52, 52, "exact", 1.0)
-    assert not result.refusals
+    assert (study.students, study.rows, study.detector, study.recall) == (52, 52, "exact", 1.0)
+    assert not study.refusals
 
 
 def finding_of_contacts(low, high, p):
-    """Finding of a regression of contacts and motivation, 40 students: an interval of beta, and p."""
+    """Finding of a regression of motivation on contacts, 40 students: the 95 % interval of beta, and p."""
     ends = {"beta": (low + high) / 2, "low": low, "high": high, "p": p, "p_holm": p}
     return Finding(name="contacts_per_min", kind="simple", variables=CONTACTS, students=40, **ends)
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
-    """(lower end of beta, p): an association has p below 0.05 and an interval without zero, of either sign."""
-    result, *others = (
-        finding_of_contacts(*sorted((sign * lower, sign * 1.2)), p)
-        for lower, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
-    )
-    text = ["undecided: interval holds zero", "not distinguished from chance", "not tested"]
-    assert result.conclusion == "associated" and [item.conclusion for item in others] == text
-    rotated = finding_of_contacts(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
-    for before, after in ((result, others[0]), (others[0], result), (result, rotated)):
-        assert Sensitivity("hybrid", recall=0.9, before=before, after=after).conclusion == "another conclusion"
-    assert Sensitivity("hybrid", recall=0.9, before=others[0], after=others[1]).conclusion == "the same"
-    assert Sensitivity("hybrid", recall=0.9, before=result, after=None).conclusion == "not tested"
+def association(sign=1):
+    """A finding of contacts with p below 0.05 and an interval without zero, positive or negative."""
+    low, high = sorted((sign * 0.1, sign * 1.2))
+    return finding_of_contacts(low, high, p=0.04)
+
+
+def no_association():
+    """A finding of contacts with p far above 0.05 and an interval that holds zero."""
+    return finding_of_contacts(-0.1, 0.2, p=0.5)
+
+
+def with_hybrid(by_exact, by_hybrid):
+    """A result by exact, and by the detector hybrid."""
+    return Sensitivity("hybrid", recall=0.9, before=by_exact, after=by_hybrid)
+
+
+INTERVAL_HOLDS_ZERO = finding_of_contacts(-0.1, 1.2, p=0.04)
+ABOVE_THE_LEVEL = finding_of_contacts(0.1, 1.2, p=0.06)
+WITHOUT_P = finding_of_contacts(0.1, 1.2, p=None)
+
+
+@pytest.mark.parametrize(
+    ("finding", "conclusion"),
+    [
+        pytest.param(association(sign=1), "associated", id="positive"),
+        pytest.param(association(sign=-1), "associated", id="negative"),
+        pytest.param(INTERVAL_HOLDS_ZERO, "undecided: interval holds zero", id="interval holds zero"),
+        pytest.param(ABOVE_THE_LEVEL, "not distinguished from chance", id="p above 0.05"),
+        pytest.param(WITHOUT_P, "not tested", id="no p"),
+    ],
+)
+def test_association_needs_p_below_the_level_and_interval_without_zero(finding, conclusion):
+    """The level is 0.05; every finding has its interval of beta and its p."""
+    assert finding.conclusion == conclusion
+
+
+@pytest.mark.parametrize(
+    ("by_exact", "by_hybrid", "conclusion"),
+    [
+        pytest.param(association(), INTERVAL_HOLDS_ZERO, "another conclusion", id="association lost"),
+        pytest.param(INTERVAL_HOLDS_ZERO, association(), "another conclusion", id="association gained"),
+        pytest.param(association(sign=1), association(sign=-1), "another conclusion", id="other sign"),
+        pytest.param(INTERVAL_HOLDS_ZERO, ABOVE_THE_LEVEL, "the same", id="no association for another reason"),
+        pytest.param(association(), None, "not tested", id="no finding by hybrid"),
+    ],
+)
+def test_detector_changes_a_conclusion_with_an_association_or_its_sign(by_exact, by_hybrid, conclusion):
+    """The same result by exact and by the detector hybrid."""
+    assert with_hybrid(by_exact, by_hybrid).conclusion == conclusion
 
 
 UNKNOWN = "whether the detector changes a conclusion is not known, since"
 
 STATES = {
-    "none": (lambda: None, f"{UNKNOWN} there is no questionnaire."),
+    "no questionnaire": (lambda: None, f"{UNKNOWN} there is no questionnaire."),
     "one detector": (
         lambda: study_of_class(other=""),
         f"{UNKNOWN} no result about contacts could be compared between detectors.",
     ),
-    "the same": (study_of_class, "the detector changes no conclusion."),
-    "another": (
+    "hybrid finds 90 % of the contacts of each student": (study_of_class, "the detector changes no conclusion."),
+    "hybrid counts the contacts of other students": (
         lambda: study_of_class(scattered=True),
         "the detector changes 1 conclusion: the association of contacts per minute with motivation holds with exact, "
         "not with hybrid.",
     ),
-    "groups": (
+    "exact counts more contacts in one of two groups": (
         lambda: study_of_class(arms=True, recall=1.0),
         "the detector changes 2 conclusions: the association of contacts per minute with motivation holds with hybrid, "
         "not with exact; "
         "the difference in contacts per minute (group second less group first) holds with exact, not with hybrid.",
     ),
-    "nobody tested": (
+    "nine students, of whom nothing is tested": (
         lambda: study_of_class(count=9),
         f"{UNKNOWN} no result could be tested with another detector.",
     ),
 }
 
 
-@pytest.mark.parametrize("state", STATES)
-def test_study_headline_states_whether_a_conclusion_changes(state):
-    """A state of STATES is a made-up study and the sentence on it; ``none``: there is no study."""
-    make, answer = STATES[state]
-    assert opening_sentence(make(), "40 students") == f"40 students: {answer}"
+@pytest.mark.parametrize(("make_study", "sentence"), STATES.values(), ids=STATES)
+def test_study_headline_states_whether_a_conclusion_changes(make_study, sentence):
+    """The study is that of 40 students by exact, and again by the detector hybrid; the id says what differs."""
+    assert opening_sentence(make_study(), "40 students") == f"40 students: {sentence}"
 
 
-def test_detectors_changing_the_same_conclusion_share_a_sentence():
-    """Findings are (lower, upper end of beta, p): ``some`` is an association, ``nothing`` is none."""
-    some, nothing = finding_of_contacts(0.1, 1.2, 0.04), finding_of_contacts(-0.1, 0.2, 0.5)
-    other_sign = finding_of_contacts(-1.2, -0.1, 0.04)
-    result = "the association of contacts per minute with motivation"
-    for before, afters, text in (
-        (some, {"b": nothing, "c": nothing, "d": nothing}, f"{result} holds with a, not with b, c or d"),
-        (nothing, {"b": some, "c": some}, f"{result} holds with b and c, not with a"),
-        (
-            some,
-            {"b": nothing, "c": other_sign},
-            f"{result} holds with a, not with b; {result} has another sign with c than with a",
+RESULT = "the association of contacts per minute with motivation"
+
+
+@pytest.mark.parametrize(
+    ("by_a", "by_others", "text"),
+    [
+        pytest.param(
+            association(),
+            {"b": no_association(), "c": no_association(), "d": no_association()},
+            f"{RESULT} holds with a, not with b, c or d",
+            id="lost with three",
         ),
-    ):
-        rows = [Sensitivity(label, recall=0.9, before=before, after=after) for label, after in afters.items()]
-        made = SimpleNamespace(detector="a", sensitivity=rows, findings=[before])
-        assert opening_sentence(made, "9 students") == f"9 students: the detector changes 1 conclusion: {text}."
+        pytest.param(
+            no_association(),
+            {"b": association(), "c": association()},
+            f"{RESULT} holds with b and c, not with a",
+            id="gained with two",
+        ),
+        pytest.param(
+            association(sign=1),
+            {"b": no_association(), "c": association(sign=-1)},
+            f"{RESULT} holds with a, not with b; {RESULT} has another sign with c than with a",
+            id="lost with one, reversed with another",
+        ),
+    ],
+)
+def test_detectors_changing_the_same_conclusion_share_a_sentence(by_a, by_others, text):
+    """The study counts with detector a; the same result again by others."""
+    rows = [Sensitivity(label, recall=0.9, before=by_a, after=finding) for label, finding in by_others.items()]
+    study = SimpleNamespace(detector="a", sensitivity=rows, findings=[by_a])
+    assert opening_sentence(study, "9 students") == f"9 students: the detector changes 1 conclusion: {text}."
 
 
 WHICHEVER = "whichever collision detector counts the contacts"
 
 
-def test_study_headline_states_where_no_association_was_found():
-    """Findings are (lower, upper end of beta, p), by the reference and by ``hybrid``."""
-    nothing, some = finding_of_contacts(-0.1, 0.2, 0.5), finding_of_contacts(0.1, 1.2, 0.04)
-    same, about = (
-        Sensitivity("hybrid", recall=0.9, before=nothing, after=nothing),
-        Sensitivity("hybrid", recall=0.9, before=some, after=some),
+@pytest.mark.parametrize(
+    ("retested", "findings", "answer"),
+    [
+        pytest.param(
+            [with_hybrid(no_association(), no_association()), with_hybrid(association(), association())],
+            [no_association(), association()],
+            "the detector changes no conclusion",
+            id="contacts associated, by both detectors",
+        ),
+        pytest.param(
+            [with_hybrid(no_association(), no_association())],
+            [no_association(), association()],
+            f"no association with behaviour was found, {WHICHEVER}",
+            id="only answers associated, which no detector counts",
+        ),
+        pytest.param(
+            [with_hybrid(no_association(), no_association())],
+            [no_association()],
+            f"no association was found, {WHICHEVER}",
+            id="nothing associated",
+        ),
+        pytest.param(
+            [with_hybrid(no_association(), no_association())],
+            [no_association(), INTERVAL_HOLDS_ZERO],
+            f"no clear association was found, {WHICHEVER}",
+            id="one result undecided",
+        ),
+    ],
+)
+def test_study_headline_states_where_no_association_was_found(retested, findings, answer):
+    """``retested``: results about contacts by exact and by hybrid; ``findings``: all results by exact."""
+    study = SimpleNamespace(sensitivity=retested, findings=findings)
+    assert opening_sentence(study, "40 students") == f"40 students: {answer}."
+
+
+def undecided_coefficient():
+    """A coefficient of ease of use beside other predictors: p is 0.04, and not below 0.05 after Holm's correction."""
+    return SimpleNamespace(
+        students=40,
+        p=0.04,
+        kind="multiple",
+        name="ease of use",
+        outcome="motivation",
+        conclusion="undecided after Holm",
     )
-    answers = {
-        "the detector changes no conclusion": ([same, about], [nothing, some]),
-        f"no association with behaviour was found, {WHICHEVER}": ([same], [nothing, some]),
-        f"no association was found, {WHICHEVER}": ([same], [nothing]),
-        f"no clear association was found, {WHICHEVER}": ([same], [nothing, finding_of_contacts(-0.1, 1.2, 0.04)]),
-    }
-    for answer, (sensitivity, findings) in answers.items():
-        made = SimpleNamespace(sensitivity=sensitivity, findings=findings)
-        assert opening_sentence(made, "40 students") == f"40 students: {answer}."
 
 
-def finding_of(kind):
-    """An undecided coefficient."""
-    about = {"name": "ease of use", "outcome": "motivation", "conclusion": "undecided after Holm"}
-    return SimpleNamespace(students=40, p=0.04, kind=kind, **about)
+def study_with_findings(*findings):
+    """Stands for a study of which no result is an association."""
+    return SimpleNamespace(coefficients=(), groups=(), findings=findings)
 
 
-def test_result_states_student_count_once_and_marks_associations():
-    """One of two results is undecided, or all of three, of which two are named.
-
-    In tables only an association is marked.
-    """
+def test_headline_states_the_student_count_once():
+    """Two results of the same 40 students, neither an association."""
     finding = SimpleNamespace(students=40, p=0.5, conclusion="")
-    (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
+    (line,) = headlines(study_with_findings(finding, finding))
     assert line == "No association could be distinguished from chance in 40 students"
-    undecided = finding_of("multiple")
+
+
+def test_headline_names_two_undecided_results():
+    """One of two results is undecided; or all three, of which two are named."""
+    undecided, decided = undecided_coefficient(), SimpleNamespace(students=40, p=0.5, conclusion="")
     named = "ease of use with motivation, others held constant"
-    (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, undecided]))
+    (line,) = headlines(study_with_findings(decided, undecided))
     assert line == f"1 of 2 results is undecided: {named}. The others may be chance"
-    (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[undecided] * 3))
+    (line,) = headlines(study_with_findings(undecided, undecided, undecided))
     assert line == f"3 of 3 results are undecided: among them {named}; {named}"
-    assert CELL_TEXTS["conclusion"]("associated").mark and not CELL_TEXTS["conclusion"]("refused").mark
 
 
-def test_undecided_is_defined_by_the_result_that_is():
-    """Undecided: p is below 0.05 alone, but above after Holm's correction, or the interval holds zero."""
-    wide, corrected = finding_of_contacts(-0.1, 1.2, 0.04), replace(finding_of_contacts(0.1, 1.2, 0.017), p_holm=0.1)
-    chance = finding_of_contacts(-0.1, 1.2, 0.5)
-    after_holm = (
-        "Undecided means here: p is 0.017 alone, which is below 0.05, but 0.100 after correction for 3 associations "
-        "tested together."
-    )
-    holds_zero = "p is 0.040, which is below 0.05, but the 95 % interval holds zero."
-    for coefficients, text in (
-        ((chance, corrected, chance), after_holm),
-        ((chance, wide), f"Undecided means here: {holds_zero}"),
-        ((wide, corrected, chance), f"{after_holm} Undecided means also: {holds_zero}"),
-        ((chance,), ""),
-    ):
-        made = SimpleNamespace(coefficients=coefficients, groups=(), findings=coefficients)
-        assert undecided_text(made) == text and families_text(made) == ""
-    groups = (replace(corrected, kind="groups"),)
-    made = SimpleNamespace(coefficients=(chance,), groups=groups, findings=(chance, *groups))
-    assert undecided_text(made).endswith("after correction for 1 comparison of groups tested together.")
-    assert families_text(made) == "The results are 1 association and 1 comparison of groups."
+def test_tables_mark_only_associations():
+    """A marked cell is printed bold."""
+    conclusion_cell = CELL_TEXTS["conclusion"]
+    assert conclusion_cell("associated").mark != ""
+    assert conclusion_cell("refused").mark == ""
 
 
-def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
-    """Recalls of 0.5 and 0.8; where both are 1 the exact detector is taken; a misspelt one is refused."""
-    answers, contacts = a_class(count=30)
-    table = metrics(contacts, detectors=("hull50", "hybrid"), recall=(0.5, 0.8))
-    assert analyse(REQUESTED, questionnaire(answers), table).detector == "hybrid"
-    assert analyse(REQUESTED, questionnaire(answers), table, detector="hull50").recall == pytest.approx(0.5)
-    even = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
-    assert analyse(REQUESTED, questionnaire(answers), even).detector == "exact"
-    with pytest.raises(StudyError, match="there are: hull50, hybrid"):
-        analyse(REQUESTED, questionnaire(answers), table, detector="exakt")
-
-
-def test_behaviour_of_unknown_recall_is_not_analysed(class_runs):
-    """The detector has no recall, or no recorded student is in the questionnaire: ease of use is analysed alone."""
-    answers, contacts = a_class(count=30)
-    strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
-    for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
-        result = analyse(REQUESTED, questionnaire(answers), table)
-        assert [item.variables for item in result.coefficients] == [EASE]
-        (refused,) = result.refusals
-        assert refused.rule == rule and "contacts_per_min" in refused.what
-        (plain,) = json.loads(json.dumps(as_json(class_runs, result), allow_nan=False))["refused"]
-        assert plain["rule"] == rule and plain["lift"]
-
-
-def test_misspelt_student_leaves_the_others_in_the_study():
-    """S07 of 30 students is s7 in the recordings: 29 count for contacts, 30 for the answers."""
-    answers, contacts = a_class(count=30)
-    table = metrics(contacts).replace({"student": {"S07": "s7"}})
-    result = analyse(REQUESTED, questionnaire(answers), table)
-    assert [(finding.variables, finding.students) for finding in result.coefficients] == [(EASE, 30), (CONTACTS, 29)]
-    assert result.unmatched == (
-        "'S07' of the questionnaire matches no recording; did you mean 's7'?",
-        "'s7' of the recordings is not in the questionnaire; did you mean 'S07'?",
-    )
-    (warning,) = [sentence for sentence in result.warnings if "only one file" in sentence]
-    assert "S07" not in warning and warning.startswith("2 students")
-
-
-@pytest.mark.parametrize("count", [4, 5, 9])
-def test_below_ten_students_no_p_and_four_are_refused(count):
-    """From five students on there is a coefficient, without a p-value and without Bartlett's test."""
-    answers, contacts = a_class(count)
-    if count == 4:
-        with pytest.raises(StudyRefusedError, match="small-cell"):
-            analyse(codebook(), questionnaire(answers), metrics(contacts))
-        return
-    result = analyse(codebook(), questionnaire(answers), metrics(contacts))
-    (item,) = result.coefficients
-    assert (
-        item.students == count
-        and item.p is None
-        and result.bartlett is None
-        and "few-students" in rules_of_refusals(result)
-    )
-    assert headlines(result) == ["No association was tested"]
+AFTER_HOLM = replace(finding_of_contacts(0.1, 1.2, p=0.017), p_holm=0.1)
+AFTER_HOLM_SENTENCE = (
+    "Undecided means here: p is 0.017 alone, which is below 0.05, but 0.100 after correction for 3 associations tested "
+    "together."
+)
+HOLDS_ZERO_TEXT = "p is 0.040, which is below 0.05, but the 95 % interval holds zero."
 
 
 @pytest.mark.parametrize(
-    ("question", "text"),
+    ("coefficients", "text"),
     [
-        (("motivation", "arm"), r"'arm'.*without a regression"),
-        (("motivation", "contact_per_min"), "did you mean 'contacts_per_min'"),
+        pytest.param((no_association(), AFTER_HOLM, no_association()), AFTER_HOLM_SENTENCE, id="after Holm"),
+        pytest.param(
+            (no_association(), INTERVAL_HOLDS_ZERO),
+            f"Undecided means here: {HOLDS_ZERO_TEXT}",
+            id="interval holds zero",
+        ),
+        pytest.param(
+            (INTERVAL_HOLDS_ZERO, AFTER_HOLM, no_association()),
+            f"{AFTER_HOLM_SENTENCE} Undecided means also: {HOLDS_ZERO_TEXT}",
+            id="both",
+        ),
+        pytest.param((no_association(),), "", id="nothing undecided"),
     ],
 )
-def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(question, text):
-    """``question``: outcome and predictor; arm names groups, and contact_per_min lacks a letter."""
-    answers, contacts = a_class(count=40)
-    with pytest.raises(StudyError, match=text):
-        analyse(
-            codebook((question,), groups=("arm", GROUP_NAMES)),
-            questionnaire(answers, GROUP_OF_EACH_STUDENT),
-            metrics(contacts),
-        )
+def test_undecided_is_defined_by_the_result_that_is(coefficients, text):
+    """p is below 0.05 alone and above after Holm's correction for all coefficients, or the interval holds zero."""
+    study = SimpleNamespace(coefficients=coefficients, groups=(), findings=coefficients)
+    assert undecided_text(study) == text
+    assert families_text(study) == "", "all results are associations"
 
 
-@pytest.mark.parametrize("left", [4, 5])
-def test_group_with_fewer_than_five_answers_is_not_compared(left):
-    """``left``: students of the second group, of 20, who answered."""
-    answers, contacts = a_class(count=40)
-    answers[1 : 40 - 2 * left : 2, 3] = np.nan
-    result = analyse(
-        codebook(groups=("arm", GROUP_NAMES)), questionnaire(answers, GROUP_OF_EACH_STUDENT), metrics(contacts)
+def test_comparisons_of_groups_are_corrected_and_counted_apart():
+    """A coefficient, and a difference of groups that is undecided after Holm's correction."""
+    coefficients, groups = (no_association(),), (replace(AFTER_HOLM, kind="groups"),)
+    study = SimpleNamespace(coefficients=coefficients, groups=groups, findings=coefficients + groups)
+    assert undecided_text(study).endswith("after correction for 1 comparison of groups tested together.")
+    assert families_text(study) == "The results are 1 association and 1 comparison of groups."
+
+
+def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
+    """hull50 finds half of the contacts, hybrid 80 %; a detector that has no metrics is refused."""
+    answers, contacts = a_class(count=30)
+    table = metrics(contacts, detectors=("hull50", "hybrid"), recall=(0.5, 0.8))
+    assert analyse(TWO_REGRESSIONS, questionnaire(answers), table).detector == "hybrid"
+    requested = analyse(TWO_REGRESSIONS, questionnaire(answers), table, detector="hull50")
+    assert (requested.detector, requested.recall) == ("hull50", pytest.approx(0.5))
+    with pytest.raises(StudyError, match="there are: hull50, hybrid"):
+        analyse(TWO_REGRESSIONS, questionnaire(answers), table, detector="exakt")
+
+
+def test_reference_is_chosen_of_detectors_that_miss_nothing():
+    """hull50 finds every contact too, and may report false ones beside; exact is the reference."""
+    answers, contacts = a_class(count=30)
+    table = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
+    assert analyse(TWO_REGRESSIONS, questionnaire(answers), table).detector == "exact"
+
+
+@pytest.mark.parametrize(
+    ("recall", "first_letter", "rule"),
+    [
+        pytest.param(None, "S", "provenance", id="recall not measured"),
+        pytest.param(1.0, "X", "ids", id="recorded students X00, X01, ... answered nothing"),
+    ],
+)
+def test_behaviour_that_cannot_be_used_is_refused(class_runs, recall, first_letter, rule):
+    """Students S00 to S29 answered: ease of use is analysed alone, and the refusal of contacts is in the file too."""
+    answers, contacts = a_class(count=30)
+    table = metrics(contacts, recall=(recall,))
+    table["student"] = table["student"].str.replace("S", first_letter)
+    study = analyse(TWO_REGRESSIONS, questionnaire(answers), table)
+    assert [finding.variables for finding in study.coefficients] == [EASE]
+    (refused,) = study.refusals
+    assert refused.rule == rule and "contacts_per_min" in refused.what
+    (written,) = json.loads(json.dumps(as_json(class_runs, study), allow_nan=False))["refused"]
+    assert written["rule"] == rule
+    assert written["lift"] != "", "what would lift the rule"
+
+
+def test_misspelt_student_leaves_the_others_in_the_study():
+    """S07 of 30 students is s7 in the recordings: 29 count for contacts, 30 for the answers.
+
+    The terminal is told both spellings; the warning, which is shared with the page, only that there are two.
+    """
+    answers, contacts = a_class(count=30)
+    table = metrics(contacts).replace({"student": {"S07": "s7"}})
+    study = analyse(TWO_REGRESSIONS, questionnaire(answers), table)
+    assert [(finding.variables, finding.students) for finding in study.coefficients] == [(EASE, 30), (CONTACTS, 29)]
+    assert study.unmatched == (
+        "'S07' of the questionnaire matches no recording; did you mean 's7'?",
+        "'s7' of the recordings is not in the questionnaire; did you mean 'S07'?",
     )
-    sizes = {two.outcome: (two.first_students, two.second_students) for two in result.groups}
-    assert sizes == {"ease of use": (20, 20)} | ({"motivation": (20, 5)} if left == 5 else {})
-    assert rules_of_refusals(result) == (set() if left == 5 else {"small-cell"})
-    few = ["first"] * (40 - left) + ["second"] * left
-    result = analyse(ARMS, questionnaire(answers, few), metrics(contacts))
-    assert result.group_sizes["second"] == ("5" if left == 5 else "fewer than 5")
+    (warning,) = [sentence for sentence in study.warnings if "only one file" in sentence]
+    assert warning.startswith("2 students") and "S07" not in warning
+
+
+@pytest.mark.parametrize("count", [5, 9])
+def test_below_ten_students_there_is_no_p(count):
+    """A coefficient of ease of use, without a p-value and without Bartlett's test."""
+    answers, contacts = a_class(count)
+    study = analyse(codebook((EASE,)), questionnaire(answers), metrics(contacts))
+    (coefficient,) = study.coefficients
+    assert (coefficient.students, coefficient.p) == (count, None)
+    assert study.bartlett is None
+    assert "few-students" in rules_of_refusals(study)
+    assert headlines(study) == ["No association was tested"]
+
+
+def test_study_of_four_students_is_refused():
+    """No output summarises fewer than five students, who could be recognised: the rule ``small-cell``."""
+    answers, contacts = a_class(count=4)
+    with pytest.raises(StudyRefusedError, match="small-cell"):
+        analyse(codebook((EASE,)), questionnaire(answers), metrics(contacts))
+
+
+@pytest.mark.parametrize(
+    ("predictor", "text"),
+    [
+        pytest.param("arm", r"'arm'.*without a regression", id="column of groups"),
+        pytest.param("contact_per_min", "did you mean 'contacts_per_min'", id="letter missing"),
+    ],
+)
+def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(predictor, text):
+    """A regression of motivation on what is neither a scale nor a metric."""
+    answers, contacts = a_class(count=40)
+    book = codebook((("motivation", predictor),), groups=("arm", GROUP_NAMES))
+    with pytest.raises(StudyError, match=text):
+        analyse(book, questionnaire(answers, GROUP_OF_EACH_STUDENT), metrics(contacts))
+
+
+@pytest.mark.parametrize(
+    ("answering", "sizes", "rules"),
+    [
+        (5, {"ease of use": (20, 20), "motivation": (20, 5)}, set()),
+        (4, {"ease of use": (20, 20)}, {"small-cell"}),
+    ],
+)
+def test_group_with_fewer_than_five_answers_is_not_compared(answering, sizes, rules):
+    """Two groups of 20; of the second only ``answering`` students answered item m1, so that they have motivation."""
+    answers, contacts = a_class(count=40)
+    students_of_second_group = np.arange(1, 40, 2)
+    answers[students_of_second_group[: 20 - answering], ITEMS.index("m1")] = np.nan
+    book = codebook(groups=("arm", GROUP_NAMES))
+    study = analyse(book, questionnaire(answers, GROUP_OF_EACH_STUDENT), metrics(contacts))
+    assert {pair.outcome: (pair.first_students, pair.second_students) for pair in study.groups} == sizes
+    assert rules_of_refusals(study) == rules
+
+
+@pytest.mark.parametrize(("size", "printed"), [(5, "5"), (4, "fewer than 5")])
+def test_size_of_a_group_below_five_is_not_printed(size, printed):
+    """Of 40 students so many are in the second group."""
+    answers, contacts = a_class(count=40)
+    group_of_each = ["first"] * (40 - size) + ["second"] * size
+    study = analyse(TWO_REGRESSIONS_AND_GROUPS, questionnaire(answers, group_of_each), metrics(contacts))
+    assert study.group_sizes["second"] == printed
 
 
 def test_a_construct_that_only_four_students_answered_has_no_figure():
-    """All of 20 students but four left out the first item of ease of use."""
+    """All of 20 students but four left out item e1, the first of ease of use; motivation is answered by all."""
     answers, contacts = a_class(count=20)
-    answers[4:, 0] = np.nan
-    result = analyse(codebook(), questionnaire(answers), metrics(contacts))
-    assert "ease of use" not in result.reliabilities and "motivation" in result.reliabilities
-    assert result.kmo is None and result.bartlett is None and not result.coefficients
-    assert rules_of_refusals(result) == {"small-cell"}
+    answers[4:, ITEMS.index("e1")] = np.nan
+    study = analyse(codebook((EASE,)), questionnaire(answers), metrics(contacts))
+    assert [*study.reliabilities] == ["motivation"]
+    assert study.kmo is None and study.bartlett is None, "they are of all items together"
+    assert not study.coefficients
+    assert rules_of_refusals(study) == {"small-cell"}
 
 
 def test_student_with_several_sessions_counts_once_by_mean():
-    """30 students with two sessions each, about the same mean, and one student with 18 more: 78 rows."""
+    """30 students with two sessions each, as far above their mean as below, and 18 more of the first at the mean.
+
+    These 78 rows give the figures of a study with one session a student, at the mean.
+    """
     answers, contacts = a_class(count=30)
-    plain, table = metrics(contacts), metrics(contacts, sessions=2)
-    separate = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
-    table["contacts_per_min"] += separate
-    table = concat([table, *[plain[:1]] * 18])
-    result, once = (analyse(REQUESTED, questionnaire(answers), rows) for rows in (table, plain))
-    assert (result.rows, result.students) == (78, 30)
-    for other, item in zip(result.coefficients, once.coefficients, strict=True):
-        assert (other.beta, other.low, other.high, other.p) == pytest.approx((item.beta, item.low, item.high, item.p))
+    at_the_mean, two_each = metrics(contacts), metrics(contacts, sessions=2)
+    two_each["contacts_per_min"] += np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
+    many = concat([two_each, *[at_the_mean[:1]] * 18])
+    study = analyse(TWO_REGRESSIONS, questionnaire(answers), many)
+    expected = analyse(TWO_REGRESSIONS, questionnaire(answers), at_the_mean)
+    assert (study.rows, study.students) == (78, 30)
+    for row, expected_row in zip(study.coefficients, expected.coefficients, strict=True):
+        figures = (expected_row.beta, expected_row.low, expected_row.high, expected_row.p)
+        assert (row.beta, row.low, row.high, row.p) == pytest.approx(figures)
 
 
 def test_detector_of_constant_contacts_counts_as_not_tested():
-    """``blind`` has a recall of 0, and so no contact at all; of grasps both detectors have the same numbers."""
+    """``blind`` never reports a contact, a constant that goes with nothing; of grasps both have the same numbers."""
     answers, contacts = a_class(count=40, seed=1)
     table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
-    table["grasps"] = np.arange(80) // 2 % 7
-    result = analyse(codebook((EASE, CONTACTS, ("motivation", "grasps"))), questionnaire(answers), table)
-    text = {row.before.name: row.conclusion for row in result.sensitivity}
-    assert text == {"contacts_per_min": "not tested", "grasps": "the same"}
-    assert [row is None for row in study_tables(result)["sensitivity"].column("beta")] == [True, False]
+    table["grasps"] = np.repeat(np.arange(40), 2) % 7  # two rows a student, one a detector
+    study = analyse(codebook((EASE, CONTACTS, ("motivation", "grasps"))), questionnaire(answers), table)
+    conclusions = {row.before.name: row.conclusion for row in study.sensitivity}
+    assert conclusions == {"contacts_per_min": "not tested", "grasps": "the same"}
+    beta_by_blind = study_tables(study)["sensitivity"].column("beta")
+    assert [beta is None for beta in beta_by_blind] == [True, False]
 
 
 @pytest.fixture(scope="module")
 def class_runs(tmp_path_factory):
-    """Run folders of six students, one of which used other settings."""
+    """Run folders of six students with a session each; ``slow`` used other settings in the third."""
     result = read_class(made_class(tmp_path_factory.mktemp("class"), sessions=6, students=6, contacts=3))
     result.metrics["run002"]["slow"]["settings"] = "other"
     return result
 
 
-def test_the_page_of_a_study_reads_so(class_runs, snapshot):
-    """With the n of the rows used, not of the questionnaire; with what is refused, and warned of."""
+@pytest.fixture(scope="module")
+def study_of_everything():
+    """A study of 40 students, 31 and 9 in two groups, with two sessions each by exact and hybrid.
+
+    Five students left out item m1; all stirred equally often, which is refused as a result.
+    """
     answers, contacts = a_class(count=40, seed=3)
-    answers[:5, 3] = np.nan
+    answers[:5, ITEMS.index("m1")] = np.nan
     table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9), sessions=2)
-    requested = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=("arm", GROUP_NAMES))
-    group = ["first"] * 31 + ["second"] * 9
     table["stirs"] = 1.0
-    result = analyse(requested, questionnaire(answers, group), table)
-    page = study_html(class_runs, places(class_runs, class_runs.top), result, Heading("Class of 2026"))
+    regressions = (EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs"))
+    group_of_each = ["first"] * 31 + ["second"] * 9
+    return analyse(codebook(regressions, groups=("arm", GROUP_NAMES)), questionnaire(answers, group_of_each), table)
+
+
+def test_the_page_of_a_study_reads_so(class_runs, study_of_everything, snapshot):
+    """Text of the page, a line a row; n is that of the rows used, with what is refused, and warned of."""
+    links = places(class_runs, class_runs.top)
+    page = study_html(class_runs, links, study_of_everything, Heading("Class of 2026"))
     page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)
     page = re.sub(r"</(td|th)>", " | ", re.sub(r"</(p|tr|h[1-6]|li|summary|caption)>", "\n", page))
     assert re.sub(r"[ \n]*\n[ \n]*", "\n", re.sub("<[^>]+>", "", page)) == snapshot
-    few_students = study_html(
-        class_runs, places(class_runs, class_runs.top), replace(result, bartlett=None), Heading("Class of 2026")
-    )
-    assert "All items together" in page and "All items together" not in few_students
+
+
+@pytest.mark.parametrize("has_bartlett", [True, False])
+def test_page_tests_all_items_together_where_students_are_enough(class_runs, study_of_everything, has_bartlett):
+    """Bartlett's test needs ten students; without it the heading is left out."""
+    study = study_of_everything if has_bartlett else replace(study_of_everything, bartlett=None)
+    page = study_html(class_runs, places(class_runs, class_runs.top), study, Heading("Class of 2026"))
+    assert ("All items together" in page) == has_bartlett
+
+
+TABLE_OF_RESULTS = r"result +figure +conclusion"
+"""Heading of the table of all results in the terminal."""
 
 
 def test_verbose_terminal_lists_associated_results_first(class_runs, tmp_path):
-    """Two results are planted; only that of contacts is an association; the codebook names it second."""
+    """Of two results, in the order of the codebook, only the second, of contacts, is an association."""
     study = study_of_class()
-    assert [finding.conclusion == "associated" for finding in study.findings] == [False, True]
-    short, long = (Console(width=200, file=StringIO()) for _ in range(2))
-    short.print(study_tables_screen(study, class_runs, tmp_path, verbose=False))
-    long.print(study_tables_screen(study, class_runs, tmp_path, verbose=True))
-    heading = r"result +figure +conclusion"
-    _, table = re.split(heading, long.file.getvalue())
-    assert table.index(result_name(study.findings[1])) < table.index(result_name(study.findings[0]))
-    assert not re.search(heading, short.file.getvalue())
+    not_associated, associated = study.findings
+    assert (not_associated.conclusion, associated.conclusion) == ("not distinguished from chance", "associated")
+    console = Console(width=200, file=StringIO())
+    console.print(study_tables_screen(study, class_runs, tmp_path, verbose=True))
+    _, table = re.split(TABLE_OF_RESULTS, console.file.getvalue())
+    assert table.index(result_name(associated)) < table.index(result_name(not_associated))
+
+
+def test_only_the_verbose_terminal_lists_all_results(class_runs, tmp_path):
+    """The table of results stands with ``verbose`` alone."""
+    console = Console(width=200, file=StringIO())
+    console.print(study_tables_screen(study_of_class(), class_runs, tmp_path, verbose=False))
+    assert console.file.getvalue().strip() != ""
+    assert not re.search(TABLE_OF_RESULTS, console.file.getvalue())
 
 
 def test_counts_of_students_are_integers_in_the_files(class_runs, tmp_path):
-    """In associations.csv, which has a row for each result."""
+    """In associations.csv, which has a row for each of two results; its column ``associated`` is True or False."""
     out = write_study(class_runs, study_of_class(), tmp_path / "study", inputs={})
     with (out / "associations.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = [*csv.DictReader(file)]
-    assert rows and all(row["students"].isdigit() for row in rows)
-    assert {row["associated"] for row in rows} <= {"True", "False"}
+    assert [(row["students"], row["associated"]) for row in rows] == [("40", "False"), ("40", "True")]
 
 
-def test_study_folder_needs_force_and_holds_no_pseudonym(class_runs, tmp_path):
-    """The last of eight codes is in no file; a folder of other files is not replaced even by force."""
-    result = study_of_class()
-    pseudonym = names(count=8)[-1]
-    out = write_study(class_runs, result, tmp_path / "study", inputs={})
-    for file in out.iterdir():
-        assert pseudonym not in file.read_text("utf-8"), file.name
+def test_study_folder_holds_no_pseudonym(class_runs, tmp_path):
+    """Students S00 to S39 answered and are in no file; recorded students, S000 to S005, are links of the page.
+
+    The file associations.csv has a row for each of two regressions.
+    """
+    out = write_study(class_runs, study_of_class(), tmp_path / "study", inputs={})
+    texts = [file.read_text("utf-8") for file in out.iterdir()]
+    assert [re.findall(r"\bS\d\d\b", text) for text in texts] == [[]] * len(texts)
     heading, *rows = (out / "associations.csv").read_text("utf-8-sig").splitlines()
-    assert heading.startswith("outcome,predictor,") and len(rows) == len(REQUESTED.questions)
+    assert heading.startswith("outcome,predictor,") and len(rows) == 2
+
+
+def test_study_folder_is_replaced_by_force_alone(class_runs, tmp_path):
+    """A folder that is no study is not replaced even by force."""
+    study = study_of_class()
+    out = write_study(class_runs, study, tmp_path / "study", inputs={})
     with pytest.raises(OutputError, match="--force"):
-        write_study(class_runs, result, out, inputs={})
-    write_study(class_runs, result, out, inputs={}, force=True)
+        write_study(class_runs, study, out, inputs={})
+    write_study(class_runs, study, out, inputs={}, force=True)
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("years of work")
     with pytest.raises(OutputError, match="is not a study folder"):
-        write_study(class_runs, result, tmp_path / "thesis", inputs={}, force=True)
+        write_study(class_runs, study, tmp_path / "thesis", inputs={}, force=True)

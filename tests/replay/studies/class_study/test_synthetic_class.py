@@ -10,70 +10,112 @@ from replay.studies.class_study.synthetic_class import draw_class, make_class
 from sessions import read_session
 
 
-def scale_means(drawn, short):
-    """Each student's mean of the four answers of a scale, the fourth reversed."""
-    answers = np.array([[item.answers[f"{short}{k}"] for k in range(1, 5)] for item in drawn], dtype=float)
+def scale_means(students, scale):
+    """Each student's mean of the four answers on a scale (ease, mot, imm or use), of which the fourth is reversed."""
+    answers = np.array([[student.answers[f"{scale}{k}"] for k in (1, 2, 3, 4)] for student in students], dtype=float)
     answers[:, 3] = 6.0 - answers[:, 3]
     return answers.mean(axis=1)
 
 
 def test_made_up_students_are_numbered_and_take_turns_in_groups():
     """The first and third of four students are in one group, the second and fourth in the other."""
-    drawn = draw_class(4)
-    assert [student.pseudonym for student in drawn] == ["S01", "S02", "S03", "S04"]
-    assert drawn[0].group == drawn[2].group != drawn[1].group == drawn[3].group
+    students = draw_class(4)
+    assert [student.pseudonym for student in students] == ["S01", "S02", "S03", "S04"]
+    first, second, third, fourth = (student.group for student in students)
+    assert first == third != second == fourth
 
 
-def test_traits_and_touches_go_together_as_the_model_says():
-    """The model's correlations (0.6, 0.3, -0.6) times the reliability of the answers, of 1,500 students."""
-    drawn = draw_class(1500)
-    ease, motivation = scale_means(drawn, "ease"), scale_means(drawn, "mot")
-    touches = [len(item.touches) for item in drawn]
-    near = [item.near for item in drawn]
-    assert np.corrcoef(ease, motivation)[0, 1] == pytest.approx(0.6 * 0.82, abs=0.06)
-    assert np.corrcoef(scale_means(drawn, "imm"), motivation)[0, 1] == pytest.approx(0.3 * 0.82, abs=0.06)
-    assert np.std(motivation) == pytest.approx(np.std(ease), rel=0.03)
-    assert np.corrcoef(ease, touches)[0, 1] == pytest.approx(-0.6 * 0.9, abs=0.06)
-    assert abs(np.corrcoef(near, motivation)[0, 1]) < 0.05
-    assert abs(np.corrcoef(scale_means(drawn, "use"), motivation)[0, 1]) < 0.05
+@pytest.fixture(scope="module")
+def large_class():
+    """1,500 students of the model: their correlations scatter by at most 1 / sqrt(1500) = 0.026."""
+    return draw_class(1500)
+
+
+FOUR_ANSWERS = 0.82
+"""Reliability of a scale: a trait has variance 1, the mean of four answers beside it noise of 0.8^2 / 4 and rounding.
+
+1 / (1 + 0.16 + 1 / 48) is 0.85, and answers are cut at 1 and 5.
+"""
+
+
+def test_traits_go_together_as_the_model_says(large_class):
+    """The model's correlations with motivation, 0.6 of ease and 0.3 of immersion, times the scales' reliability."""
+    motivation = scale_means(large_class, "mot")
+    ease, immersion = scale_means(large_class, "ease"), scale_means(large_class, "imm")
+    assert np.corrcoef(ease, motivation)[0, 1] == pytest.approx(0.6 * FOUR_ANSWERS, abs=0.06)
+    assert np.corrcoef(immersion, motivation)[0, 1] == pytest.approx(0.3 * FOUR_ANSWERS, abs=0.06)
+
+
+def test_touches_go_with_ease_as_the_model_says(large_class):
+    """The model's correlation, -0.6, times the square root of the reliability: touches are counted without error."""
+    touches = [len(student.touches) for student in large_class]
+    ease = scale_means(large_class, "ease")
+    assert np.corrcoef(ease, touches)[0, 1] == pytest.approx(-0.6 * np.sqrt(FOUR_ANSWERS), abs=0.06)
+
+
+def test_near_misses_and_usefulness_go_with_nothing(large_class):
+    """In the model neither is associated with motivation: two standard errors of 1,500 students are 0.05."""
+    motivation = scale_means(large_class, "mot")
+    near_misses = [student.near for student in large_class]
+    assert abs(np.corrcoef(near_misses, motivation)[0, 1]) < 0.05
+    assert abs(np.corrcoef(scale_means(large_class, "use"), motivation)[0, 1]) < 0.05
+
+
+def test_motivation_scatters_as_much_as_other_traits(large_class):
+    """Every trait has a deviation of 1, though motivation is a sum: 3 % for the scatter of 1,500 students."""
+    assert np.std(scale_means(large_class, "mot")) == pytest.approx(np.std(scale_means(large_class, "ease")), rel=0.03)
 
 
 def test_made_up_students_who_find_tasks_hard_touch_briefly():
-    """Brief touches last less than 0.02 s; about half of 400 students touch so, and two times more."""
-    plain, drawn = draw_class(400), draw_class(400, are_touches_brief=True)
-    assert [item.answers for item in plain] == [item.answers for item in drawn]
-    lengths = {len(set(item.touches)) for item in drawn}
-    brief = np.array([item.touches[0] < 0.02 for item in drawn])
-    counts = np.array([len(item.touches) for item in drawn])
-    assert lengths == {1} and 0.4 < brief.mean() < 0.6
-    assert set(counts[brief]) == {12, 13, 14} and set(counts[~brief]) == {10, 11, 12}
-    assert scale_means(drawn, "ease")[brief].mean() < 3.0 < scale_means(drawn, "ease")[~brief].mean()
+    """Ease below its mean, that of about half of 400 students: 12 to 14 touches of 0.013 s, shorter than a sample.
+
+    The others touch 10 to 12 times for 0.15 s. Answers are those of the class without brief touches.
+    """
+    usual, students = draw_class(400), draw_class(400, are_touches_brief=True)
+    assert [student.answers for student in students] == [student.answers for student in usual]
+    is_brief = np.array([student.touches[0] == 0.013 for student in students])
+    assert 0.4 < is_brief.mean() < 0.6
+    for student, brief in zip(students, is_brief, strict=True):
+        assert set(student.touches) == {0.013 if brief else 0.15}
+    counts = np.array([len(student.touches) for student in students])
+    assert set(counts[is_brief]) == {12, 13, 14} and set(counts[~is_brief]) == {10, 11, 12}
+    ease, middle_of_scale = scale_means(students, "ease"), 3.0
+    assert ease[is_brief].mean() < middle_of_scale < ease[~is_brief].mean()
 
 
 def test_larger_class_contains_the_smaller_class():
-    """The first four of nine students are those of a class of four, of the same seed."""
-    assert draw_class(students=9, seed=3)[:4] == draw_class(students=4, seed=3) != draw_class(students=4, seed=4)
+    """The first four of nine students are those of a class of four of the same seed; another seed has others."""
+    assert draw_class(students=9, seed=3)[:4] == draw_class(students=4, seed=3)
+    assert draw_class(students=4, seed=3) != draw_class(students=4, seed=4)
 
 
 @pytest.mark.slow
 def test_class_on_disk_reads_back_and_keeps_existing_sessions(tmp_path):
-    """The session of S02 is deleted: the second time it is the only one that is made."""
-    out, done = tmp_path / "class", []
+    """Three students; the session of S02 is deleted, and is the only one that is made the second time.
+
+    ``make_class`` returns the sessions that could not be made: none.
+    """
+    out, finished = tmp_path / "class", []
     assert make_class(out, students=3, seed=1) == {}
     answers = read_questionnaire(out / "questionnaire.csv", read_codebook(out / "codebook.yaml"))
     assert answers.index.tolist() == ["S01", "S02", "S03"]
     assert read_session(out / "sessions" / "S03.mcap").facts["pseudonym"] == "S03"
     assert json.loads((out / "truth.json").read_text())["model"]["ease_motivation"] == 0.6
     (out / "sessions" / "S02.mcap").unlink()
-    assert make_class(out, students=3, seed=1, on_done=lambda *one: done.append(one)) == {}
-    assert done == [("S02", "done")] and (out / "sessions" / "S02.mcap").is_file()
+    assert make_class(out, students=3, seed=1, on_done=lambda *event: finished.append(event)) == {}
+    assert finished == [("S02", "done")]
+    assert (out / "sessions" / "S02.mcap").is_file()
 
 
-def test_made_up_class_overwrites_no_folder_of_another_kind(tmp_path):
-    """The folder holds another file, or a class of one student where six, or brief touches, are asked for."""
+def test_made_up_class_overwrites_no_other_file(tmp_path):
+    """The folder holds a text of the user."""
     (tmp_path / "mine.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):
         make_class(tmp_path, students=5)
+
+
+def test_made_up_class_overwrites_no_other_class(tmp_path):
+    """The folder holds a class of one student with usual touches: six students, or brief touches, are another class."""
     make_class(tmp_path / "class", students=1)
     with pytest.raises(OutputError, match="another seed or size"):
         make_class(tmp_path / "class", students=6)

@@ -12,12 +12,12 @@ from replay.studies.paper import colony
 from replay.studies.paper.colony import DetectionCounts, NearPoses, count_detections, near_poses
 
 SIZES = [50, pytest.param(colony.TARGET_FACES, marks=pytest.mark.slow)]
-"""Faces that meet, for which meshes are made: coarse ones in a tenth of a second, and those of the study."""
+"""Faces that meet where meshes overlap well: coarse ones, made in a tenth of a second, and those of the study."""
 
 
 @pytest.fixture(scope="module", params=SIZES)
 def near_poses_of_size(request):
-    """Poses of a torus near a ball, for meshes of each size."""
+    """40 poses of a torus and a ball a few millimetres about first touch: those that collide, and those that do not."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(colony, "TARGET_FACES", request.param)
         yield near_poses("torus-sphere", 40)
@@ -25,96 +25,118 @@ def near_poses_of_size(request):
 
 @pytest.mark.slow
 def test_an_independent_hierarchy_agrees_which_poses_collide(near_poses_of_size):
-    """The detector ``obb`` tests all poses; of 40 more than two are free."""
+    """The detector ``obb``, a hierarchy of oriented boxes, meets faces in all poses that collide and in no free one."""
+    colliding, free = near_poses_of_size.colliding, near_poses_of_size.free
+    assert len(colliding) + len(free) == 40
+    assert len(colliding) > 2 and len(free) > 2, "poses go 4 mm in and 2 mm out: about a third are free"
     detector = create_detector("obb", near_poses_of_size.bodies)
-    assert (detector.detect(near_poses_of_size.colliding).verdict == Verdict.CONTACT).all()
-    assert not (detector.detect(near_poses_of_size.free).verdict == Verdict.CONTACT).any()
-    assert len(near_poses_of_size.colliding) + len(near_poses_of_size.free) == 40 and len(near_poses_of_size.free) > 2
+    assert (detector.detect(colliding).verdict == Verdict.CONTACT).all()
+    assert not (detector.detect(free).verdict == Verdict.CONTACT).any()
 
 
 @pytest.mark.parametrize("size", SIZES)
 def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch, size):
-    """Poses are as deep or far as DEEPEST_M and FARTHEST_M allow: at 0 none is free, 10 um away none collides.
+    """The distance of first touch is bisected 16 times from a bracket of 74 mm, which leaves 1.1 um.
 
-    The last bracket is 1.5 um wide, reach / 2^16.
+    Poses go at most DEEPEST_M inwards from there and FARTHEST_M outwards: at 0 none is free, as the bracket ends on
+    the side that collides; 10 um outwards none collides.
     """
-    for name, value in (("TARGET_FACES", size), ("DEEPEST_M", 0.0), ("FARTHEST_M", 0.0)):
-        monkeypatch.setattr(colony, name, value)
-    assert len(near_poses("torus-sphere", 20).free) == 0
-    monkeypatch.setattr(colony, "DEEPEST_M", -1e-5)
-    monkeypatch.setattr(colony, "FARTHEST_M", 1e-5)
-    assert len(near_poses("torus-sphere", 20).colliding) == 0
+    monkeypatch.setattr(colony, "TARGET_FACES", size)
+    monkeypatch.setattr(colony, "DEEPEST_M", 0.0)
+    monkeypatch.setattr(colony, "FARTHEST_M", 0.0)
+    at_touch = near_poses("torus-sphere", 20)
+    assert (len(at_touch.colliding), len(at_touch.free)) == (20, 0)
+    monkeypatch.setattr(colony, "DEEPEST_M", -10e-6)
+    monkeypatch.setattr(colony, "FARTHEST_M", 10e-6)
+    outwards = near_poses("torus-sphere", 20)
+    assert (len(outwards.colliding), len(outwards.free)) == (0, 20)
 
 
-def test_collider_contacts_in_free_poses_count_as_false():
-    """The rod stands in the hollow of the beaker (free, but in its hull), above it, or through its floor."""
-    bodies = (Body("beaker", beaker_mesh()), Body("rod", box_mesh((0.004, 0.004, 0.3))))
-    through_the_floor, aside, inside = (motion_at_rest(bodies, [[0, 0, 0], [0, 0, z]]) for z in (0.1, 0.5, 0.2))
-    for free, detector, settings, false in (
-        (inside, "exact", {}, 0),
-        (aside, "collider", {"shape": "hull"}, 0),
-        (inside, "collider", {"shape": "hull"}, 1),
-    ):
-        answers = count_detections(NearPoses("", bodies, through_the_floor, free), detector, **settings)
-        assert (answers.hits, answers.false, answers.evaluations) == ((1,), (false,), (0,))
+BEAKER_AND_ROD = (Body("beaker", beaker_mesh()), Body("rod", box_mesh((0.004, 0.004, 0.3))))
+"""The middle of the rod, 30 cm long, is raised on Z above the middle of the beaker's floor."""
+
+
+@pytest.mark.parametrize(
+    ("height", "detector", "settings", "false"),
+    [
+        pytest.param(0.2, "exact", {}, 0, id="rod in the hollow, meshes"),
+        pytest.param(0.5, "collider", {"shape": "hull"}, 0, id="rod above the beaker, hulls"),
+        pytest.param(0.2, "collider", {"shape": "hull"}, 1, id="rod in the hollow, hulls"),
+    ],
+)
+def test_collider_contacts_in_free_poses_count_as_false(height, detector, settings, false):
+    """The rod touches nothing in the hollow of the beaker, though it is in the beaker's hull.
+
+    The colliding pose is a rod through the floor, which every detector hits; only searches count evaluations.
+    """
+    through_the_floor, free = (motion_at_rest(BEAKER_AND_ROD, [[0, 0, 0], [0, 0, z]]) for z in (0.1, height))
+    poses = NearPoses("any family", BEAKER_AND_ROD, colliding=through_the_floor, free=free)
+    counts = count_detections(poses, detector, **settings)
+    assert (counts.hits, counts.false, counts.evaluations) == ((1,), (false,), (0,))
 
 
 def test_search_seeds_each_give_a_count(near_poses_of_size):
-    """Two seeds together count what each counts alone."""
-    both = count_detections(near_poses_of_size, "qaco", (3, 4), variant="corrected", warm_start=False, budget=200)
-    alone = [
-        count_detections(near_poses_of_size, "qaco", (seed,), variant="corrected", warm_start=False, budget=200)
-        for seed in (3, 4)
-    ]
-    assert both.hits == tuple(answers.hits[0] for answers in alone)
-    assert both.evaluations == tuple(answers.evaluations[0] for answers in alone)
+    """A search with seeds 3 and 4 counts what a search with each of them counts alone."""
+    settings = {"variant": "corrected", "warm_start": False, "budget": 200}
+    both, third, fourth = (
+        count_detections(near_poses_of_size, "qaco", seeds, **settings) for seeds in ((3, 4), (3,), (4,))
+    )
+    assert both.hits == third.hits + fourth.hits
+    assert both.evaluations == third.evaluations + fourth.evaluations
 
 
 @pytest.mark.slow
-def test_every_variant_and_equation_has_a_rate_in_its_interval(small):
-    """No search reports a free pose; without each equation in turn the work differs."""
-    rates = small["F7e"]
+def test_every_detector_has_a_rate_in_its_interval(tables_of_small_experiment):
+    """Table F7e has a row a family and detector: of the poses that collide it detects so many, and no free pose."""
+    rates = tables_of_small_experiment["F7e"]
     assert sum(rates.column("reported though free")) == 0
+    assert rates.rows
     for row in rates.rows:
         measured = dict(zip(rates.head, row, strict=True))
         assert measured["low"] <= round(measured["detected"]) / measured["colliding"] <= measured["high"]
         assert measured["fewest"] <= measured["detected"] <= measured["most"]
         assert measured["rate"] == measured["detected"] / measured["colliding"]
-    ablation = small["ablation"]
-    assert {without for _family, _variant, without, *_ in ablation.rows} == {
-        "nothing",
-        *(f"({number})" for number in EQUATIONS),
-    }
-    assert len(set(ablation.column("evaluations"))) > len(EQUATIONS)
+
+
+@pytest.mark.slow
+def test_every_equation_is_switched_off_in_turn(tables_of_small_experiment):
+    """The table of the ablation has rows with every equation, and without each; they differ in evaluations."""
+    ablation = tables_of_small_experiment["ablation"]
+    assert {*ablation.column("without")} == {"nothing", *(f"({number})" for number in EQUATIONS)}
+    assert len({*ablation.column("evaluations")}) > len(EQUATIONS)
 
 
 def test_rows_count_mean_hits_and_evaluations_a_pose(monkeypatch):
-    """Two search seeds hit 6 and 8 of 10 poses and report 0 and 1 of 4 free ones, with 100 and 300 evaluations.
+    """Of 14 poses 10 collide and 4 are free; every search is planted to count the same with both its seeds.
 
-    Of free poses the row has the most that a seed reported, 1. A mean of 200 evaluations is 20 for each of 10 poses,
-    and 1.0 times those of the random search, which counts the same here.
+    They hit 6 and 8 of 10 poses, 7 on average, with 100 and 300 evaluations, 20 a pose, and report 0 and 1 free pose.
     """
-    searched = []
+    seeds_of = {}
 
     def count(poses, name, seeds=(), **settings):
-        searched.append((name, tuple(seeds)))
-        return DetectionCounts((6, 8), (0, 1), (100, 300))
+        seeds_of.setdefault(name, set()).add(tuple(seeds))
+        return DetectionCounts(hits=(6, 8), false=(0, 1), evaluations=(100, 300))
 
     monkeypatch.setattr(colony, "near_poses", lambda *_: SimpleNamespace(colliding=[0] * 10, free=[0] * 4))
     monkeypatch.setattr(colony, "count_detections", count)
-    rates, ablation = colony.colony_rows("torus", 14, seed=5, search_seeds=2)
-    assert {seeds for name, seeds in searched if "qaco" in name} == {(5, 6)}
-    assert {seeds for name, seeds in searched if "qaco" not in name} == {()}
-    hits = (10, 7.0, 6, 8, 0.7, *wilson_interval(7, 10))
-    assert rates[0] == ("torus", "exact", *hits, 4, 1, None, None)
-    assert rates[-1] == ("torus", "hybrid-qaco", *hits, 4, 1, 20.0, 1.0)
-    assert ablation[0] == ("torus", "memetic", "nothing", *hits, 20.0, 1.0)
-    # Memetic and corrected, each with all equations and without each of them in turn.
-    assert len(ablation) == 2 * (1 + len(EQUATIONS))
+    rates, ablation = colony.colony_rows("torus", count=14, seed=5, search_seeds=2)
+    colliding, detected, fewest, most, rate = 10, 7.0, 6, 8, 0.7
+    hits = (colliding, detected, fewest, most, rate, *wilson_interval(7, 10))
+    free, most_reported_though_free = 4, 1
+    evaluations_a_pose, times_random_search = 20.0, 1.0
+    assert rates[0] == ("torus", "exact", *hits, free, most_reported_though_free, None, None)
+    searched = (evaluations_a_pose, times_random_search)
+    assert rates[-1] == ("torus", "hybrid-qaco", *hits, free, most_reported_though_free, *searched)
+    assert ablation[0] == ("torus", "memetic", "nothing", *hits, *searched)
+    variants = ("memetic", "corrected")
+    assert len(ablation) == len(variants) * (1 + len(EQUATIONS)), "with all equations, and without each in turn"
+    assert seeds_of["qaco"] == seeds_of["hybrid-qaco"] == {(5, 6)}
+    assert seeds_of["exact"] == {()}, "no search"
 
 
-@pytest.mark.parametrize(("seeds", "text"), [(1, "with 1 seed:"), (2, "with 2 seeds:")])
-def test_table_of_rates_states_its_search_seeds(seeds, text):
-    """The table has no rows; its first note says of how many seeds counts are means."""
-    rates, _ = colony.colony_tables([([], [])], seeds)
+@pytest.mark.parametrize(("search_seeds", "text"), [(1, "with 1 seed:"), (2, "with 2 seeds:")])
+def test_table_of_rates_states_its_search_seeds(search_seeds, text):
+    """The first note says of how many seeds counts are means; the table has no rows here."""
+    no_rows = ([], [])
+    rates, _ablation = colony.colony_tables([no_rows], search_seeds)
     assert text in rates.notes[0]

@@ -22,10 +22,13 @@ from replay.studies.stress.solids import box_mesh
 
 @pytest.mark.slow
 def test_samples_cover_as_many_poses_in_the_same_time(snapshot, monkeypatch):
-    """The snapshot has of 8 poses the pairs that meet in samples of 200 faces and of all, and evaluations to a hit."""
-    for name, few in {"SAMPLE_SIZES": (200, None), "SEARCH_VARIANTS": ("random",), "MOST_EVALUATIONS": 3000}.items():
-        monkeypatch.setattr(feature_samples, name, few)
-    result = feature_samples.search_samples("torus-sphere", 8, 1)
+    """Of 8 poses five collide: the snapshot has how many of their pairs that meet are in samples of 200 faces and of
+    all, and after how many evaluations a random search hits (None: not after 3,000).
+    """
+    monkeypatch.setattr(feature_samples, "SAMPLE_SIZES", (200, None))
+    monkeypatch.setattr(feature_samples, "SEARCH_VARIANTS", ("random",))
+    monkeypatch.setattr(feature_samples, "MOST_EVALUATIONS", 3000)
+    result = feature_samples.search_samples("torus-sphere", pose_count=8, seed=1)
     assert (result.meeting_counts, result.evaluations_to_hit) == snapshot
 
 
@@ -42,9 +45,13 @@ class SampledSearch:
 
 
 def test_each_draw_of_samples_serves_every_fourth_pose(monkeypatch):
-    """Five poses that meet: the first of four draws serves poses 0 and 4, and all faces cover every pose."""
+    """Two cubes that meet in five poses; samples have three faces of each, or all, drawn four times with own seeds.
+
+    The first draw serves poses 0 and 4. Three faces leave some poses without a pair that meets, and these are not
+    searched; a planted search hits with all faces alone, after 7 evaluations.
+    """
     motion = motion_at([[0.9 - 0.01 * k, 0.1, 0.2] for k in range(5)])
-    poses = NearPoses("cubes", body_pair(box_mesh(), box_mesh()), motion, motion.frames(0, 1))
+    poses = NearPoses("cubes", body_pair(box_mesh(), box_mesh()), colliding=motion, free=motion.frames(0, 1))
     searches = []
 
     def create(name, bodies, **settings):
@@ -56,29 +63,46 @@ def test_each_draw_of_samples_serves_every_fourth_pose(monkeypatch):
     monkeypatch.setattr(feature_samples, "create_detector", create)
     monkeypatch.setattr(feature_samples, "near_poses", lambda family, count, seed: poses)
     monkeypatch.setattr(feature_samples, "SAMPLE_SIZES", (3, None))
-    result = feature_samples.search_samples("cubes", 5, seed=3)
-    assert {search.settings["seed"] for search in searches} == {12, 13, 14, 15}
-    assert {size: len(counts) for size, counts in result.meeting_counts.items()} == {3: 5, None: 5}
-    assert all(result.meeting_counts[None]) and result.evaluations_to_hit["random", None] == [7] * 5
+    seed, draws, all_faces = 3, 4, None
+    result = feature_samples.search_samples("cubes", pose_count=5, seed=seed)
+    assert {search.settings["seed"] for search in searches} == {seed * draws + draw for draw in range(draws)}
+    assert {size: len(counts) for size, counts in result.meeting_counts.items()} == {3: 5, all_faces: 5}
+    assert all(count > 0 for count in result.meeting_counts[all_faces])
+    assert result.evaluations_to_hit["random", all_faces] == [7] * 5
     covered = sum(count > 0 for count in result.meeting_counts[3])
-    assert result.evaluations_to_hit["random", 3] == [None] * covered and covered < 5
+    assert covered < 5
+    assert result.evaluations_to_hit["random", 3] == [None] * covered
 
 
-def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
-    """Evaluations after which 9 of 10 searches have hit; None: never."""
-    least = feature_samples.least_evaluations
-    assert least([5, 1, 2, 3, 4, 6, 7, 8, 9, None], 10) == 9
-    assert least([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is least([], 0) is least([1, 2], 10) is None
+NEVER = None
+
+
+@pytest.mark.parametrize(
+    ("evaluations_to_hit", "poses", "expected"),
+    [
+        pytest.param([5, 1, 2, 3, 4, 6, 7, 8, 9, NEVER], 10, 9, id="nine of ten poses"),
+        pytest.param([5, 1, 2, 3, 4, 6, 7, 8, NEVER, NEVER], 10, None, id="eight of ten poses"),
+        pytest.param([1, 2], 10, None, id="two of ten poses"),
+        pytest.param([], 0, None, id="no pose"),
+    ],
+)
+def test_nine_in_ten_are_reached_by_the_ninth_of_ten(evaluations_to_hit, poses, expected):
+    """Evaluations after which a search hit in each pose; expected is the least with which 90 % of the poses are hit."""
+    assert feature_samples.least_evaluations(evaluations_to_hit, poses) == expected
 
 
 def test_misses_without_a_sampled_pair_are_counted_separately():
-    """Two of five poses have no meeting pair in their sample; of three searches one spends more than its budget."""
-    meeting_counts = {size: [0, 1, 0, 2, 1] for size in SAMPLE_SIZES}
+    """Five poses, of which two have no pair that meets in their sample, and are misses of coverage: 2 / 5.
+
+    Of the other three one search spends more than its budget, a miss of the search: 1 / 3; 2 / 5 of all succeed.
+    """
+    meeting_pairs_in_sample = {size: [0, 1, 0, 2, 1] for size in SAMPLE_SIZES}
     spent = {key: [9, 10, EVALUATIONS_PER_POSE + 1] for key in product(SEARCH_VARIANTS, SAMPLE_SIZES)}
-    coverage, search = feature_sample_tables([SampleSearches("torus-sphere", meeting_counts, spent)])
+    coverage, search = feature_sample_tables([SampleSearches("torus-sphere", meeting_pairs_in_sample, spent)])
+    assert len(coverage.rows) == len(SAMPLE_SIZES) and len(search.rows) == len(spent)
     for row in coverage.rows:
         _family, _size, poses, misses, rate, *_interval = row
-        assert (poses, misses, rate) == (5, 2, 0.4)
+        assert (poses, misses, rate) == (5, 2, 2 / 5)
     for row in search.rows:
         _family, _search, _size, covered, misses, rate, _lower, _upper, success, *_ = row
         assert (covered, misses, rate, success) == (3, 1, 1 / 3, 2 / 5)
@@ -86,10 +110,15 @@ def test_misses_without_a_sampled_pair_are_counted_separately():
 
 @pytest.mark.parametrize(("covered", "expected"), [(20, 18), (19, None)])
 def test_few_covered_poses_have_no_budget_of_nine_in_ten(covered, expected):
-    """The 18th of 20 poses is reached with 18 evaluations; below 20 poses a share of nine in ten says nothing."""
-    hits = {key: [*range(1, covered + 1)] for key in product(SEARCH_VARIANTS, SAMPLE_SIZES)}
-    meeting = {size: [1] * covered for size in SAMPLE_SIZES}
-    _, search = feature_sample_tables([SampleSearches("torus-sphere", meeting, hits)])
+    """The first pose is hit after one evaluation, the second after two, and so on: 18 are 90 % of 20 poses.
+
+    Below LEAST_COVERED, 20, poses whose sample has a pair that meets, a share of nine in ten says nothing.
+    """
+    evaluations_to_hit = {key: [*range(1, covered + 1)] for key in product(SEARCH_VARIANTS, SAMPLE_SIZES)}
+    meeting_pairs_in_sample = {size: [1] * covered for size in SAMPLE_SIZES}
+    searches = SampleSearches("torus-sphere", meeting_pairs_in_sample, evaluations_to_hit)
+    _coverage, search = feature_sample_tables([searches])
+    assert search.rows
     for row in search.rows:
         *_, success, evaluations_of_covered, _evaluations_of_all = row
         assert success == 1.0 and evaluations_of_covered == expected

@@ -12,7 +12,8 @@ from replay import run
 from replay.cli.main import main
 from sessions import write_session
 
-POSITIONS = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
+GAPS = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
+"""Metres between the middles of two cubes of 1 m, frame by frame of 10 ms: in contact in frames 2, 3 and 7."""
 """Metres between two unit cubes, a frame each: in contact in frames 2, 3 and 7."""
 
 SENT_ALONG = """
@@ -32,66 +33,80 @@ class Blind(FrameDetector):
 
 
 @pytest.fixture(scope="module")
-def audited(tmp_path_factory):
-    """The folder of a session and of a run that audited a detector of the table."""
+def audited_folder(tmp_path_factory):
+    """A folder with a session, s.mcap, and a run whose detector slow samples every fourth frame and misses contacts."""
     folder = tmp_path_factory.mktemp("audited")
-    write_session(unit_cubes_on_x({"a": [0] * 10, "b": POSITIONS}), folder / "s.mcap")
+    write_session(unit_cubes_on_x({"a": [0] * 10, "b": GAPS}), folder / "s.mcap")
     run(folder / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=folder / "run", picture=False)
     return folder
 
 
 @pytest.fixture
-def folder(audited, tmp_path, monkeypatch):
-    """A copy of that run, and a module beside it that tells when it is imported."""
+def received_run(audited_folder, tmp_path, monkeypatch):
+    """A copy of the run, and beside it a module that leaves sent_along.imported where it is imported."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
-    shutil.copytree(audited, tmp_path, dirs_exist_ok=True)
+    shutil.copytree(audited_folder, tmp_path, dirs_exist_ok=True)
     (tmp_path / "sent_along.py").write_text(SENT_ALONG)
     yield tmp_path / "run"
     sys.modules.pop("sent_along", None)
 
 
 @pytest.mark.parametrize("name", ["sent_along:Blind", pytest.param("os:system", marks=pytest.mark.slow)])
-def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys):
-    """``shrink`` needs the class: it stops and names the option that allows it. The others need no detector."""
-    tamper(folder, "detectors", slow={"name": name, "settings": {}})
-    for command, code in (
-        (["shrink", "run", "--miss", "1"], 1),
-        (["diff", "run", "run"], 0),
-        (["share", "run", "-o", "sent", "--anyway"], 0),
-    ):
-        assert main(command) == code, command
+def test_a_class_named_by_a_folder_alone_is_never_imported(received_run, name, capsys):
+    """The summary of the run says that its detector is ``module:Class`` of a module that came with it, or of Python.
+
+    ``shrink`` needs the class: it stops and names the option that allows it. ``diff`` and ``share`` need no detector.
+    """
+    tamper(received_run, "detectors", slow={"name": name, "settings": {}})
+    assert main(["shrink", "run", "--miss", "1"]) == 1
+    message = " ".join(capsys.readouterr().err.split())
+    assert f"--detector slow={name}" in message and "should not have happened" not in message
+    for command in (["diff", "run", "run"], ["share", "run", "-o", "sent", "--anyway"]):
+        assert main(command) == 0, command
         message = " ".join(capsys.readouterr().err.split())
-        assert (f"--detector slow={name}" in message) == (code == 1), command
-        assert "should not have happened" not in message, command
-    assert not (folder.parent / "sent_along.imported").exists() and "sent_along" not in sys.modules
+        assert "--detector" not in message and "should not have happened" not in message, command
+    assert not (received_run.parent / "sent_along.imported").exists()
+    assert "sent_along" not in sys.modules
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("key", ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'])
-def test_folder_settings_never_become_lines_of_the_written_test(folder, key, monkeypatch):
-    """A setting, or its name, ends a text and goes on as code that would make the file ``ran``."""
+@pytest.mark.parametrize(
+    "key",
+    ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'],
+    ids=["setting of the detector", "name of a setting"],
+)
+def test_folder_settings_never_become_lines_of_the_written_test(received_run, key, monkeypatch):
+    """A setting, or its name, ends a text and goes on as code that would make the file ``ran``.
+
+    ``shrink`` writes a test into the folder case, or refuses the setting; what it wrote is executed here.
+    """
     attack = 'yes"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'
-    tamper(folder, "detectors", slow={"settings": {"rate_hz": 25, key: attack}})
+    tamper(received_run, "detectors", slow={"settings": {"rate_hz": 25, key: attack}})
     main(["shrink", "run", "--miss", "1", "-o", "case"])
-    monkeypatch.chdir(folder.parent)
-    for file in folder.parent.glob("case/*.py"):
+    monkeypatch.chdir(received_run.parent)
+    for file in received_run.parent.glob("case/*.py"):
         exec(compile(file.read_text(), str(file), "exec"), {"__file__": str(file), "__name__": "case"})
-    assert not (folder.parent / "ran").exists()
+    assert not (received_run.parent / "ran").exists()
 
 
-@pytest.mark.parametrize(("piece", "key", "value"), [("window", "end", 0), ("session", "frames", 11)])
-def test_folder_with_frames_unlike_its_recording_is_refused(folder, piece, key, value, capsys):
-    """The summary states a window that ends at 0 s, or a frame more than the recording has."""
-    tamper(folder, piece, **{key: value})
+@pytest.mark.parametrize(
+    ("section", "changes"),
+    [("window", {"end": 0}), ("session", {"frames": 11})],
+    ids=["window that ends at 0 s", "a frame more than the ten recorded"],
+)
+def test_folder_with_frames_unlike_its_recording_is_refused(received_run, section, changes, capsys):
+    """A section of the summary of the run is changed."""
+    tamper(received_run, section, **changes)
     assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
     assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())
 
 
-def test_shrink_imports_an_own_detector_only_when_named(folder, capsys):
-    """The run was made here with the class sent_along:Blind, which reports nothing."""
+def test_shrink_imports_an_own_detector_only_when_named(received_run, capsys):
+    """A run was made here with the class sent_along:Blind, which reports nothing and so misses the first contact."""
     run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
     assert main(["shrink", "own", "--miss", "1", "-o", "case"]) == 1
     assert "--detector mine=sent_along:Blind" in " ".join(capsys.readouterr().err.split())
     assert main(["shrink", "own", "--miss", "1", "--detector", "mine=sent_along:Blind", "-o", "case"]) == 0
-    assert json.loads((folder.parent / "case" / "case.json").read_text())["detector"] == "sent_along:Blind"
+    case = json.loads((received_run.parent / "case" / "case.json").read_text())
+    assert case["detector"] == "sent_along:Blind"

@@ -19,14 +19,20 @@ from replay.studies.stress.scenes import body_pair, motion_at
 from replay.studies.stress.solids import box_mesh
 from sessions import MeshData, Session, write_session
 
-POSITIONS = [3, 3, 0.9, 0.9, 3, 3, 3, 3]
+X_OF_SECOND_BODY = [3, 3, 0.9, 0.9, 3, 3, 3, 3]
+"""Metres beside the first body, frame by frame of 10 ms: cubes of 1 m touch in frames 2 and 3."""
+UNROTATED = (0.0, 0.0, 0.0, 1.0)
 ROTATED = (0.1, 0.2, 0.3, 0.9274)
+"""Quaternions; rotated no face of the second cube is parallel to one of the first."""
 """No face of the second cube is parallel to one of the first."""
 
 
 def shrunk_case(tmp_path, first, second, quaternion):
-    """Bodies, poses and summary of the case that a miss of two bodies ends in."""
-    poses = {"a": along_x([0] * 8), "b": along_x(POSITIONS, quaternion)}
+    """Bodies, poses and summary of the case that a miss of two meshes, the second rotated, is shrunk to.
+
+    The detector samples every fourth frame of eight, and misses the contact between two samples.
+    """
+    poses = {"a": along_x([0] * 8), "b": along_x(X_OF_SECOND_BODY, quaternion)}
     session = Session.from_arrays(np.arange(8) * 10_000_000, poses, {"a": first, "b": second})
     write_session(session, tmp_path / "s.mcap")
     run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
@@ -52,26 +58,35 @@ def with_needles(mesh):
 
 
 def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
-    """Faces without area are left out, and the deepest pair overlaps by more than 2 um."""
+    """Two cubes with needles, faces without an area: the case has none of these, and no doubts.
+
+    Its deepest pair of faces overlaps by more than 2 um, within which engines may differ.
+    """
     bodies, motion, case = shrunk_case(tmp_path, with_needles(cube()), with_needles(cube()), ROTATED)
     for body in bodies:
         a, b, c = body.mesh.triangles.transpose(1, 0, 2)
-        assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-6).all()
+        double_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        assert (double_areas > 1e-6).all(), "square metres; faces of the cubes have 1"
     first, second = in_last_frame(bodies, motion)
-    meets, depth = triangle_margins([(item, other) for item in first for other in second])
-    assert depth[meets].max() > 2e-6 and case["doubts"] == []
+    meets, depth = triangle_margins([(face, other) for face in first for other in second])
+    assert depth[meets].max() > TWO_MICROMETRES
+    assert case["doubts"] == []
 
 
 @pytest.mark.slow
 def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
-    """Cubes with parallel faces: 1.9 um, within the tolerance of 2 um, in each of 27 directions."""
-    bodies, motion, case = shrunk_case(tmp_path, cube(), cube(), (0, 0, 0, 1))
+    """Two cubes with parallel faces: the case stays in contact with the second body shifted by 1.9 um, below 2 um.
+
+    No two faces overlap by more than 2 um, which is its doubt; they keep the contact together.
+    """
+    bodies, motion, case = shrunk_case(tmp_path, cube(), cube(), UNROTATED)
     last = motion.take(np.array([len(motion) - 1]))
-    for method in itertools.product((-1, 0, 1), repeat=3):
-        moved = last.translations.copy()
-        moved[0, 1] += 1.9e-6 * np.array(method) / max(1.0, np.linalg.norm(method))
-        shifted = Motion(last.times, moved, last.rotations)
-        assert create_detector("exact", bodies).detect(shifted).verdict[0, 0] == Verdict.CONTACT, method
+    for direction in itertools.product((-1, 0, 1), repeat=3):
+        length = max(1.0, np.linalg.norm(direction))  # (0, 0, 0): not shifted
+        shifted_positions = last.translations.copy()
+        shifted_positions[0, 1] += 1.9e-6 * np.array(direction) / length
+        shifted = Motion(last.times, shifted_positions, last.rotations)
+        assert create_detector("exact", bodies).detect(shifted).verdict[0, 0] == Verdict.CONTACT, direction
     assert "overlap by more than 2 micrometres" in " ".join(case["doubts"])
 
 
@@ -80,40 +95,44 @@ def test_ill_posed_case_is_explained(tmp_path, capsys):
     """The second body is a face without an area, a segment through the cube: screen, case and README say so."""
     segment = MeshData([[-0.95, 0, 0], [0.95, 0.01, 0]], [(0, 1, 1)])
     _, _, case = shrunk_case(tmp_path, cube(), segment, ROTATED)
-    for text in (*case["doubts"], capsys.readouterr().out, (tmp_path / "case" / "README.md").read_text()):
+    (doubt,) = case["doubts"]
+    for text in (doubt, capsys.readouterr().out, (tmp_path / "case" / "README.md").read_text()):
         assert "without an area" in " ".join(text.split())
 
 
-def test_face_no_higher_than_the_tolerance_is_thin_anywhere():
-    """A triangle 1 m wide and half or one and a half times 2 um high, nine metres from the origin."""
-    for height in (0.5 * TWO_MICROMETRES, 1.5 * TWO_MICROMETRES):
-        face = TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0.5, height, 0]]) + 9.0, [[0, 1, 2]])
-        assert thin_faces(face).tolist() == [height < TWO_MICROMETRES]
+@pytest.mark.parametrize(("heights", "is_thin"), [(0.5, True), (1.5, False)])
+def test_face_no_higher_than_the_tolerance_is_thin_anywhere(heights, is_thin):
+    """A triangle 1 m wide and half or one and a half times 2 um high, at (9, 9, 9) m, where digits are fewer."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0.5, heights * TWO_MICROMETRES, 0]])
+    face = TriangleMesh(corners + 9.0, [[0, 1, 2]])
+    assert thin_faces(face).tolist() == [is_thin]
 
 
 @pytest.mark.parametrize(
-    ("position", "contact", "oracle", "doubts"),
+    ("x", "contact", "oracle", "doubts"),
     [
-        ((0.9, 0.1, 0.2), True, "exact", set()),
-        ((1.0 - 1e-6, 0.1, 0.2), True, "exact", {Doubt.SHALLOW, Doubt.LOOSE}),
-        ((1.0 + 1e-6, 0.1, 0.2), True, "exact", {Doubt.NEAR}),
-        ((1.0 + 1e-6, 0.1, 0.2), True, "continuous", set()),
-        ((1.0 + 1e-6, 0.1, 0.2), False, "exact", {Doubt.NEAR}),
-        ((1.1, 0.1, 0.2), False, "exact", set()),
+        pytest.param(0.9, True, "exact", set(), id="contact, deep"),
+        pytest.param(1.0 - 1e-6, True, "exact", {Doubt.SHALLOW, Doubt.LOOSE}, id="contact, a micrometre deep"),
+        pytest.param(1.0 + 1e-6, True, "exact", {Doubt.NEAR}, id="contact, so inside, and surfaces are near"),
+        pytest.param(1.0 + 1e-6, True, "continuous", set(), id="contact between the frames"),
+        pytest.param(1.0 + 1e-6, False, "exact", {Doubt.NEAR}, id="clear, a micrometre apart"),
+        pytest.param(1.1, False, "exact", set(), id="clear, far apart"),
     ],
-    ids=["deep", "a micrometre deep", "inside or near", "met between frames", "a micrometre apart", "apart"],
 )
-def test_doubts_are_of_contacts_within_two_micrometres(position, contact, oracle, doubts):
-    """Cubes of 1 m, the second at a position beside the first."""
+def test_doubts_are_of_contacts_within_two_micrometres(x, contact, oracle, doubts):
+    """Cubes of 1 m, the second at (x, 0.1, 0.2): they touch at x = 1 m; ``contact`` is the right answer.
+
+    Expected are reasons why engines may differ: the right answer changes within 2 um.
+    """
     bodies = body_pair(box_mesh(), box_mesh())
-    motion = motion_at([position])
-    corners = [body.mesh.triangles + motion.translations[0, k] for k, body in enumerate(bodies)]
+    motion = motion_at([(x, 0.1, 0.2)])
+    placed_triangles = [body.mesh.triangles + motion.translations[0, k] for k, body in enumerate(bodies)]
     fault = SimpleNamespace(
         bodies=bodies,
         pairs=np.array([[0, 1]]),
         motion=motion,
         contact=contact,
         oracle=oracle,
-        corners=lambda body: corners[body],
+        corners=lambda body: placed_triangles[body],
     )
     assert doubts_of(fault) == doubts

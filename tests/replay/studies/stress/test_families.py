@@ -23,12 +23,12 @@ def test_triangle_pairs_of_a_family_follow_from_the_seed(family):
 
 @by_name
 def test_exact_test_gives_the_answer_known_by_construction(family):
-    """``expected``: whether all pairs of a family meet; None: some do."""
+    """All pairs of a family meet, or none does, by the way it is made (``expected``); where it is None some do."""
     answers = triangles_intersect(family.pairs(400))
-    if family.expected is not None:
-        assert (answers == family.expected).all()
+    if family.expected is None:
+        assert {*answers.tolist()} == {True, False}
     else:
-        assert 0 < answers.sum() < 400, "a family without a fixed answer must hold both answers"
+        assert {*answers.tolist()} == {family.expected}
 
 
 @pytest.mark.parametrize(
@@ -46,20 +46,25 @@ def test_exact_test_gives_the_answer_known_by_construction(family):
     ],
 )
 def test_degenerate_families_are_not_decided_by_the_float_filter_alone(family):
-    """The filter leaves more than 100 of 400 pairs open."""
-    assert left_open(triangle_family(family).pairs(400))[0] > 100
+    """Of 400 pairs of a family a filter in floating point leaves more than a quarter open for exact arithmetic."""
+    open_after_filter, _open_after_exact_sums = left_open(triangle_family(family).pairs(400))
+    assert open_after_filter > 100
 
 
 def test_generic_family_needs_no_exact_arithmetic_and_meets_28_percent():
-    """20,000 random pairs, to 2 %; no pair is left open by the filter, or by exact sums."""
+    """20,000 random pairs: the filter in floating point decides all; 28 % meet, as measured, to 2 % of the pairs."""
     pairs = triangle_family("generic control").pairs(20_000)
-    assert left_open(pairs) == (0, 0)
+    open_after_filter, open_after_exact_sums = left_open(pairs)
+    assert (open_after_filter, open_after_exact_sums) == (0, 0)
     assert abs(triangles_intersect(pairs).mean() - 0.28) < 0.02
 
 
 def test_needles_are_thin_and_cross_at_edge_middles():
-    """The third corner is at most some 1e-5 from the line of the first two, which are some 0.5 apart."""
-    triangles = triangle_family("needles").pairs(200)
+    """The third corner is at most 1e-5 from the line of the first two, which are some 0.5 apart.
+
+    The middle of the edge of the first two corners is the same point for both triangles of a pair.
+    """
+    triangles = triangle_family("needles").pairs(200)  # (pairs, 2 triangles, 3 corners, 3 coordinates)
     start, end, third = (triangles[:, :, corner] for corner in range(3))
     heights = np.linalg.norm(np.cross(end - start, third - start), axis=-1) / np.linalg.norm(end - start, axis=-1)
     assert heights.min() > 0.0 and heights.max() < 1e-5

@@ -7,53 +7,69 @@ from cdcore import Verdict
 from replay.studies.stress.tally import StressResult, Tally, judge_answers
 
 CLEAR, CONTACT, CONTAINED = Verdict.CLEAR, Verdict.CONTACT, Verdict.CONTAINED
-NOTHING = ""
+CANDIDATE, NOT_FOUND = Verdict.CANDIDATE, Verdict.NOT_FOUND
+"""Bounding volumes meet, of surfaces nothing is known; a search has found nothing."""
 
 
-@pytest.mark.parametrize(
-    ("answer", "truth", "field"),
-    [
-        (CLEAR, CLEAR, NOTHING), (CLEAR, CONTACT, "missed"), (CLEAR, CONTAINED, "missed"),
-        (CONTACT, CLEAR, "invented"), (CONTACT, CONTACT, NOTHING), (CONTACT, CONTAINED, "invented"),
-        (CONTAINED, CLEAR, "invented"), (CONTAINED, CONTACT, "missed"), (CONTAINED, CONTAINED, NOTHING),
-        (Verdict.CANDIDATE, CLEAR, "unconfirmed"), (Verdict.CANDIDATE, CONTACT, NOTHING),
-        (Verdict.CANDIDATE, CONTAINED, "unconfirmed"),
-        (Verdict.NOT_FOUND, CLEAR, NOTHING), (Verdict.NOT_FOUND, CONTACT, "missed"),
-        (Verdict.NOT_FOUND, CONTAINED, "missed"),
-    ],
-)  # fmt: skip
-def test_answer_is_judged_by_the_true_verdict(answer, truth, field):
-    """Contact in place of containment is no miss: both are contact, and only the verdict is wrong."""
+def judged(answer, truth, *, is_undecided=False, is_excused=False):
+    """Names of the counts of a tally under which one answer falls; ``is_excused``: it is wrong by less than tau."""
     answers, truths = np.array([answer], dtype=np.uint8), np.array([truth], dtype=np.uint8)
-    decided, undecided = np.array([False]), np.array([True])
-    strictly = judge_answers(answers, truths, decided, np.zeros_like)
-    assert [name for name, mark in strictly.items() if mark[0]] == ([field] if field else [])
-    tolerantly = judge_answers(answers, truths, decided, np.ones_like)
-    excused = {"missed": "within", "invented": "within"}.get(field, field)
-    assert [name for name, mark in tolerantly.items() if mark[0]] == ([excused] if excused else [])
-    refused = judge_answers(answers, truths, undecided, np.zeros_like)
-    assert refused["refused"][0] and not refused["missed"][0] and not refused["invented"][0]
+    counts = judge_answers(answers, truths, np.array([is_undecided]), np.ones_like if is_excused else np.zeros_like)
+    return [name for name, marks in counts.items() if marks[0]]
+
+
+ANSWERS = pytest.mark.parametrize(
+    ("answer", "truth", "count"),
+    [
+        (CLEAR, CLEAR, "right"), (CLEAR, CONTACT, "missed"), (CLEAR, CONTAINED, "missed"),
+        (CONTACT, CLEAR, "invented"), (CONTACT, CONTACT, "right"), (CONTACT, CONTAINED, "invented"),
+        (CONTAINED, CLEAR, "invented"), (CONTAINED, CONTACT, "missed"), (CONTAINED, CONTAINED, "right"),
+        (CANDIDATE, CLEAR, "unconfirmed"), (CANDIDATE, CONTACT, "right"), (CANDIDATE, CONTAINED, "unconfirmed"),
+        (NOT_FOUND, CLEAR, "right"), (NOT_FOUND, CONTACT, "missed"), (NOT_FOUND, CONTAINED, "missed"),
+    ],
+    ids=str,
+)  # fmt: skip
+"""Answer of a detector, true verdict, and the count that the answer adds to; "right" adds to none."""
+
+
+@ANSWERS
+def test_answer_is_judged_by_the_true_verdict(answer, truth, count):
+    """``invented``: false. Contact in place of containment is no miss: both are contact, the verdict is wrong."""
+    assert judged(answer, truth) == ([] if count == "right" else [count])
+
+
+@ANSWERS
+def test_wrong_answer_within_tolerance_is_counted_apart(answer, truth, count):
+    """What would be missed or invented is ``within``; an unconfirmed answer stays one."""
+    expected = {"right": [], "unconfirmed": ["unconfirmed"], "missed": ["within"], "invented": ["within"]}
+    assert judged(answer, truth, is_excused=True) == expected[count]
+
+
+@ANSWERS
+def test_undecided_answer_is_refused_and_never_wrong(answer, truth, count):
+    """Whatever verdict stands there; unconfirmed it may be beside that."""
+    assert set(judged(answer, truth, is_undecided=True)) - {"unconfirmed"} == {"refused"}
 
 
 def test_tally_names_its_counts_or_passed():
-    """Missed and within tolerance fail; unconfirmed answers do not."""
-    counts = {"missed": 2, "within": 1, "unconfirmed": 1200}
-    tally = Tally("exact", "family", number=3, name="needles", seed=103, asked=5000, **counts)
-    assert tally.failed == 3
+    """Two missed and one within tolerance are three failures; unconfirmed answers are none."""
+    of_family = {"detector": "exact", "kind": "family", "number": 3, "name": "needles", "seed": 103, "asked": 5000}
+    tally = Tally(**of_family, missed=2, within=1, unconfirmed=1200)
+    assert tally.failed == 2 + 1
     assert tally.words == "2 missed, 1 within tolerance, 1,200 unconfirmed"
-    assert Tally("exact", "family", 3, "needles", seed=103, asked=5000).words == "passed"
+    assert Tally(**of_family).words == "passed"
 
 
 @pytest.mark.parametrize(
     ("detector", "kind", "counts", "is_broken"),
     [
-        ("exact", "family", {"missed": 1}, True),
-        ("exact", "family", {"refused": 1}, True),
-        ("exact", "family", {"unconfirmed": 1}, False),
-        ("exact", "case", {"refused": 1}, False),
-        ("exact", "case", {"refused": 1, "changed": 1}, True),
-        ("sphere", "family", {"missed": 1}, False),
-        ("exact", "family", {"missed": 1, "promised": False}, False),
+        pytest.param("exact", "family", {"missed": 1}, True, id="missed"),
+        pytest.param("exact", "family", {"refused": 1}, True, id="pair of triangles refused"),
+        pytest.param("exact", "family", {"unconfirmed": 1}, False, id="unconfirmed"),
+        pytest.param("exact", "case", {"refused": 1}, False, id="case of bodies refused"),
+        pytest.param("exact", "case", {"refused": 1, "changed": 1}, True, id="case answered otherwise when repeated"),
+        pytest.param("sphere", "family", {"missed": 1}, False, id="detector that is not exact"),
+        pytest.param("exact", "family", {"missed": 1, "promised": False}, False, id="what was not promised"),
     ],
 )
 def test_wrong_answer_of_an_exact_detector_breaks_its_promise(detector, kind, counts, is_broken):
@@ -61,4 +77,4 @@ def test_wrong_answer_of_an_exact_detector_breaks_its_promise(detector, kind, co
     tally = Tally(detector, kind, number=3, name="needles", seed=103, asked=50, **counts)
     broken = StressResult(seed=100, pairs=50, tau=0.0, tallies=(tally,)).as_json()["broken"]
     sentence = f"exact claims exactness and failed {tally.failed} of 50 questions of 03 needles (seed 103)"
-    assert [text.partition(":")[0] for text in broken] == [sentence] * is_broken
+    assert [text.partition(":")[0] for text in broken] == ([sentence] if is_broken else [])
