@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from cdcore.poses import place_points
+from replay.cutting.convex_solids import volume_of
 from sessions.mesh_data import MeshData, has_consistent_winding
 
 SURFACE_POINTS: Final = 4000
@@ -53,12 +54,7 @@ class SampledSurface:
         weights = np.stack([1.0 - first, first * (1.0 - second), first * second], axis=1)
         points = np.einsum("nk,nkd->nd", weights, corners[face_of_point])
         outward_normals = normals[face_of_point] / doubled_areas[face_of_point][:, None]
-        return points, outward_normals if self._signed_volume > 0.0 else -outward_normals
-
-    @property
-    def _signed_volume(self) -> float:
-        corners = self._mesh.triangles - self._mesh.vertices.mean(axis=0)
-        return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))
+        return points, outward_normals if volume_of(self._mesh) > 0.0 else -outward_normals
 
     @cached_property
     def has_consistent_winding(self) -> bool:

@@ -70,8 +70,8 @@ class Rereadings:
         is_mirrored = [False] * len(self._whole.bodies)
         rebuilt_bodies = dict[int, Body]()
         for body_number, body in enumerate(self._whole.bodies):
-            mesh_before, mesh_after = self._session.meshes[body.name], meshes.get(body.name)
-            if mesh_after is None or mesh_after is mesh_before:
+            mesh_before, mesh_after = self._session.meshes[body.name], meshes[body.name]
+            if mesh_after is mesh_before:
                 continue
             matrix = change_of_axes(mesh_before, mesh_after)
             if matrix is None:

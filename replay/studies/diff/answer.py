@@ -131,7 +131,7 @@ def _changes_sentence(detectors: Iterable[DetectorDiff]) -> str:
         sum(len(getattr(detector, change_kind)) for detector in all_detectors)
         for change_kind in ("gained", "lost", "shifted")
     )
-    if not gained + lost + shifted:
+    if not any((gained, lost, shifted)):
         return "No contact changed."
     return f"Contacts: {gained:,} gained, {lost:,} lost, {shifted:,} shifted."
 

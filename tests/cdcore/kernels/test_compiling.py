@@ -144,6 +144,7 @@ def test_the_collector_rests_while_kernels_compile_and_only_then():
         gc.enable() if is_enabled else gc.disable()
         try:
             listener.on_start(compilation)
+            assert not gc.isenabled()
             listener.on_start(compilation)
             assert not gc.isenabled()
             listener.on_end(compilation)

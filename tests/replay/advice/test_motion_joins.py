@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import pytest
 from support.shapes import box_mesh, revolved_mesh
+from support.small_worlds import unit_cubes_on_x
 
 from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.protocol import Solids, counts_as_contact
@@ -101,6 +102,20 @@ def test_refined_pieces_cover_the_body_and_report_less(stirred_beaker):
     fine = refined_by_motion(coarse, stirred_beaker.mesh, stirred_beaker.false_contacts, lambda: None)
     assert len(coarse) < len(fine) <= MOST_PIECES and outside_by(stirred_beaker.mesh, fine) < 1e-9
     assert stirred_beaker.false(fine) < stirred_beaker.false(coarse)
+
+
+def test_false_contacts_of_a_body_are_those_of_its_own_pairs():
+    """Three cubes in two frames; the pair b-c is false in both, a-b in the second: of body a one moment counts."""
+    assembly = prepare(unit_cubes_on_x({"a": [0, 1], "b": [0, 0], "c": [0, 2]})).assembly
+    false = np.zeros((2, len(assembly.pairs)), dtype=np.bool_)
+    pairs = [assembly.pair_name(column) for column in range(len(assembly.pairs))]
+    false[:, pairs.index("b-c")] = True
+    false[1, pairs.index("a-b")] = True
+    box = box_mesh((1.0, 1.0, 1.0))
+    bodies = tuple(replace(body, colliders=Solids((box,), box)) for body in assembly.bodies)
+    false_contacts = FalseContacts(replace(assembly, bodies=bodies), "a", false)
+    assert false_contacts.of([box, box]).shape == (2, 1)
+    assert false_contacts.of([]).shape == (0, 1)
 
 
 class FirstPieceTouches:

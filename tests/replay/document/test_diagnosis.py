@@ -1,13 +1,17 @@
 """A fix is another setting than its subject, better where it was measured, and it mends what it is said to mend."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support.planted_sessions import channel
 from support.small_worlds import cube, unit_cubes_on_x
 
+from replay.auditing.fault import Cause, Fault, FaultKind
 from replay.detection.detector_spec import parse_detectors
+from replay.document.diagnosis import pieces_may_help
+from replay.document.ranking import Rank
 from replay.engine import compute
 from sessions import Session
 
@@ -74,6 +78,25 @@ def test_pieces_of_a_cube_are_not_advised_its_offset_is():
     )
     (answer,) = run.answers
     assert "pieces" not in answer.fix.text and "skin_m=0" in answer.fix.text
+
+
+@pytest.mark.parametrize(
+    ("setting", "cause", "undecided", "may_help"),
+    [
+        ("collider[shape=hull]", Cause.HULL_FILLS_HOLLOW, 0, True),
+        ("collider[shape=hull]", Cause.CONTACT_OFFSET, 0, False),
+        ("collider[shape=hull]", Cause.HULL_FILLS_HOLLOW, 1, False),
+        ("collider[shape=mesh]", Cause.COLLIDER_SHAPE, 0, False),
+        ("discrete", Cause.COLLIDERS_MEET, 0, False),
+        ("collider[shape=hull]", None, 0, False),
+    ],
+)
+def test_pieces_may_help_where_a_closed_collider_is_wrong(setting, cause, undecided, may_help):
+    """``cause``: of the only false contact, if any; ``undecided``: contacts that the detector left undecided."""
+    fault = Fault(1, "it", 0, ("a", "b"), FaultKind.NO_CONTACT, 0, 1, 0.0, 0.1, 0, cause=cause)
+    result = SimpleNamespace(misses={}, false={"it": [] if cause is None else [fault]})
+    rank = Rank("it", "", setting, contacts=1, mean=None, p99=None, undecided=undecided)
+    assert pieces_may_help(result, rank) == may_help
 
 
 @pytest.mark.slow

@@ -50,6 +50,13 @@ def test_dropped_frames_are_counted_by_reason():
     assert len(reported.notes) == 2
 
 
+def test_duration_is_that_of_the_replayed_frames():
+    """Frames at 0 to 50 ms, of which those from 20 ms on are replayed."""
+    session = unit_cubes_on_x({"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]})
+    reported = compute(session, detectors="sphere", oracle="none", start=0.02).document.session
+    assert (reported.frames, reported.duration) == (4, pytest.approx(0.03))
+
+
 def test_verdicts_that_rest_on_a_flagged_pose_are_counted(monkeypatch):
     """Six frames in blocks of four; body a has a quaternion of length 1.5 in frames 1, 3 and 4; it touches in 4."""
     monkeypatch.setattr(summary, "VERDICT_FRAMES", 4)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.liquid_worlds import (
+    NEUTRALISATION,
     effects_of_tap_degrees,
     effects_of_tilt_degrees,
     glass,
@@ -85,13 +86,13 @@ def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
 
 
 def test_a_vessel_that_drifts_to_the_room_is_no_result():
-    """Hot water cools in its glass, and warms what it is poured into: the second is what is reported."""
+    """Hot acid cools in its glass, and warms the lye that it is poured into: the second is what is reported."""
     bodies = (
-        vessel("a", volume=60.0, solute="", molar=0.0, temperature_c=60.0),
-        vessel("b", volume=50.0, solute="", molar=0.0),
+        vessel("a", volume=60.0, solute="HCl", molar=0.001, temperature_c=60.0),
+        vessel("b", volume=50.0, solute="NaOH", molar=0.001),
     )
-    heat = ("heat", {**HEAT, "loss_w_per_k": 10.0})
-    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX_IN_BOTH, heat)
+    tables = (MIX_IN_BOTH, NEUTRALISATION, ("heat", {**HEAT, "loss_w_per_k": 10.0}))
+    effects = effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, *tables)
     assert {event.bodies for event in effects["heat"].events if event.name in ("warmest", "coldest")} == {("b",)}
     # Until liquid comes in, b has two temperatures: at the start and one frame before, so that a line rises there.
     volume, warming = effects["mixing"].series["b/volume"], effects["heat"].series["b/temperature"]

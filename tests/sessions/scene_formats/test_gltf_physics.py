@@ -92,6 +92,17 @@ def test_shapes_of_a_gltf_compound_are_in_body_axes(tmp_path, kind):
     assert np.array_equal(scene.rotation, np.eye(3))  # glTF has +Y up
 
 
+def test_gltf_text_may_hold_its_buffers(tmp_path):
+    """The buffer of the mesh is written in the file; another one has no content that anything uses."""
+    nodes = [{"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {"shape": 0}}}]
+    content = gltf_document(nodes, [{"type": "trimesh", "trimesh": {"mesh": 0}}], "OMI")
+    content["buffers"].append({"byteLength": 4})
+    path = tmp_path / "cup.gltf"
+    path.write_text(json.dumps(content))
+    body = read_scene_source(path).bodies["cup"]
+    assert np.abs(body.mesh.vertices - CORNERS).max() <= 1e-6
+
+
 def test_rotations_in_float32_do_not_stretch(tmp_path):
     """A quaternion with norm 0.99998 rotates by 90 degrees about x and changes no length; one of norm 0 is refused.
 

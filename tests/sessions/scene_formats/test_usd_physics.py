@@ -246,6 +246,23 @@ def test_joint_that_lets_bodies_collide_excludes_no_pair(tmp_path, collides, is_
     assert read_scene_source(tmp_path / "s.usda").excluded == ()
 
 
+@pytest.mark.parametrize(("first", "second"), [("arm", "arm"), ("arm", ""), ("arm", "empty")])
+def test_joint_of_fewer_than_two_colliding_bodies_excludes_no_pair(tmp_path, first, second):
+    """A joint within one body, one of a body with the world, and one with a body that has no shape."""
+    stage = new_stage(tmp_path / "s.usda")
+    for number, name in enumerate(("arm", "hand", "empty")):
+        rigid_body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
+        if name != "empty":
+            ball_collider(stage, f"/world/{name}/shape")
+    joint = UsdPhysics.RevoluteJoint.Define(stage, "/world/wrist")
+    joint.CreateBody0Rel().AddTarget(f"/world/{first}")
+    if second:
+        joint.CreateBody1Rel().AddTarget(f"/world/{second}")
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert scene.excluded == () and [*scene.bodies] == ["arm", "hand"]
+
+
 def test_articulation_with_self_collisions_excludes_no_pair(tmp_path):
     """Arm and hand are of one articulation whose bodies may collide."""
     stage = new_stage(tmp_path / "s.usda")

@@ -80,9 +80,13 @@ def test_a_charged_composition_keeps_its_charge():
     assert equilibrium(solver, totals).ph[0] == pytest.approx(2.0, abs=0.06)
 
 
-def test_an_unanswered_row_leaves_the_others_answered():
-    """A million mol/kg of acid have no answer; 0.01 mol/kg have a pH of 2.04 by an activity coefficient of 0.9."""
-    solver, totals = solver_and_totals([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
+@pytest.mark.parametrize("impossible", [{"HCl": 1e6}, {"NaOH": 58.0}])
+def test_an_unanswered_row_leaves_the_others_answered(impossible):
+    """A million mol/kg of acid are not asked about; 58 of lye in 55.5 mol of water leave none, and PHREEQC refuses.
+
+    0.01 mol/kg of acid have a pH of 2.04 by an activity coefficient of 0.9.
+    """
+    solver, totals = solver_and_totals([{"HCl": 0.01}, impossible, {"HCl": 0.02}])
     answer = equilibrium(solver, totals)
     assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered_queries == 1
     assert answer.ph[0] == pytest.approx(2.04, abs=0.02)

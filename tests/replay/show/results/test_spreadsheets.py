@@ -105,7 +105,17 @@ def test_no_text_becomes_a_formula(text, tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "inert"),
-    [("a=1", "a=1"), ("a =1", "a =1"), ("\tplain", "'\tplain"), (" plain", " plain"), ("=", "'="), (" ", " ")],
+    [
+        ("a=1", "a=1"),
+        ("a =1", "a =1"),
+        ("\tplain", "'\tplain"),
+        (" plain", " plain"),
+        ("=", "'="),
+        (" ", " "),
+        (" =1", "' =1"),
+        ("\u200b=1", "'\u200b=1"),
+        ("\u00a0-", "'\u00a0-"),
+    ],
 )
 def test_only_a_text_that_begins_like_a_formula_is_changed(text, inert):
     """An apostrophe before it makes it text; a tab begins one too."""

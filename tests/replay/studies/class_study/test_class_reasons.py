@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from replay.studies.class_study.class_reasons import reason
+from replay.studies.class_study.class_tables import Mistakes
 
 
 def tables_of(**misses_of_students):
@@ -52,3 +53,31 @@ def test_cause_of_most_misses_is_reported_with_its_count(misses_of_students, sen
     result = reason(tables_of(**misses_of_students), study=None)
     first, *others = sentences or [""]
     assert (result.text, result.figures) == (first, " ".join(others))
+
+
+def study_of_change(mistakes_of, changing):
+    """Tables of a class with the mistakes of each detector and no cause, and a study whose conclusions some change.
+
+    The detector of the study itself is hull50.
+    """
+    runs = SimpleNamespace(audited_detectors=[*mistakes_of], titles={})
+    tables = SimpleNamespace(counts=lambda *_: {}, mistakes=mistakes_of.get, runs=runs)
+    return tables, SimpleNamespace(changing_detectors=changing, detector="hull50", retested_results=())
+
+
+@pytest.mark.parametrize(("prolonging", "end"), [(4, "(all only prolong"), (3, "(3 only prolong"), (0, "contacts.")])
+def test_false_contacts_that_only_prolong_are_counted(prolonging, end):
+    """``prolonging``: of four false contacts those that begin or end at a true one."""
+    mistakes = Mistakes(10, missed=1, late_or_cut_short=2, false_contacts=4, prolonging=prolonging)
+    text = reason(*study_of_change({"hull50": mistakes}, changing=("hull50",))).text
+    assert "missed 1 of 10 contacts, was late or cut short in 2 and reported 4 false contacts" in text
+    assert f"4 false contacts {end}" in text or (not prolonging and text.endswith(end))
+
+
+def test_detector_that_changes_a_conclusion_comes_first():
+    """``slow`` changes it; hull50, with more wrong contacts, is the detector of the study, and sphere neither."""
+    few, many = Mistakes(10, 1, 0, 0), Mistakes(10, 5, 4, 0)
+    mistakes_of = {"sphere": many, "hull50": many, "slow": few}
+    answer = reason(*study_of_change(mistakes_of, changing=("slow",)))
+    assert answer.text.startswith("slow leads to another conclusion")
+    assert answer.figures.startswith("hull50 missed 5 of 10") and "sphere" not in answer.figures

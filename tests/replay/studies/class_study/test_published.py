@@ -92,6 +92,18 @@ def test_a_true_multiple_regression_keeps_its_label(tmp_path):
     assert remarks and "label" not in {remark.row for remark in remarks}
 
 
+def test_rows_of_one_outcome_with_different_fits_are_no_multiple_regression(tmp_path):
+    """Rows of y have fits of 0.5 and 0.4, which one regression cannot have; both rows of z have 0.3."""
+    rows = ", ".join(
+        f'{{outcome = "{outcome}", predictor = "{name}", beta = 0.7, adjusted_fit = {fit}, p = 0.0}}'
+        for outcome, name, fit in (("y", "a", 0.5), ("y", "b", 0.4), ("z", "a", 0.3), ("z", "b", 0.3))
+    )
+    file = tmp_path / "t.toml"
+    file.write_text(f'n = 52\n[[regression]]\nlabel = "multiple"\nrows = [{rows}]\n')
+    (remark,) = [item for item in check_published(file) if item.row == "label"]
+    assert "(y)" in remark.message
+
+
 def kinds_by_row(tmp_path, text):
     """Row -> kind of the remark on it, of a TOML file with printed figures of 100 students."""
     file = tmp_path / "t.toml"

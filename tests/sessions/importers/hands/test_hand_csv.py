@@ -22,7 +22,14 @@ from sessions.importers import import_session
 from sessions.importers.csv_columns_and_units import CsvLayout
 from sessions.importers.csv_draft import UnknownColumnsError
 from sessions.importers.csv_head import CsvHead
-from sessions.importers.hands.hand_checks import exchanged_joints, hand_size, side_by_bend, stuck_joint
+from sessions.importers.hands.hand_checks import (
+    SAMPLES,
+    examined_samples,
+    exchanged_joints,
+    hand_size,
+    side_by_bend,
+    stuck_joint,
+)
 from sessions.importers.hands.hand_columns import MOST_LISTED, hand_layout, unknown_joints
 from sessions.importers.hands.joint_names import JOINTS, RADII_M, UNITY_JOINTS
 from sessions.importers.ledger import ledger_of
@@ -384,6 +391,24 @@ def test_size_of_a_hand_needs_bones_and_samples():
     without_samples = {joint: positions[:0] for joint, positions in hand.items()}
     assert np.isnan(hand_size({"index tip": hand["index tip"]}))
     assert np.isnan(hand_size(without_samples))
+
+
+def test_samples_of_an_untracked_hand_are_not_examined():
+    """In sample 2 all joints lie in one point beside the origin, and in sample 4 the palm has no position."""
+    hand = still_hand(curl=0.6)
+    for positions in hand.values():
+        positions[2] = [1.0, 2.0, 3.0]
+    hand["palm"][4] = np.nan
+    examined = examined_samples(hand)
+    assert all(np.array_equal(examined[joint], positions[[0, 1, 3, 5]]) for joint, positions in hand.items())
+
+
+def test_some_samples_of_a_long_recording_are_examined():
+    """64 of 200 samples, evenly spread, with the first and the last; the wrist moves by 1 m a sample."""
+    path = np.arange(200.0)[:, None] * [1.0, 0.0, 0.0]
+    wrist = examined_samples(made_hand(np.full(200, 0.6), path))["wrist"][:, 0]
+    assert len(wrist) == SAMPLES == 64 and (wrist[0], wrist[-1]) == (0.0, 199.0)
+    assert {*np.diff(wrist)} == {3.0, 4.0}
 
 
 def test_joint_that_stays_behind_a_moving_wrist_is_refused(tmp_path):
