@@ -48,6 +48,8 @@ NAMES: Final = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " "
 """Delimiters as a sentence names them."""
 DRAWN_LINE: Final = re.compile(r"\s*[|+]?[\s:]*-{2,}[-:\s]*([|+][-:\s]*)+")
 """A line of dashes between bars or crosses, as below the header of a table in Markdown or of a database's shell."""
+INFINITE: Final = re.compile("[-+]?inf(inity)?", re.IGNORECASE)
+"""A number that no pose has; its row is one of the table all the same."""
 DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
 DATE: Final = re.compile(r"[0-9]{1,4}([-/.])[0-9]{1,2}\1[0-9]{1,4}")
 UNORDERED: Final = ("q1", "q2", "q3", "q4")
@@ -160,7 +162,7 @@ def _lacks_numbers(row: Sequence[str], known: Collection[str]) -> bool:
 
 
 def _is_measured(cell: str) -> bool:
-    return NUMBER.fullmatch(cell) is not None or is_date_or_time(cell)
+    return bool(NUMBER.fullmatch(cell) or INFINITE.fullmatch(cell)) or is_date_or_time(cell)
 
 
 def _of_rows(
