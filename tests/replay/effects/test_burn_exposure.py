@@ -16,7 +16,10 @@ FLAME = SceneEffect("heat", {
 
 
 def effects_of_touch(frames, *more, **limits):
-    """A hand is on a pot from 0.2 s on for so many frames of 10 ms."""
+    """Effects of a run in which a hand is on a pot of 2 J/K from 0.2 s on for so many frames of 10 ms.
+
+    A burn is declared for 0.5 s above 65 degC; ``more``: other effects.
+    """
     burn = SceneEffect("burn-exposure", {"between": ["hand", "pot"], "threshold_c": 65.0, "seconds": 0.5, **limits})
     heated = {"properties": {"heat_capacity_j_per_k": 2.0}}
     scene = Scene(bodies=(SceneBody("hand"), SceneBody("lamp"), SceneBody("pot", extra=heated)), effects=(burn, *more))
@@ -31,28 +34,38 @@ def effects_of_touch(frames, *more, **limits):
     ids=["burn", "not hot enough", "not long enough"],
 )
 def test_a_long_touch_of_hot_glass_is_a_burn(frames, surface_c, names):
-    """A burn takes 0.5 s (50 frames) at more than 65 degC."""
+    """A hand touches a pot from 0.2 s on for so many frames of 10 ms; a burn takes 0.5 s at more than 65 degC.
+
+    ``names``: events; both are of the whole touch, a burn is an error, and the effect runs only while it lasts.
+    """
     effect = effects_of_touch(frames, surface_c=surface_c)["burn-exposure"]
     assert [event.name for event in effect.events] == names and effect.output.lanes["hand-pot"][0].word == names[-1]
-    last = effect.events[-1]
-    assert last.time == pytest.approx(0.2) and last.values["seconds"] == pytest.approx(frames / 100)
-    assert last.message.endswith(f" for {frames / 100:.2f} s")
-    assert (last.level == "error") == (len(names) == 2) and effect.frames_run == frames
+    last, touch_s = effect.events[-1], frames / 100
+    assert last.time == pytest.approx(0.2) and last.values["seconds"] == pytest.approx(touch_s)
+    assert last.message.endswith(f" for {touch_s:.2f} s")
+    assert (last.level == "error") == (last.name == "burn") and effect.frames_run == frames
 
 
-@pytest.mark.parametrize("within", [9.0, 1e-9])
-def test_a_burn_follows_the_temperature_through_the_contact(within):
-    """160 W into 2 J/K without loss: 80 K a second from the first frame on, or the room's 20 degrees."""
-    flame = SceneEffect("heat", {**FLAME.settings, "within": within})
-    touched_frames = 60  # from frame 20 to 79, at 100 Hz
-    effects = effects_of_touch(touched_frames, flame)
+@pytest.mark.parametrize(
+    ("base", "kelvin_per_s"),
+    [([0.0, -1.0, 0.0], 160.0 / 2.0), ([50.0, -1.0, 0.0], 0.0)],
+    ids=["flame below the pot", "flame 50 m beside it"],
+)
+def test_a_burn_follows_the_temperature_through_the_contact(base, kelvin_per_s):
+    """A flame gives 160 W to a pot of 2 J/K from the first frame on, without loss, or none; the room has 20 degC.
+
+    A hand touches the pot in frames 20 to 79 of 10 ms, and feels the pot's temperature in each.
+    """
+    flame = SceneEffect("heat", {**FLAME.settings, "base": base})
+    effects = effects_of_touch(60, flame)
     felt = effects["burn-exposure"].series["pot/touched at 20"]
-    rate = 80.0 if effects["heat"].events else 0.0
-    assert felt.values == pytest.approx(20.0 + rate * np.arange(20, 20 + touched_frames) / 100)
+    assert felt.values == pytest.approx(20.0 + kelvin_per_s * np.arange(20, 80) / 100)
 
 
 def test_an_unheated_vessel_is_as_warm_as_the_room():
-    times, heat = np.arange(5.0), EffectOutput()
-    inputs = SimpleNamespace(times=times, output=lambda _: heat, tables={"heat": [{"ambient_c": 19.0}]})
-    felt = surface_temperature(inputs, {"surface_c": None}, "cup", SimpleNamespace(first=1, stop=4))
+    """A cup is touched in frames 1 to 3; the effect heat has no temperature of it, but that of the room, 19 degC."""
+    heat = EffectOutput()
+    inputs = SimpleNamespace(times=np.arange(5.0), output=lambda _: heat, tables={"heat": [{"ambient_c": 19.0}]})
+    touch = SimpleNamespace(first=1, stop=4)
+    felt = surface_temperature(inputs, {"surface_c": None}, "cup", touch)
     assert felt.tolist() == [19.0] * 3

@@ -47,14 +47,14 @@ def lacking(kind, row):
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_every_row_of_the_effect_catalogue_is_complete(kind):
-    """The spec that is made of a row says the same, and effects that it names are effects."""
-    assert lacking(kind, CATALOGUE[kind]) == []
+    """A row of the catalogue describes a kind of effect: it lacks no part that ``lacking`` looks for.
+
+    The spec that is made of it has the same text and fields, and the other effects that it names are effects.
+    """
+    row = CATALOGUE[kind]
+    assert lacking(kind, row) == []
     spec = load_effect(kind)
-    assert (
-        spec.kind == kind
-        and spec.about == CATALOGUE[kind]["about"]
-        and set(spec.fields) == set(CATALOGUE[kind]["fields"])
-    )
+    assert (spec.kind, spec.about, set(spec.fields)) == (kind, row["about"], set(row["fields"]))
     assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)
 
 
@@ -70,20 +70,21 @@ def test_every_row_of_the_effect_catalogue_is_complete(kind):
         (lambda row: row["fields"]["distance"].pop("example"), "distance has no value to copy"),
         (lambda row: row["fields"].update(of={"body": ""}), "of has no meaning"),
     ],
+    ids=["no about", "no sources", "no trigger", "no fields", "unknown key", "no unit", "no example", "no meaning"],
 )
 def test_incomplete_row_of_the_effect_catalogue_is_named(change, line):
-    """``change``: of a copy of a whole row; ``line``: what is then said to be lacking."""
+    """``lacking``, which the test above relies on, notices a ``change`` of a complete row by this ``line``."""
     row = deepcopy(CATALOGUE["hazard-proximity"])
     change(row)
     assert line in lacking("hazard-proximity", row)
 
 
 def test_a_row_without_a_file_is_named():
-    """The row of contact is whole, but no file is called evaporation.py."""
+    """The row of contact is complete, but under the name of an effect of which there is no file evaporation.py."""
     assert lacking("evaporation", CATALOGUE["contact"]) == ["its file is missing"]
 
 
 def test_each_rank_of_a_result_is_given_once():
-    """Rank 1 is the weightiest result of an experiment."""
+    """Kinds of events that may be the result of an experiment have a rank in the catalogue; 1 is the weightiest."""
     ranks = [rank for row in CATALOGUE.values() for rank in row.get("results", {}).values()]
     assert len(ranks) == len(set(ranks)) and min(ranks) == 1

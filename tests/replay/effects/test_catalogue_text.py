@@ -17,17 +17,21 @@ SCENE = Scene(bodies=(SceneBody("flask", tags=("glass",)), SceneBody("left", tag
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_every_key_is_printed_with_its_meaning_in_eighty_columns(kind):
-    """``replay scene effects`` prints these lines."""
+    """``replay scene effects KIND`` prints these lines, the meaning of a key perhaps over several of them."""
     lines = list(catalogue_lines((kind,)))
-    text = " ".join(" ".join(lines).split())
+    unwrapped = " ".join(" ".join(lines).split())
     for key, row in CATALOGUE[kind]["fields"].items():
-        assert f"{key} = " in text and next(iter(row.values())) in text
+        meaning = next(iter(row.values()))  # a row starts with its kind of value = the meaning
+        assert f"{key} = " in unwrapped and meaning in unwrapped
     assert max(map(len, lines)) <= 80 and lines[0].startswith(f"{kind}: ")
 
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_every_example_is_toml_that_the_effect_accepts(kind):
-    """The value to copy that is printed for a key, read as that of a scene is."""
+    """For each key of an effect a value to copy is printed; the reader of a scene's values of its kind accepts it.
+
+    A reader raises an error on a wrong value.
+    """
     for key in CATALOGUE[kind]["fields"]:
         field = fields_of(kind)[key]
         value = tomllib.loads(f"{key} = {toml_of(example_of(field))}")[key]
@@ -50,7 +54,10 @@ TOGETHER = {
 
 @pytest.mark.parametrize("row", TOGETHER)
 def test_all_examples_of_an_effect_make_a_scene(row):
-    """The table of an effect gets the example of each of its keys, but for keys that are an alternative to others."""
+    """In a scene with an effect of every kind, one table gets the printed example of each of its keys: no fault.
+
+    Left out are keys for bodies, and those that are an alternative to the others, as an ion is to an indicator.
+    """
     name, alternatives, absent = TOGETHER[row]
     fields = fields_of(TABLES[name]["kind"]).items()
     chosen = {key: field for key, field in fields if field.kind not in ("body", "bodies", "pairs")}
@@ -71,10 +78,8 @@ def test_key_without_a_default_is_required_unless_optional():
 
 
 def test_no_kind_prints_all_and_an_unknown_is_refused():
-    """Without a kind all are printed, with all their keys."""
-    assert set(catalogue_data(())) == set(CATALOGUE)
-    assert sum(len(keys) for keys in catalogue_data(()).values()) == sum(
-        len(row["fields"]) for row in CATALOGUE.values()
-    )
+    """Asked for no kind of effect, the text has all, with all their keys; asked for "color", it proposes another."""
+    keys_by_kind = {kind: set(keys) for kind, keys in catalogue_data(()).items()}
+    assert keys_by_kind == {kind: set(row["fields"]) for kind, row in CATALOGUE.items()}
     with pytest.raises(EffectError, match="no effect 'color'; did you mean 'colour'"):
         list(catalogue_lines(("color",)))

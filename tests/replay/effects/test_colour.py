@@ -52,46 +52,68 @@ TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns f
     ids=["acid to base", "base to acid", "at its ends", "there and back", "halfway", "returns", "from within", "acid"],
 )
 def test_indicator_changes_between_both_ends_of_its_range(ph, events):
-    """``ph``: 0.1 s apart; ``events``: text, start and end in seconds. The range is pH 6 to 8."""
+    """The indicator "mine" is red up to pH 6 and blue from pH 8; ``ph``: of rows 0.1 s apart.
+
+    ``events``: text, start and end in seconds: the first row within the range or beyond, and the row beyond its end.
+    """
     changes = coloured(ph).events
     assert [(event.text, event.time) for event in changes] == [(text, pytest.approx(time)) for text, time, _ in events]
     assert [event.end for event in changes] == [end if end is None else pytest.approx(end) for *_, end in events]
 
 
 def test_slow_change_states_when_it_is_complete():
-    """The pH is 10 s apart: it leaves red at 10 s and is blue at 40 s. A change of 0.1 s needs no such words."""
+    """The indicator is red up to pH 6 and blue from pH 8; rows of the pH are 10 s apart.
+
+    It leaves red at 10 s and is blue at 40 s.
+    """
     (event,) = coloured([5, 7, 7, 7, 9], step_s=10.0).events
     assert event.text == f"{TO_BLUE}, wholly at 40.000 s" and (event.time, event.end) == (10.0, 40.0)
-    (quick,) = coloured([5, 7, 9], start_s=1000.0).events
-    assert quick.text == TO_BLUE
 
 
-def test_lane_has_both_colours_and_what_is_between():
-    """The range is pH 6 to 8: pH 7 is halfway."""
-    lanes = coloured([5, 7, 9]).lanes["flask"]
-    spans = [(span.word, span.start, span.end) for span in lanes]
+def test_quick_change_does_not_state_when_it_is_complete():
+    """The change takes 0.1 s, also late in a recording, at 1000 s, where rounding is coarser."""
+    (event,) = coloured([5, 7, 9], start_s=1000.0).events
+    assert event.text == TO_BLUE
+
+
+def test_lane_and_series_have_both_colours_and_what_is_between():
+    """The indicator is red up to pH 6 and blue from pH 8: pH 7, at 0.1 s, is halfway, 0.5 of the series."""
+    effect = coloured([5, 7, 9])
+    spans = [(span.word, span.start, span.end) for span in effect.lanes["flask"]]
     assert spans == [("red", 0.0, 0.1), ("red to blue", 0.1, 0.2), ("blue", 0.2, 0.2)]
-    assert coloured([5, 7, 9]).series["flask/mine colour"].values.tolist() == [0.0, 0.5, 1.0]
+    assert effect.series["flask/mine colour"].values.tolist() == [0.0, 0.5, 1.0]
+
+
+def grey_liquid():
+    """A liquid as the effect mixing draws it at four times from 0 to 0.2 s, in grey."""
+    times, grey = np.array([0.0, 0.05, 0.15, 0.2]), np.full((4, 4), 100, dtype=np.uint8)
+    return Liquid(times, level=np.zeros(4), floor=0.0, radius=0.03, rgba=grey)
 
 
 def test_liquid_has_the_colour_of_the_ph_at_its_time():
-    """The pH is 5, 7 and 9 at 0, 0.1 and 0.2 s; the liquid changes at these times and between them."""
-    times = np.array([0.0, 0.05, 0.15, 0.2])
-    grey = np.full((4, 4), 100, dtype=np.uint8)
-    liquid = Liquid(times, level=np.zeros(4), floor=0.0, radius=0.03, rgba=grey)
-    rgba = coloured([5, 7, 9], liquids={"flask": liquid}).liquids["flask"].rgba
+    """The pH is 5, 7 and 9 at 0, 0.1 and 0.2 s; the indicator is red up to pH 6 and blue from pH 8.
+
+    The liquid is drawn at 0, 0.05, 0.15 and 0.2 s, each in the colour of the last pH until then.
+    """
+    rgba = coloured([5, 7, 9], liquids={"flask": grey_liquid()}).liquids["flask"].rgba
     red, blue = np.array(COLOURS["red"], dtype=float), np.array(COLOURS["blue"], dtype=float)
     assert rgba == pytest.approx(np.array([red, red, (red + blue) / 2.0, blue]), abs=0.5)
-    # Of two indicators the colourless one lets the colour of the other through.
-    clear = {
+
+
+def test_colourless_indicator_lets_the_colour_of_another_through():
+    """Two indicators are in a flask of pH 5 to 9; the other is colourless up to pH 10. Each has a lane."""
+    other = {
         **RED_TO_BLUE_FROM_6_TO_8,
         "indicator": "other",
         "acid_colour": "colourless",
         "from_ph": 10.0,
         "to_ph": 12.0,
     }
-    both = coloured([5, 7, 9], liquids={"flask": liquid}, declared=(RED_TO_BLUE_FROM_6_TO_8, clear))
-    assert both.liquids["flask"].rgba.tolist() == rgba.tolist()
+    alone, both = (
+        coloured([5, 7, 9], liquids={"flask": grey_liquid()}, declared=indicators)
+        for indicators in ((RED_TO_BLUE_FROM_6_TO_8,), (RED_TO_BLUE_FROM_6_TO_8, other))
+    )
+    assert both.liquids["flask"].rgba.tolist() == alone.liquids["flask"].rgba.tolist()
     assert set(both.lanes) == {"flask", "flask other"}
 
 

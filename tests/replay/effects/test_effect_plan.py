@@ -19,16 +19,20 @@ BODIES = tuple(SceneBody(name, tags=(tag,)) for name, tag in (("cup", "glass"), 
 
 
 def test_every_item_of_a_plan_has_its_reason():
-    """The scene declares breakage between its two glasses and the top, which needs contacts of these two pairs."""
-    falls = SceneEffect("breakage", {"between": ["tag:glass", "top"], "speed_m_s": 1.0})
-    planned = plan(Scene(bodies=BODIES, effects=(falls,)))
+    """The scene declares breakage between its two glasses (cup, jar) and a bench top: it needs contacts of two pairs.
+
+    The summary names for each effect, pair, detector and topic the effects that need it, and effects that do not run;
+    it can be written as JSON.
+    """
+    breakage = SceneEffect("breakage", {"between": ["tag:glass", "top"], "speed_m_s": 1.0})
+    planned = plan(Scene(bodies=BODIES, effects=(breakage,)))
     assert planned.pairs == (("cup", "top"), ("jar", "top")) and planned.detection
-    settings = plan_summary(planned)
-    assert settings["effects"] == {"contact": ["breakage needs it"], "breakage": [DECLARED_REASON]}
-    assert settings["pairs"] == {"cup-top": ["contact"], "jar-top": ["contact"]}
-    assert settings["detectors"] == {"exact": ["contact"]} and settings["topics"] == {"/tf": ["contact", "breakage"]}
-    assert list(settings["bodies"]) == ["cup", "top", "jar"]
-    assert "grasp" in settings["not_run"] and json.loads(json.dumps(settings)) == settings
+    summary = plan_summary(planned)
+    assert summary["effects"] == {"contact": ["breakage needs it"], "breakage": [DECLARED_REASON]}
+    assert summary["pairs"] == {"cup-top": ["contact"], "jar-top": ["contact"]}
+    assert summary["detectors"] == {"exact": ["contact"]} and summary["topics"] == {"/tf": ["contact", "breakage"]}
+    assert list(summary["bodies"]) == ["cup", "top", "jar"]
+    assert "grasp" in summary["not_run"] and json.loads(json.dumps(summary)) == summary
 
 
 def test_effects_that_need_each_other_are_refused(monkeypatch):
@@ -44,34 +48,49 @@ def test_effects_that_need_each_other_are_refused(monkeypatch):
         plan(Scene(effects=(SceneEffect("egg", {}),)))
 
 
-def test_every_fault_is_named_at_any_depth():
-    """The body has five faults; two effects, of which one is of an unknown kind, bring the faults to eight."""
-    bodies = """[[body]]
+BODY_WITH_5_FAULTS = """[[body]]
 id = "cup"
 cavity = { capcity_ml = 3.0 }
 properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, glow = { lux = 2 } }
 """
-    effects = '[[effect]]\nkind = "contct"\n[[effect]]\nkind = "pour"\nfrom = "cap"\nint = "cup"\n'
-    wrong = {
+
+
+def test_every_fault_of_a_body_is_named_at_any_depth():
+    """``starts``: how the reasons of the five faults of a scene's only body start, in any order."""
+    starts = {
         "cavity: unknown key 'capcity_ml'; did you mean 'capacity_ml'?", "properties: solid is 3; give a table",
         "properties: unknown key 'liqid'; did you mean 'liquid'?", "properties: unknown key 'glow'",
         "properties liquid: unknown key 'volum_ml'; did you mean 'volume_ml'?",
     }  # fmt: skip
-    with pytest.raises(PlanError) as caught:
-        plan(parse_scene(bodies, "lab.toml"))
-    message = [fault.removeprefix("lab.toml: [[body]] 1 ('cup') ") for fault in caught.value.faults]
-    assert all(sum(reason.startswith(text) for reason in message) == 1 for text in wrong) and len(message) == len(wrong)
-    with pytest.raises(PlanError) as caught:
-        plan(parse_scene(bodies + effects, "lab.toml"))
-    message = caught.value.faults
-    assert len(message) == 8 and str(caught.value) == f"{message[0]}; and more: `replay scene check` lists every fault"
-    assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in message[0]
-    assert "[[effect]] 2 ('pour'): unknown key 'int'; did you mean 'into'?" in message[1] and "'cap'" in message[2]
+    with pytest.raises(PlanError) as refused:
+        plan(parse_scene(BODY_WITH_5_FAULTS, "lab.toml"))
+    reasons = [fault.removeprefix("lab.toml: [[body]] 1 ('cup') ") for fault in refused.value.faults]
+    assert all(sum(reason.startswith(start) for reason in reasons) == 1 for start in starts)
+    assert len(reasons) == len(starts)
+
+
+def test_faults_of_effects_come_before_those_of_bodies():
+    """Three faults of two effects: an unknown kind, an unknown key and an unknown body; and five of a body.
+
+    The error shows the first of the eight, and how to see all.
+    """
+    effects = '[[effect]]\nkind = "contct"\n[[effect]]\nkind = "pour"\nfrom = "cap"\nint = "cup"\n'
+    with pytest.raises(PlanError) as refused:
+        plan(parse_scene(BODY_WITH_5_FAULTS + effects, "lab.toml"))
+    unknown_kind, unknown_key, unknown_body, *faults_of_body = refused.value.faults
+    assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in unknown_kind
+    assert "[[effect]] 2 ('pour'): unknown key 'int'; did you mean 'into'?" in unknown_key
+    assert "'cap'" in unknown_body
+    assert len(faults_of_body) == 5
+    assert str(refused.value) == f"{unknown_kind}; and more: `replay scene check` lists every fault"
 
 
 @pytest.mark.parametrize("kind", EFFECTS)
 def test_every_row_leads_to_a_spec_of_its_name(kind):
-    """A row of the table of effects; those that it needs or uses are in the table too."""
+    """The table of effects names an object for each kind, its spec; effects that it needs or uses are in it too.
+
+    Every key of the effect in a scene has a meaning, and a kind of value that can be read.
+    """
     spec = load_effect(kind)
     assert spec.kind == kind and spec.about.endswith(".")
     assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)
@@ -84,8 +103,10 @@ def test_every_row_leads_to_a_spec_of_its_name(kind):
         ("replay.effects.nowhere:SPEC", r"effect 'x' \(replay.effects.nowhere:SPEC\) cannot be loaded: .*repair"),
         (EFFECTS["contact"], "calls itself 'contact' and its row 'x'"),
     ],
+    ids=["no such module", "spec of another effect"],
 )
 def test_a_row_that_cannot_be_loaded_is_refused(entry, text, monkeypatch):
+    """A row "x" is added to the table of effects; ``entry``: module and name of its spec; ``text``: of the error."""
     monkeypatch.setitem(EFFECTS, "x", entry)
     with pytest.raises(EffectError, match=text):
         load_effect("x")

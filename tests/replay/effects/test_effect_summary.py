@@ -31,7 +31,10 @@ def five_touches():
 
 
 def test_document_has_a_record_of_each_effect(five_touches):
-    """Breakage runs only about contacts."""
+    """Two cubes touch five times; the scene declares breakage, which needs the effect contact and runs about contacts.
+
+    A record has the number of events by name, frames in which the effect ran, what sets it off, and its digest.
+    """
     records = five_touches.document.effects
     assert list(records) == ["contact", "breakage"] and records["contact"].events == {"contact": 5}
     assert records["breakage"].frames_run < records["breakage"].frames == len(POSITIONS_OF_5_TOUCHES)
@@ -40,20 +43,21 @@ def test_document_has_a_record_of_each_effect(five_touches):
 
 
 def test_each_effect_has_its_fraction_of_the_time(five_touches):
-    """A half where the run took twice the contact's time, 0 where it has no time."""
-    seconds = five_touches.effects["contact"].seconds
-    for whole, fraction in ((2 * seconds, 0.5), (0.0, 0.0)):
-        assert effect_summary(five_touches.effects, whole)["contact"]["fraction"] == pytest.approx(fraction)
+    """A half where the whole run took twice the time of the effect contact; 0 where the run's time is 0."""
+    contact_s = five_touches.effects["contact"].seconds
+    for run_s, fraction in ((2 * contact_s, 0.5), (0.0, 0.0)):
+        assert effect_summary(five_touches.effects, run_s)["contact"]["fraction"] == pytest.approx(fraction)
 
 
 def test_event_lines_are_in_order_and_end_in_a_count(five_touches):
-    """Three lines are allowed of all events, and so a last line counts the others."""
+    """Three lines of events are allowed, and so a fourth says how many more there are; all have room without it."""
     allowed = 3
     *lines, last = event_lines(five_touches.effects, allowed)
     times = [float(line.split(" s: ")[0]) for line in lines]
-    every = sum(len(run.events) for run in five_touches.effects.values())
-    assert times == sorted(times) and last == f"and {every - allowed} more" and every > 4
-    assert len(event_lines(five_touches.effects, every)) == every
+    events = sum(len(run.events) for run in five_touches.effects.values())
+    assert events >= 5, "a contact for each touch"
+    assert times == sorted(times) and len(times) == allowed and last == f"and {events - allowed} more"
+    assert len(event_lines(five_touches.effects, events)) == events
 
 
 def effect_run(kind, *events, **series):
@@ -70,18 +74,22 @@ def effect_run(kind, *events, **series):
 
 
 def test_the_weightiest_result_leads_else_the_last_event():
-    """The end point leads a pour at 0 s, an end point at 1 s and a change of colour at 2 s."""
-    names = ("pour", "end-point", "colour-change")
-    pour, end_point, change = (EffectEvent(float(second), name, ("flask",)) for second, name in enumerate(names))
-    poured, coloured = {"pour": effect_run("pour", pour)}, {"colour": effect_run("colour", change)}
+    """A pour at 0 s, an end point at 1 s and a change of colour at 2 s: the end point is the result of a titration.
+
+    Without it the last event leads, and without events none.
+    """
+    pour = EffectEvent(time=0.0, name="pour", bodies=("flask",))
+    end_point = EffectEvent(time=1.0, name="end-point", bodies=("flask",))
+    change = EffectEvent(time=2.0, name="colour-change", bodies=("flask",))
+    runs = {"pour": effect_run("pour", pour), "colour": effect_run("colour", change)}
+    assert leading_event(runs | {"reaction": effect_run("reaction", end_point)}) is end_point
+    assert leading_event(runs) is change
+    assert leading_event({"pour": effect_run("pour", pour)}) is pour
     assert leading_event({}) is None
-    assert leading_event(poured) is pour
-    assert leading_event(poured | coloured) is change
-    assert leading_event(poured | coloured | {"reaction": effect_run("reaction", end_point)}) is end_point
 
 
-def curves_of(ends, **series):
-    """Quantities of the curves of a flask that gets 10 mL in 10 s on its first 2 mL, with mL of their end points."""
+def end_points_by_curve(ends, **series):
+    """Quantity of each curve of a flask that gets 10 mL in 10 s on its first 2 mL -> mL of its end points."""
     volume = Series(np.array([0.0, 10.0]), np.array([2.0, 12.0]), "mL")
     end_points = [EffectEvent(time, "end-point", ("flask",), end=None, values={"of": kind}) for kind, time in ends]
     values = {f"flask/{name}": Series(np.array([0.0, 10.0]), np.zeros(2), unit) for name, unit in series.items()}
@@ -110,21 +118,24 @@ METALS = Equivalence.METAL_AND_ANION
     ids=["pH without end", "acid", "redox hides pH", "both end points", "reagent left", "metal"],
 )
 def test_titration_curve_is_of_the_quantity_with_an_end_point(ends, series, expected):
-    """``ends``: kind and second of end points, 1 mL a second; ``series``: name and unit."""
-    assert curves_of(ends, **series) == expected
+    """``ends``: kind and second of each end point, when as many mL have run in; ``series``: name and unit of each.
+
+    ``expected``: quantity of each curve that is drawn -> mL of the end points on it. The curve of an end point is of
+    what it is defined by, such as the pH of acid and base; without end points the pH is drawn.
+    """
+    assert end_points_by_curve(ends, **series) == expected
 
 
 def test_titration_curves_need_reaction_and_mixing():
-    """The reaction has the pH, mixing the volume."""
-    assert (
-        titration_curves({"reaction": effect_run("reaction")})
-        == titration_curves({"mixing": effect_run("mixing")})
-        == []
-    )
+    """The reaction has the pH, mixing the volume: with either alone there is no curve."""
+    assert titration_curves({"reaction": effect_run("reaction")}) == []
+    assert titration_curves({"mixing": effect_run("mixing")}) == []
 
 
 def test_the_table_of_costs_names_every_effect_of_each_session():
-    """A row of the guide has the scene, effects with their fraction of the time, and how many effects did not run."""
+    """A row of the guide's table has a made-up scene, effects with their fraction of the time, and the number that
+    did not run: together these are all effects.
+    """
     page = resources.files("replay.guide").joinpath("scenes-and-effects.md").read_text("utf-8")
     rows = re.findall(r"^\| `([\w-]+)` \| (.+ %) \| (.+?) \|$", page, flags=re.MULTILINE)
     assert {scene for scene, _, _ in rows} == set(SCENES)

@@ -34,7 +34,10 @@ def dip_then_flame(frames, before=DIP):
 
 
 def test_a_salt_that_stays_shows_its_colour():
-    """The wire is dipped in frames 3 to 6 and 20 frames in the flame, of 50 ms."""
+    """The tip is in the salt solution of vessel b in frames 3 to 6, and later in the flame for 20 frames of 50 ms.
+
+    A dip ends at the first frame after it; the effect runs only in frames with the tip in the salt or in the flame.
+    """
     run = flame_test_of(dip_then_flame(frames=20))
     dip, flame = run.events
     assert dip.name == "dip" and dip.values["salt"] == "NaCl"
@@ -60,7 +63,10 @@ POSES_LOST_IN_FLAME[15:20] = False
     ids=["shorter than 1 s", "clean wire", "one frame is noise", "a loss of poses ends no visit"],
 )
 def test_wire_in_the_flame_for_1_s_shows_its_salt(points, valid, visits):
-    """A visit is (salt on the wire, colour seen, seconds in the flame); sodium burns yellow."""
+    """A visit is (salt on the wire, colour seen, seconds in the flame); a frame is 50 ms, and sodium burns yellow.
+
+    Before it the tip is in salt solution, but for the clean wire, which stays in the air until it is in the flame.
+    """
     events = [event.values for event in flame_test_of(points, valid).output.events_named("flame")]
     assert [(event["salt"], event["seen"], pytest.approx(event["seconds"])) for event in events] == visits
 
@@ -75,5 +81,9 @@ LIQUID_LEVEL = 20e-6 / (np.pi * 0.02**2)
      ((0.5, LIQUID_LEVEL + 1e-4, 0.0), False), ((0.5, LIQUID_LEVEL - 1e-4, 0.0), True), ((0.53, 0.005, 0.0), False)],
 )  # fmt: skip
 def test_wire_tip_counts_inside_flame_cone_and_below_liquid_level(point, inside):
-    """The flame is 1 cm in radius at y = 0.1, ends at 0.15; liquid is below LIQUID_LEVEL, 2 cm about x = 0.5."""
+    """The tip is at a point (x, y, z in metres) for 5 frames: a visit to flame or salt is reported where it is inside.
+
+    The flame is a cone of 1 cm radius at y = 0.1 that ends at y = 0.15, so of 5 mm radius at y = 0.125. The glass of
+    salt solution, 2 cm in radius, stands at x = 0.5; LIQUID_LEVEL is the height of its 20 mL.
+    """
     assert bool(flame_test_of([AWAY] * 3 + [point] * 5 + [AWAY] * 3).events) == inside

@@ -16,7 +16,7 @@ from replay.errors import PlanError
 OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
 """Degrees of the stopcock: some 2 mL run in."""
 
-MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
+MOHRS_SALT = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
 """0.1 mmol, for which 1 mL of 0.02 mol/L permanganate is equivalent."""
 
 
@@ -32,14 +32,17 @@ MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
             True,
         ),
     ],
+    ids=["ions", "another salt of iron", "the salt itself"],
 )
 def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
-    """39.2 mg of the salt, 392.14 g/mol, are 0.1 mmol: weighed, or dissolved before in 10 mL.
+    """39.2 mg of Mohr's salt, 392.14 g/mol, are 0.1 mmol: ``weighed`` into 10 mL of acid, or dissolved in it before.
 
-    The equation is of ions or of any of its salts; a fifth of 0.1 mmol is in 1 mL of permanganate of 0.02 mol/L.
+    Permanganate of 0.02 mol/L runs in; a fifth of 0.1 mmol is in 1 mL of it. It is pink once iron is used up. The
+    equation is of ions or of any of its salts.
     """
-    solutes = {"H2SO4": 1.0} if weighed else {"H2SO4": 1.0, "(NH4)2Fe(SO4)2": 0.0392 / 392.14 / 10e-3}
-    properties = {"solid": MOHR} if weighed else {}
+    dissolved_molar = 0.0392 / 392.14 / 10e-3
+    solutes = {"H2SO4": 1.0} if weighed else {"H2SO4": 1.0, "(NH4)2Fe(SO4)2": dissolved_molar}
+    properties = {"solid": MOHRS_SALT} if weighed else {}
     flask = glass("flask", volume_ml=10.0, properties=properties, solutes=solutes)
     burette = glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN)
     pink = ("colour", {"in": "flask", "species": "MnO4-"})
@@ -53,30 +56,42 @@ def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("celsius", "declared"), [(20.0, False), (60.0, True)])
-def test_nitre_dissolves_up_to_its_solubility_by_temperature(celsius, declared):
-    """Warm water is poured on more salt than dissolves; with or without an equation."""
+@pytest.mark.parametrize(
+    ("celsius", "equations"),
+    [(20.0, []), (60.0, [("reaction", {"equation": "KNO3(s) -> K+ + NO3-"})])],
+    ids=["20 degC without an equation", "60 degC with an equation"],
+)
+def test_nitre_dissolves_up_to_its_solubility_by_temperature(celsius, equations):
+    """Water is poured on 60 g of potassium nitrate, more than dissolves in it.
+
+    So large a loss of heat (10 kW/K) keeps all at ``celsius``, for which the table says the g in 100 g of water.
+    """
+    salt = {"formula": "KNO3", "mass_g": 60.0}
     bodies = (
         glass("a", volume_ml=60.0, properties={"temperature_c": celsius}),
-        glass("b", volume_ml=0.0, properties={"solid": {"formula": "KNO3", "mass_g": 60.0}, "temperature_c": celsius}),
+        glass("b", volume_ml=0.0, properties={"solid": salt, "temperature_c": celsius}),
     )
-    equation = [("reaction", {"equation": "KNO3(s) -> K+ + NO3-"})] if declared else []
-    falls = ("precipitation", {"solid": "KNO3", "colour": "white"})
+    precipitation = ("precipitation", {"solid": "KNO3", "colour": "white"})
     heat = {"of": "liquids", "ambient_c": celsius, "loss_w_per_k": 1e4, "heat_capacity_j_per_ml_k": 4.18}
+    three_frames_tilted = [0.0, *([60.0] * 3), *([0.0] * 40)]
     effects = effects_of_tilt_degrees(
-        [0.0, *([60.0] * 3), *([0.0] * 40)], bodies, ("mixing", {"in": ["b"]}), *equation, falls, ("heat", heat)
+        three_frames_tilted, bodies, ("mixing", {"in": ["b"]}), *equations, precipitation, ("heat", heat)
     )
     (event,) = effects["precipitation"].events
-    water_g = effects["mixing"].series["b/volume"].values[-1]
+    water_g = effects["mixing"].series["b/volume"].values[-1]  # 1 g/mL
     table = SOLUBILITY_G_PER_100_G["KNO3"]
-    expected = np.interp(celsius, list(table), list(table.values())) * water_g / 100.0
-    assert event.name == "dissolved" and event.values["mass_g"] == pytest.approx(expected, rel=0.02)
+    expected_g = np.interp(celsius, list(table), list(table.values())) * water_g / 100.0
+    assert event.name == "dissolved" and event.values["mass_g"] == pytest.approx(expected_g, rel=0.02)
 
 
 def test_copper_is_titrated_to_its_ammine():
-    """Copper hydroxide falls out first and dissolves again; nearly all copper is the deep blue ammine at the end."""
+    """Some 2 mL of ammonia, 6 mol/L, run into 2 mL of copper sulfate, 0.02 mol/L.
+
+    Copper hydroxide falls out first and dissolves again; nearly all copper is the deep blue ammine at the end.
+    """
+    copper_molar, copper_ml = 0.02, 2.0
     burette = glass("burette", volume_ml=50.0, solute="NH3", molar=6.0, cavity=BURETTE_COLUMN)
-    flask = glass("flask", volume_ml=2.0, solute="CuSO4", molar=0.02)
+    flask = glass("flask", volume_ml=copper_ml, solute="CuSO4", molar=copper_molar)
     effects = effects_of_tap_degrees(
         OPEN,
         MIXING_IN_FLASK,
@@ -88,33 +103,36 @@ def test_copper_is_titrated_to_its_ammine():
         flask=flask,
     )
     falls, dissolves = effects["precipitation"].events
-    assert falls.name == "precipitate" and falls.values["moles"] > 1e-5
+    a_quarter_of_the_copper_mol = 1e-5
+    assert falls.name == "precipitate" and falls.values["moles"] > a_quarter_of_the_copper_mol
     assert dissolves.name == "dissolved" and "dissolve again in flask" in dissolves.text
     assert dissolves.values["left_g"] == 0.0 and dissolves.time > falls.time
     assert effects["precipitation"].series["flask/Cu(OH)2"].values[-1] == 0.0
-    volume = effects["mixing"].series["flask/volume"].values[-1]
-    ammine = effects["reaction"].series["flask/Cu(NH3)4^2+"].values[-1]
-    assert ammine * volume == pytest.approx(0.02 * 2.0, rel=0.05)
-    assert (
-        effects["colour"].output.events_named("colour-change")[0].text == "the colour of Cu(NH3)4^2+ in flask appears"
-    )
+    volume_ml = effects["mixing"].series["flask/volume"].values[-1]
+    ammine_molar = effects["reaction"].series["flask/Cu(NH3)4^2+"].values[-1]
+    assert ammine_molar * volume_ml == pytest.approx(copper_molar * copper_ml, rel=0.05)
+    first_change, *_ = effects["colour"].output.events_named("colour-change")
+    assert first_change.text == "the colour of Cu(NH3)4^2+ in flask appears"
 
 
-AMMINE = ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"})
+COLOUR_OF_AMMINE = ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"})
 
 
-def titrated_with_ammonia(molar, *tables, salt="CuSO4"):
-    """Effects of 2 mL or so of ammonia that run into 1 mL of a copper salt."""
-    burette = glass("burette", volume_ml=50.0, solute="NH3", molar=molar, cavity=BURETTE_COLUMN)
+def effects_of_ammonia_into(salt, *tables):
+    """Effects of 2 mL or so of ammonia, 1 mol/L, that run into 1 mL of a copper salt, 0.1 mol/L."""
+    burette = glass("burette", volume_ml=50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
     flask = glass("flask", volume_ml=1.0, solute=salt, molar=0.1)
-    return effects_of_tap_degrees(OPEN, MIXING_IN_FLASK, *tables, AMMINE, burette=burette, flask=flask)
+    return effects_of_tap_degrees(OPEN, MIXING_IN_FLASK, *tables, COLOUR_OF_AMMINE, burette=burette, flask=flask)
 
 
 @pytest.mark.slow
 def test_basic_copper_sulfate_dissolves_in_more_ammonia():
-    """In a flask the pale precipitate goes, and all copper is the deep blue ammine; 1 mol/L is enough."""
-    effects = titrated_with_ammonia(
-        1.0,
+    """2 mmol of ammonia run into 0.1 mmol of copper sulfate: a basic sulfate falls out, and dissolves again wholly.
+
+    No event "aged" says that another solid falls out than the scene names.
+    """
+    effects = effects_of_ammonia_into(
+        "CuSO4",
         ("reaction", {"equation": "4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4"}),
         ("reaction", {"equation": "Cu4(OH)6SO4 + 16 NH3 -> 4 Cu(NH3)4^2+ + SO4^2- + 6 OH-"}),
         ("precipitation", {"solid": "Cu4(OH)6SO4", "colour": "blue"}),
@@ -130,24 +148,27 @@ BASIC_SALTS = [("CuSO4", "Cu4(OH)6SO4"), ("Cu(NO3)2", "Cu2(OH)3NO3"), ("CuCl2", 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("salt", "basic"), BASIC_SALTS)
 def test_copper_hydroxide_with_ammonia_is_reported_as_aged(salt, basic):
-    """Fresh hydroxide is a basic salt of the copper salt's anion; the event advises to name ``basic`` alone instead."""
+    """Ammonia runs into a copper salt; the scene names Cu(OH)2 as the solid that falls out, alone or with ``basic``.
+
+    What falls out at first is ``basic``, a basic salt of the copper salt's anion: an event says so, and advises to name
+    it alone. That is right: nothing stays beyond its solubility then, and all of it dissolves in more ammonia.
+    """
     ammine = ("reaction", {"equation": "Cu2+ + 4 NH3 -> [Cu(NH3)4]2+"})
-    effects = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": "Cu(OH)2"}), salt=salt)
-    (event,) = effects["reaction"].output.events_named("aged")
-    assert f"at first is {basic}" in event.text and event.level == "warning"
-    both = titrated_with_ammonia(
-        1.0, ammine, *(("precipitation", {"solid": solid}) for solid in ("Cu(OH)2", basic)), salt=salt
-    )
-    (event,) = both["reaction"].output.events_named("aged")
-    assert event.text.endswith(f"name {basic} alone and not Cu(OH)2")
-    # The advice is right: all of that dissolves.
-    instead = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": basic}), salt=salt)
-    assert instead["precipitation"].series[f"flask/{basic}"].values[-1] == 0.0
-    assert not instead["reaction"].output.events_named("supersaturated")
+    hydroxide, basic_salt = (("precipitation", {"solid": solid}) for solid in ("Cu(OH)2", basic))
+    (aged,) = effects_of_ammonia_into(salt, ammine, hydroxide)["reaction"].output.events_named("aged")
+    assert f"at first is {basic}" in aged.text and aged.level == "warning"
+    (aged,) = effects_of_ammonia_into(salt, ammine, hydroxide, basic_salt)["reaction"].output.events_named("aged")
+    assert aged.text.endswith(f"name {basic} alone and not Cu(OH)2")
+    as_advised = effects_of_ammonia_into(salt, ammine, basic_salt)
+    assert as_advised["precipitation"].series[f"flask/{basic}"].values[-1] == 0.0
+    assert not as_advised["reaction"].output.events_named("supersaturated")
 
 
 def test_unknown_basic_salt_is_refused_with_the_known_named():
-    """Cu2(OH)2SO4 is in no table; Cu4(OH)6SO4 is made of the same ions."""
+    """An equation makes Cu2(OH)2SO4, which is in no table; the error names Cu4(OH)6SO4, which is made of the same ions.
+
+    The scene is refused before ammonia runs into copper sulfate.
+    """
     basic = ("reaction", {"equation": "2 CuSO4 + 2 NH3 + 2 H2O -> Cu2(OH)2SO4 + (NH4)2SO4"})
     with pytest.raises(PlanError, match=r"'Cu2\(OH\)2SO4' dissolves; of its ions they have .*Cu4\(OH\)6SO4"):
-        titrated_with_ammonia(1.0, basic)
+        effects_of_ammonia_into("CuSO4", basic)

@@ -39,16 +39,21 @@ def test_ten_indicators_have_a_name():
 @pytest.mark.sampled(7)
 @pytest.mark.parametrize("name", BY_PH)
 def test_a_ph_indicator_changes_within_its_range(name):
-    """In a phosphate solution, whose pH rises through all ranges."""
-    neutral = ("reaction", {"equation": "H3PO4 + 3 NaOH -> Na3PO4 + 3 H2O"})
-    effects = titrated({"H3PO4": 0.05}, {"NaOH": 0.2}, name, neutral)
+    """Lye runs into phosphoric acid, whose pH rises through the ranges of all indicators.
+
+    Before the change the pH is below the indicator's range, and after it above; it turns from its acid colour to the
+    other.
+    """
+    neutralisation = ("reaction", {"equation": "H3PO4 + 3 NaOH -> Na3PO4 + 3 H2O"})
+    effects = titrated({"H3PO4": 0.05}, {"NaOH": 0.2}, name, neutralisation)
     (event,) = effects["colour"].events
     ph = effects["reaction"].series["flask/pH"]
-    start, end, acid, base = BY_PH[name]
+    start, end, acid_colour, base_colour = BY_PH[name]
     before, after = ph.values[ph.times < event.time], ph.values[ph.times > event.end]
-    a_step = 0.05  # of the pH between two rows
-    assert before.max() <= start <= end <= after.min() + a_step
-    assert event.text == f"{name} in flask turns from {acid} to {base}" and event.values["to"] == base
+    step_of_ph = 0.05  # between two rows of the series
+    assert before.max() <= start <= end <= after.min() + step_of_ph
+    assert event.text == f"{name} in flask turns from {acid_colour} to {base_colour}"
+    assert event.values["to"] == base_colour
 
 
 EDTA = ("reaction", {"equation": "Mg^2+ + C10H12N2O8^4- -> MgC10H12N2O8^2-"})
@@ -59,23 +64,27 @@ PERMANGANATE = ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+
 
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize(
-    ("name", "solutes", "titrant", "reaction", "change", "millilitres"),
+    ("name", "solutes", "titrant", "reaction", "change"),
     [
+        # A Mg2+ takes an EDTA, an I2 two thiosulfates, an Fe2+ a Ce4+ or a fifth of a permanganate.
         ("Eriochrome black T", {"MgCl2": 0.01, "NH3": 0.2, "NH4Cl": 0.04}, {"Na4C10H12N2O8": 0.02}, EDTA,
-         "red to blue", 1.0),
-        ("starch", {"I2": 1e-3, "KI": 0.1}, {"Na2S2O3": 4e-3}, IODINE, "blue to colourless", 1.0),
-        ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"Ce(SO4)2": 0.1, "H2SO4": 1.0}, CERIUM, "red to blue", 1.0),
-        ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"KMnO4": 0.02}, PERMANGANATE, "red to blue", 1.0),
+         "red to blue"),
+        ("starch", {"I2": 1e-3, "KI": 0.1}, {"Na2S2O3": 4e-3}, IODINE, "blue to colourless"),
+        ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"Ce(SO4)2": 0.1, "H2SO4": 1.0}, CERIUM, "red to blue"),
+        ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"KMnO4": 0.02}, PERMANGANATE, "red to blue"),
     ],
+    ids=["magnesium with EDTA", "iodine with thiosulfate", "iron with cerium", "iron with permanganate"],
 )  # fmt: skip
-def test_an_ion_indicator_changes_at_the_equivalence(name, solutes, titrant, reaction, change, millilitres):
-    """mol/L; 2 mL in the flask take so many millilitres of titrant."""
+def test_an_ion_indicator_changes_at_the_equivalence(name, solutes, titrant, reaction, change):
+    """2 mL of ``solutes`` are titrated with ``titrant``, both in mol/L, chosen so that 1 mL is equivalent."""
+    flask_ml, equivalent_ml = 2.0, 1.0
     effects = titrated(solutes, titrant, name, reaction)
     (event,) = effects["colour"].events
     assert event.text == f"{name} in flask turns from {change}"
     volume = effects["mixing"].series["flask/volume"]
-    added = float(np.interp(event.time if event.end is None else event.end, volume.times, volume.values)) - 2.0
-    assert added == pytest.approx(millilitres, abs=0.08)
+    changed_s = event.time if event.end is None else event.end  # a change within one frame has no end
+    added_ml = float(np.interp(changed_s, volume.times, volume.values)) - flask_ml
+    assert added_ml == pytest.approx(equivalent_ml, abs=0.08)
 
 
 # Source of what a salt brings: its name in IUPAC's Nomenclature of Inorganic Chemistry, 2005.
@@ -87,5 +96,5 @@ SPECIES = {
 
 
 def test_a_salt_has_the_colour_of_its_ion():
-    """SPECIES has the coloured ion of each formula, or of iodine the molecule itself."""
+    """SPECIES, written by hand, has the coloured ion of each formula, or of iodine the molecule itself."""
     assert {formula: coloured_species(formula) for formula in SPECIES} == SPECIES

@@ -26,9 +26,13 @@ def subsets():
     return [(), *combinations(KINDS, 1), *combinations(KINDS, 2), KINDS, *some]
 
 
-@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)], ids=["1 subset in 20", "all subsets"])
 def test_a_plan_is_the_closure_of_the_declared_effects(every):
-    """``every``: one of so many subsets of kinds. Detectors and pairs are planned only for effects that ask them."""
+    """A scene declares a subset of all kinds of effects: the plan has these, and those that they need, and no others.
+
+    An effect stands after those whose output it reads. Detectors, and pairs of bodies for them, are planned only where
+    the spec of a planned effect names a detector, as it does where it needs contacts.
+    """
     for kinds in subsets()[::every]:
         scene = scene_of_kinds(kinds)
         planned = plan(scene)
@@ -37,35 +41,41 @@ def test_a_plan_is_the_closure_of_the_declared_effects(every):
         assert set(planned.not_run) == set(KINDS) - set(planned.effects)
         for kind, step in planned.steps.items():
             assert all(planned.effects.index(item) < planned.effects.index(kind) for item in step.inputs)
-        asking = {kind for kind in planned.effects if load_effect(kind).detector}
-        assert set(planned.detectors) == {load_effect(kind).detector for kind in asking}
-        assert bool(planned.pairs) == planned.detection == bool(asking), kinds
+        with_detector = {kind for kind in planned.effects if load_effect(kind).detector}
+        assert set(planned.detectors) == {load_effect(kind).detector for kind in with_detector}
+        assert bool(planned.pairs) == planned.detection == bool(with_detector), kinds
         assert {frozenset(pair) for pair in planned.pairs} == {
-            frozenset(pair) for kind in asking for pair in planned.steps[kind].pairs
+            frozenset(pair) for kind in with_detector for pair in planned.steps[kind].pairs
         }
 
 
 @pytest.mark.slow
 def test_the_files_of_undeclared_effects_are_never_imported():
-    """A program of its own plans a scene of each kind: of the effects' files only those of the plan are imported."""
+    """Another interpreter plans a scene of each kind of effect; the program fails where its assertion does.
+
+    It forgets the effects' modules before each plan, after which only those of the planned effects are imported.
+    """
     code = (
         "from support.liquid_worlds import scene_of_kinds\nfrom replay.effects import EFFECTS\n"
         "from replay.effects.effect_plan import plan\n"
-        "def there(): return {m for m in sys.modules if m.startswith('replay.effects.')}\n"
-        "files = {kind: entry.partition(':')[0] for kind, entry in EFFECTS.items()}\n"
+        "modules = {kind: entry.partition(':')[0] for kind, entry in EFFECTS.items()}\n"
+        "def imported(): return set(modules.values()) & set(sys.modules)\n"
         "scenes = {kind: scene_of_kinds([kind]) for kind in EFFECTS}\n"
         "for kind in EFFECTS:\n"
-        "    for name in set(files.values()) & there(): del sys.modules[name]\n"
+        "    for name in imported(): del sys.modules[name]\n"
         "    planned = plan(scenes[kind])\n"
-        "    wanted = {files[one] for one in (*planned.effects, kind)}\n"
-        "    assert set(files.values()) & there() == wanted, (kind, there())\n"
+        "    expected = {modules[effect] for effect in (*planned.effects, kind)}\n"
+        "    assert imported() == expected, (kind, imported())\n"
     )
     assert "replay.effects.effect_plan" in proofs.modules_after(code)
 
 
 @pytest.mark.slow
 def test_a_run_without_contacts_loads_no_compiler_or_engine():
-    """A hand passes a lamp: hazard-proximity is all that the scene declares."""
+    """A hand passes a lamp, and the scene declares hazard-proximity only, which needs distances and no contacts.
+
+    numba compiles kernels of the detectors, fcl is another collision engine; both serve contacts alone.
+    """
     loaded = proofs.modules_after(
         "from support.liquid_worlds import HAND_NEAR_LAMP, run_small\nrun_small(HAND_NEAR_LAMP)"
     )
@@ -98,15 +108,14 @@ meshes.mesh_findings = lambda name, mesh: examined.append(name) or findings(name
 from replay.running.runner import run
 from replay.document.coding import plain_of
 result = run(folder / "s.mcap", out=folder / "run")
-tables = {{one.stem: pq.read_table(one) for one in (folder / "run").glob("*.parquet")}}
+tables = {{path.stem: pq.read_table(path) for path in (folder / "run").glob("*.parquet")}}
 drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "run.rrd")).stream()}}
-(folder / "told.json").write_text(json.dumps({{
-    "topics": topics, "examined": examined, "drawn": sorted(drawn), "plan": plain_of(result.document.plan),
-    "effects": list(result.document.effects), "entered": list(result.effects),
-    "counters": [name for one in result.effects.values() for name in one.counters],
-    "sources": sorted(set(tables["events"]["source"].to_pylist())),
-    "series": sorted(set(tables["series"]["effect"].to_pylist())) if "series" in tables else [],
-    "frames": tables["frames"].column_names,
+(folder / "touched.json").write_text(json.dumps({{
+    "topics": topics, "examined_meshes": examined, "drawn": sorted(drawn), "plan": plain_of(result.document.plan),
+    "effects_of_document": list(result.document.effects), "effects_run": list(result.effects),
+    "sources_of_events": sorted(set(tables["events"]["source"].to_pylist())),
+    "effects_of_series": sorted(set(tables["series"]["effect"].to_pylist())) if "series" in tables else [],
+    "columns_of_frames": tables["frames"].column_names,
 }}))
 """
 """What a run of a whole scene touches: topics, meshes, entities, rows."""
@@ -115,30 +124,43 @@ drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "ru
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_touches_only_what_its_effects_require(name, tmp_path):
-    """Modules, topics, meshes, entities of the picture and columns; an audit (``asks``) needs more."""
+    """A made-up session of the scene is run in another interpreter, which reports what the run touched.
+
+    Checked are effects, modules, topics read, meshes examined, entities of the picture, and tables' rows and columns.
+    A run that detects contacts (``audits``) may have more of them: hands, detectors, lanes, counters.
+    """
     loaded = proofs.modules_after(SPIES.format(folder=str(tmp_path), name=name))
-    report = json.loads((tmp_path / "told.json").read_text())
-    kinds, others = set(report["plan"]["effects"]), set(KINDS) - set(report["plan"]["effects"])
-    assert kinds == set(report["effects"]) == set(report["entered"]) and set(report["plan"]["not_run"]) == others
-    assert not {EFFECTS[kind].partition(":")[0] for kind in others} & loaded
-    asks = bool(report["plan"]["detection"])
-    assert bool({"numba", "fcl", "replay.effects.contact"} & loaded) == asks
+    report = json.loads((tmp_path / "touched.json").read_text())
+    planned_bodies, audits = set(report["plan"]["bodies"]), bool(report["plan"]["detection"])
+    kinds = set(report["plan"]["effects"])
+    not_declared = set(KINDS) - kinds
+    assert kinds == set(report["effects_of_document"]) == set(report["effects_run"])
+    assert set(report["plan"]["not_run"]) == not_declared
+
+    assert not {EFFECTS[kind].partition(":")[0] for kind in not_declared} & loaded
+    assert bool({"numba", "fcl", "replay.effects.contact"} & loaded) == audits
     chemistry = {f"replay.effects.chemistry.{module}" for module in ("ledger", "mixture", "solver")}
     assert bool(chemistry & loaded) == ("mixing" in kinds)
     assert "phreeqc" not in loaded or "mixing" in kinds
-    # An audit reads hands too: it tells contacts of a hand with what it holds apart.
-    assert any(topic.startswith("/hands") for topic in report["topics"]) == ("grasp" in kinds or asks)
-    assert {topic for topic in report["topics"] if not topic.startswith("/hands")} <= LOGGED
-    assert set(report["examined"]) == set(report["plan"]["bodies"])
-    bodies = {path.split("/")[2] for path in report["drawn"] if path.startswith("/world/") and path.endswith("/mesh")}
-    assert asks or bodies == set(report["plan"]["bodies"])
-    assert {path.split("/")[2] for path in report["drawn"] if path.startswith("/effects/")} <= kinds | {"curve"}
-    assert asks or not any(path.startswith(("/detectors", "/lanes", "/counters")) for path in report["drawn"])
-    assert {item for item in report["sources"] if item.startswith("effect/")} <= {f"effect/{kind}" for kind in kinds}
-    assert set(report["series"]) <= kinds and (asks or not any("/" in column for column in report["frames"]))
+
+    hand_topics = {topic for topic in report["topics"] if topic.startswith("/hands")}
+    # An audit reads hands too: it counts contacts of a hand with a body that it grasps apart.
+    assert bool(hand_topics) == ("grasp" in kinds or audits)
+    assert set(report["topics"]) - hand_topics <= LOGGED_TOPICS
+    assert set(report["examined_meshes"]) == planned_bodies
+
+    drawn = [path.split("/")[1:] for path in report["drawn"]]
+    drawn_bodies = {path[1] for path in drawn if path[0] == "world" and path[-1] == "mesh"}
+    assert audits or drawn_bodies == planned_bodies
+    assert {path[1] for path in drawn if path[0] == "effects"} <= kinds | {"curve"}  # a titration's curve
+    assert audits or not {path[0] for path in drawn} & {"detectors", "lanes", "counters"}
+
+    assert {row for row in report["sources_of_events"] if row.startswith("effect/")} <= {f"effect/{k}" for k in kinds}
+    assert set(report["effects_of_series"]) <= kinds
+    assert audits or not any("/" in column for column in report["columns_of_frames"])  # detector/pair
 
 
-LOGGED = {"/events", "/intervals", "/contacts/live"}
+LOGGED_TOPICS = {"/events", "/intervals", "/contacts/live"}
 """Topics that every run shows as they are."""
 
 
@@ -156,7 +178,10 @@ SPEC = EffectSpec("glow", "Things glow.", compute, fields={"of": Field("bodies",
 
 
 def test_an_outside_effect_is_a_file_and_a_row(tmp_path, monkeypatch):
-    """Another distribution, glow 1.0, has the entry point; its file is imported only where a scene declares glow."""
+    """An installed distribution, glow 1.0, has an entry point for an effect that reports an event for each body.
+
+    Its file is imported only where a scene declares glow: not where the scene has another effect.
+    """
     import sys
 
     (tmp_path / "glow_effect.py").write_text(OUTSIDE, encoding="utf-8")

@@ -98,20 +98,34 @@ def printed_as_declared(make):
 
 @pytest.mark.parametrize("make", SCENES)
 def test_output_of_the_experiments_reads_as_it_did(make, snapshot):
-    """The snapshot has all lines that a terminal prints of the experiment."""
+    """``make``: of an experiment with poses, vessels and effects; the snapshot has all lines that a terminal prints.
+
+    There are series of six quantities or more, so that the lines are of chemistry too.
+    """
     lines, _figures, rows = printed_as_declared(make)
-    assert len(rows) >= 6 and lines == snapshot
+    assert len(rows) >= 6
+    assert lines == snapshot
 
 
 @pytest.mark.sampled(len(SCENES))
 @pytest.mark.parametrize("make", SCENES)
 def test_order_of_tables_and_names_change_no_output(make):
-    """Once with bodies and tables backwards; once with names in the opposite order, printed with the former ones."""
+    """Output is printed lines, figures of the summary and rows of the series: equal with bodies and tables backwards.
+
+    Equal too with new names, whose alphabetical order is the opposite, once they are replaced by the old ones again;
+    only lines of one moment may then stand in another order.
+    """
     lines, figures, rows = printed_as_declared(make)
-    assert printed(make, lambda tables: tables[::-1]) == (lines, figures, rows)
-    names = sorted(make()[0])
+    assert printed(make, order=lambda declared: declared[::-1]) == (lines, figures, rows)
+
+    poses, _bodies, _tables = make()
+    names = sorted(poses)
     new_names = {name: f"z{len(names) - k}" for k, name in enumerate(names)}
-    name_of_new = {new: name for name, new in new_names.items()}
-    restored = lambda text: re.sub(r"z\d", lambda match: name_of_new[match.group()], text)  # noqa: E731
-    renamed_lines, *others = printed(make, names=new_names, back=restored)
-    assert sorted(renamed_lines) == sorted(lines) and others == [figures, rows]
+    old_names = {new: name for name, new in new_names.items()}
+
+    def with_old_names(text):
+        return re.sub(r"z\d", lambda match: old_names[match.group()], text)
+
+    renamed_lines, renamed_figures, renamed_rows = printed(make, names=new_names, back=with_old_names)
+    assert sorted(renamed_lines) == sorted(lines)
+    assert (renamed_figures, renamed_rows) == (figures, rows)

@@ -17,7 +17,11 @@ SLIPS = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"
 
 @pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip["words"])
 def test_a_slip_is_refused_with_a_remedy(slip):
-    """``slip``: of refused.toml, what is written otherwise in a whole scene, or left out, and words of the refusal."""
+    """A scene with an effect of every kind has no fault; a slip is a change of it that makes one.
+
+    ``slip``: place in the scene -> what is written there instead; ``without``: what is left out; ``words``: a pattern
+    of the fault, which says what to do.
+    """
     changes = {where: value for where, value in slip.items() if where not in ("words", "without")}
     with pytest.raises(PlanError) as refused:
         plan(scene_with_changes(changes, slip.get("without", ())))
@@ -26,10 +30,18 @@ def test_a_slip_is_refused_with_a_remedy(slip):
 
 
 def test_the_scene_without_a_slip_is_planned():
-    """So each slip alone is why its scene is refused; two changes of the scene are right too."""
+    """The scene that the slips change has no fault itself, so each slip alone is why it is refused."""
     assert plan(scene_with_changes({})).effects
-    assert plan(scene_with_changes({"burn.between": ["hand", "flask"]})).effects  # warm tells how hot each vessel is
-    assert plan(scene_with_changes({"flask.properties.liquid.solutes.C2H5OH": 0.1})).effects
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [("burn.between", ["hand", "flask"]), ("flask.properties.liquid.solutes.C2H5OH", 0.1)],
+    ids=["a burn at the flask, of which heat has a temperature", "alcohol in the flask"],
+)
+def test_the_scene_is_planned_after_a_right_change(place, value):
+    """``place``: in the scene, where ``value`` is written instead, or added."""
+    assert plan(scene_with_changes({place: value})).effects
 
 
 RETIRED = [(kind, word) for kind, row in CATALOGUE.items() for word in row.get("retired", {})]
@@ -37,19 +49,24 @@ RETIRED = [(kind, word) for kind, row in CATALOGUE.items() for word in row.get("
 
 @pytest.mark.parametrize(("kind", "word"), RETIRED)
 def test_a_retired_key_or_word_is_refused_with_its_successor(kind, word):
-    """``word``: retired as a key, or as a value of a key that allows certain words; its row says what to write."""
+    """``word``: of an effect in scenes of former versions, a key, or a value of a key that allows certain words only.
+
+    The catalogue's row of the effect says what to write instead; used as either, it is refused with that.
+    """
     row = CATALOGUE[kind]
+    advice = row["retired"][word]
     assert word not in row["fields"]
-    texts = [key for key, field in row["fields"].items() if "among" in field]
-    for settings in ({word: 1.0}, *({key: word} for key in texts)):
+    keys_of_words = [key for key, field in row["fields"].items() if "among" in field]
+    for settings in ({word: 1.0}, *({key: word} for key in keys_of_words)):
         with pytest.raises(PlanError) as refused:
             plan(Scene(effects=(SceneEffect(kind, settings),)))
-        assert any(fault.endswith(f": {row['retired'][word]}") for fault in refused.value.faults)
-    assert re.search("leave it out|it is called|write ", row["retired"][word])
+        assert any(fault.endswith(f": {advice}") for fault in refused.value.faults)
+    assert re.search("leave it out|it is called|write ", advice)
 
 
 @pytest.mark.parametrize("kind", RETIRED_KINDS)
 def test_a_retired_kind_is_refused_with_its_successor(kind):
+    """``kind``: of an effect that former versions had, declared in a scene."""
     with pytest.raises(PlanError, match=f"no effect of kind '{kind}': .*; leave this table out"):
         plan(Scene(effects=(SceneEffect(kind, {"jar": "jar"}),)))
 

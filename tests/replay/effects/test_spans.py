@@ -21,21 +21,38 @@ ROWS = {
 
 @pytest.mark.parametrize("text", ROWS)
 def test_two_frames_open_and_two_close_a_span(text):
-    """C: on, .: off, -: not known, which neither opens nor closes. A span ends before its first closing frame."""
-    assert steady_spans(*flags(text), 2) == ROWS[text]
+    """A letter is a frame: C on, . off, - not known, which neither opens nor closes a span.
+
+    A span is (first frame, frame after its last): two frames on open it at the first, two off close it at the first.
+    """
+    is_on, is_known = flags(text)
+    assert steady_spans(is_on, is_known, 2) == ROWS[text]
 
 
 @given(st.text(alphabet="C.-", max_size=60))
 def test_spans_do_not_touch_and_contain_their_opening_frames(text):
-    """``spans_of`` has every run of C; a steady span starts with C and holds the two known frames that open it."""
-    flag, known = flags(text)
-    assert [any(a <= k < b for a, b in spans_of(flag)) for k in range(len(flag))] == flag.tolist()
-    spans = steady_spans(flag, known, 2)
-    assert all(a[1] < b[0] for a, b in pairwise(spans))
-    assert all(flag[first] and int((flag & known)[first:stop].sum()) >= 2 for first, stop in spans)
+    """``steady_spans`` opens a span with two frames on; letters of frames: C on, . off, - not known.
+
+    Between two spans lies a frame; a span starts with a frame that is on, and has two known frames that are on.
+    """
+    is_on, is_known = flags(text)
+    spans = steady_spans(is_on, is_known, 2)
+    assert all(earlier_stop < later_first for (_, earlier_stop), (later_first, _) in pairwise(spans))
+    assert all(is_on[first] and int((is_on & is_known)[first:stop].sum()) >= 2 for first, stop in spans)
+
+
+@given(st.text(alphabet="C.", max_size=60))
+def test_spans_are_all_runs_of_frames_that_are_on(text):
+    """A frame (C on, . off) lies in a span of ``spans_of``, first to before stop, exactly where it is on."""
+    is_on, _is_known = flags(text)
+    spans = spans_of(is_on)
+    assert [any(first <= frame < stop for first, stop in spans) for frame in range(len(is_on))] == is_on.tolist()
 
 
 def test_hysteresis_switches_on_above_and_off_below():
-    """On above 0.6 (frames 2 and 8), off below 0.4 (frame 6); at 0.5 or without a value the state stays."""
+    """On above 0.6 (frames 2 and 8), off below 0.4 (frame 6); at 0.5 or without a value the state stays.
+
+    A span is (first frame, frame after its last).
+    """
     value = np.array([0.0, 0.5, 0.7, 0.5, np.nan, 0.5, 0.3, 0.5, 0.61])
     assert hysteresis_spans(value, on_above=0.6, off_below=0.4) == [(2, 6), (8, 9)]

@@ -11,8 +11,8 @@ from replay.effects.titrated_quantities import titrated_quantities
 COLUMNS = ("Fe^2+", "MnO4-", "H+", "H2O", "H2O2", "Zn(s)", "Cu^2+")
 
 
-def series_of(changes, amounts, extents=(0.0, 1.0)):
-    """Name -> values of what is drawn of a slow process; ``amounts``: column -> mol at both rows of the flask."""
+def drawn_amounts(changes, amounts, extents=(0.0, 1.0)):
+    """Name -> values of what is drawn of a slow process; ``amounts``: formula -> mol in the flask at both times."""
     history = SimpleNamespace(times=np.array([0.0, 1.0]), extents=np.array(extents)[:, None], added_ml=np.zeros((2, 1)))
     table = np.array([amounts.get(column, (0.0, 0.0)) for column in COLUMNS]).T
     matter = SimpleNamespace(
@@ -39,5 +39,9 @@ IRON = {"MnO4-": -1.0, "Fe^2+": -5.0, "H+": -8.0, "H2O": 4.0}
     ids=["iron in the flask", "did not run", "one reagent", "a solid"],
 )
 def test_two_dissolved_reagents_of_the_flask_are_drawn(changes, amounts, extents, expected):
-    """Permanganate came later, so of it nothing is titrated; ``amounts``, ``extents``: mol at 0 and 1 s."""
-    assert series_of(changes, amounts, extents) == expected
+    """A slow redox equation runs in a flask; ``changes``: formula -> mol made in one run of it, negative if used up.
+
+    ``amounts``: mol in the flask at 0 and 1 s; ``extents``: mol of the equation that have run by then. Drawn is what is
+    left of a dissolved reagent that was there at first, where the equation ran and its other reagent is dissolved too.
+    """
+    assert drawn_amounts(changes, amounts, extents) == expected

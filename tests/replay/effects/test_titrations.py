@@ -41,22 +41,23 @@ def ph_of(solutes):
     "row", [pytest.param(row, marks=[] if k % 12 == 1 else pytest.mark.slow) for k, row in enumerate(TABLE["acid"])]
 )
 def test_end_points_and_ph_are_right_at_every_rate(row, hz):
-    """``row``: of titrations.toml, mol/L in flask and burette, and the mL at which the titration ends.
+    """``row``: mol/L in 10 mL in the flask and in the burette, and the mL of the end points, reckoned by hand.
 
-    PHREEQC computes the pH of what was in the flask, and of all that is in it at the end mixed at once.
+    The first and the last pH are those that PHREEQC computes for what was in the flask, and for that and all that ran
+    in. ``hz``: frames a second.
     """
-    flask, burette, ends = row["flask"], row["burette"], row["ends"]
+    flask, burette, flask_ml = row["flask"], row["burette"], 10.0
     effects = titrated(flask, burette, hz=hz)
-    events = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
-    assert events == pytest.approx(ends, abs=0.01)
+    ends_ml = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
+    assert ends_ml == pytest.approx(row["ends"], abs=0.01)
     ph, volume = effects["reaction"].series["flask/pH"], effects["mixing"].series["flask/volume"]
-    added = volume.values[-1] - 10.0
-    amounts = {name: molar * 10.0 for name, molar in flask.items()} | {
-        name: molar * added + flask.get(name, 0.0) * 10.0 for name, molar in burette.items()
+    added_ml = volume.values[-1] - flask_ml
+    mixed = {
+        name: (flask.get(name, 0.0) * flask_ml + burette.get(name, 0.0) * added_ml) / (flask_ml + added_ml)
+        for name in flask | burette
     }
-    whole = {name: amount / (10.0 + added) for name, amount in amounts.items()}
-    assert ph.values[-1] == pytest.approx(ph_of(whole), abs=0.01)
     assert ph.values[0] == pytest.approx(ph_of(flask), abs=0.01)
+    assert ph.values[-1] == pytest.approx(ph_of(mixed), abs=0.01)
 
 
 def end_point_texts(effects):
@@ -65,34 +66,40 @@ def end_point_texts(effects):
 
 
 def test_a_mixture_names_the_strong_acid_first():
-    """10 mL with 0.5 mmol of either take 5 mL of lye of 0.1 mol/L each; the order of solutes and tables is nothing."""
-    tables = ("HCl + NaOH -> NaCl + H2O", "CH3COOH + NaOH -> CH3COONa + H2O")
+    """10 mL with 0.05 mol/L of either acid, 0.5 mmol each, take 5 mL of lye of 0.1 mol/L for each.
+
+    The strong acid, HCl, reacts first; the order in which the scene names solutes and equations changes nothing.
+    """
+    equations = ("HCl + NaOH -> NaCl + H2O", "CH3COOH + NaOH -> CH3COONa + H2O")
     mixture = {"HCl": 0.05, "CH3COOH": 0.05}
-    texts = end_point_texts(titrated(mixture, {"NaOH": 0.1}, tables))
-    assert [text.partition(" are ")[0] for text in texts] == ["HCl and NaOH", "CH3COOH + HCl and NaOH"]
-    assert "after 5.00 mL (end point 1 of 2)" in texts[0] and "after 10.00 mL (end point 2 of 2); overshot" in texts[1]
-    assert end_point_texts(titrated(dict(reversed(mixture.items())), {"NaOH": 0.1}, tables[::-1])) == texts
+    strong, both = end_point_texts(titrated(mixture, {"NaOH": 0.1}, equations))
+    assert strong.startswith("HCl and NaOH are ") and "after 5.00 mL (end point 1 of 2)" in strong
+    assert both.startswith("CH3COOH + HCl and NaOH are ") and "after 10.00 mL (end point 2 of 2); overshot" in both
+    reversed_mixture, reversed_equations = dict(reversed(mixture.items())), equations[::-1]
+    assert end_point_texts(titrated(reversed_mixture, {"NaOH": 0.1}, reversed_equations)) == [strong, both]
 
 
 @pytest.mark.parametrize("hz", RATES_HZ)
 def test_carbonate_titration_has_two_end_points_at_any_frame_rate(hz):
     """0.5 mmol of carbonate take a proton each to hydrogencarbonate (5 mL of 0.1 mol/L), a second to CO2 (10 mL).
 
-    The curve of the pH marks both; it takes the effects reaction and mixing together.
+    The curve of the pH, the only one, marks both. ``hz``: frames a second.
     """
     gas = "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
     effects = titrated({"Na2CO3": 0.05}, {"HCl": 0.1}, (gas,), hz=hz)
-    events = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
-    assert events == pytest.approx([5.0, 10.0], abs=0.01)
-    (drawn,) = titration_curves(effects)
-    assert drawn.quantity == "pH" and drawn.ends_ml == pytest.approx([5.0, 10.0], abs=0.01)
-    assert titration_curves({"reaction": effects["reaction"]}) == [] == titration_curves({"mixing": effects["mixing"]})
+    ends_ml = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
+    assert ends_ml == pytest.approx([5.0, 10.0], abs=0.01)
+    (curve,) = titration_curves(effects)
+    assert curve.quantity == "pH" and curve.ends_ml == pytest.approx([5.0, 10.0], abs=0.01)
 
 
 @pytest.mark.sampled(7)
 @pytest.mark.parametrize("row", TABLE["ions"], ids=lambda row: row["equation"])
 def test_an_oxidation_in_ions_has_a_single_end_point(row):
-    """``row``: of titrations.toml, mol/L on both sides, and after how many mL which two are equivalent."""
+    """``row``: mol/L in 10 mL in the flask and in the burette, and after how many mL which two are equivalent.
+
+    The equation is in ions, as "MnO4- + 5 Fe2+ + 8 H+ -> ...".
+    """
     (event,) = titrated(row["flask"], row["burette"], (row["equation"],))["reaction"].output.events_named("end-point")
     assert event.values["volume_ml"] == pytest.approx(row["volume_ml"], abs=0.01)
     assert event.text.startswith(f"{row['names']} are equivalent in flask")
@@ -101,12 +108,20 @@ def test_an_oxidation_in_ions_has_a_single_end_point(row):
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("row", TABLE["shared"], ids=lambda row: row["name"])
 def test_end_points_of_ions_sharing_a_titrant_are_cumulative(row):
-    """``ends`` has mL for the first ion, then for it and the next; ions that are bound alike (Ca, Mg) end together."""
+    """``row``: mol/L of ions in 10 mL in the flask, each with an equation, and of what binds them in the burette.
+
+    ``ends`` has mL for the first ion, then for it and the next; ions that are bound alike (Ca, Mg) end together.
+    """
     events = titrated(row["flask"], row["burette"], row["equations"])["reaction"].output.events_named("end-point")
     assert [event.values["volume_ml"] for event in events] == pytest.approx(row["ends"], abs=0.01)
 
 
 def test_end_point_is_named_where_both_solutions_hold_the_acid():
-    """Lye of 0.1 mol/L with 0.01 mol/L of the acid of the flask: 0.09 mol/L are free, and 5.56 mL end 10 mL."""
+    """Lye of 0.1 mol/L in the burette has 0.01 mol/L of the acid of the flask: 0.09 mol/L of lye are free.
+
+    The flask's 10 mL of 0.05 mol/L, 0.5 mmol, take 5.56 mL of it.
+    """
     (event,) = titrated({"HCl": 0.05}, {"NaOH": 0.1, "HCl": 0.01})["reaction"].output.events_named("end-point")
-    assert event.values["volume_ml"] == pytest.approx(0.5 / 0.09, abs=0.01) and "HCl and NaOH" in event.text
+    acid_mmol, free_lye_molar = 10.0 * 0.05, 0.1 - 0.01
+    assert event.values["volume_ml"] == pytest.approx(acid_mmol / free_lye_molar, abs=0.01)
+    assert "HCl and NaOH" in event.text

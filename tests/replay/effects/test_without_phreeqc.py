@@ -13,8 +13,6 @@ from sessions.synthetic.experiments.record import experiment
 WITH_EQUILIBRIUM = ("titration", "silver-chloride", "carbonate-titration", "marble", "ammonia-calorimetry")
 """Made-up experiments with a reaction without a rate, a precipitation or an indicator."""
 
-SENTENCE = "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
-
 WITHOUT_CHEMISTRY = {
     "a pour": "effects_of_tilt_degrees([0.0, 60.0, 60.0])",
     "a pour that is mixed": "effects_of_tilt_degrees([0.0, 60.0, 60.0], None, ('mixing', {'in': ['b']}))",
@@ -28,7 +26,10 @@ WITHOUT_CHEMISTRY = {
 
 @pytest.mark.slow
 def test_only_scenes_with_an_equilibrium_import_phreeqc():
-    """One program runs all scenes that need no PHREEQC, and then one that does."""
+    """Another interpreter runs scenes that need no chemistry: no PHREEQC is in memory, as it asserts itself.
+
+    Then it runs a titration of HCl with NaOH, which needs PHREEQC.
+    """
     runs = "\n".join(WITHOUT_CHEMISTRY.values())
     loaded = proofs.modules_after(
         "from support.liquid_worlds import MIXING_IN_FLASK, NEUTRALISATION\n"
@@ -53,14 +54,17 @@ def phreeqc_not_installed(monkeypatch):
 @pytest.mark.usefixtures("phreeqc_not_installed")
 @pytest.mark.parametrize("name", WITH_EQUILIBRIUM)
 def test_without_the_extra_a_scene_gets_a_sentence(name):
-    """Every made-up experiment with an equilibrium has this one fault."""
+    """``name``: a made-up experiment with an equilibrium; its only fault is that PHREEQC must be installed."""
     with pytest.raises(PlanError) as refused:
         plan(experiment(name).scene())
-    assert len(refused.value.faults) == 1 and refused.value.faults[0].endswith(SENTENCE)
+    (fault,) = refused.value.faults
+    assert fault.endswith(
+        "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
+    )
 
 
 @pytest.mark.usefixtures("phreeqc_not_installed")
 @pytest.mark.parametrize("name", ["acid-dilution", "gas-collection"])
 def test_scene_without_equilibrium_is_planned_without_the_extra(name):
-    """One dilutes an acid without a reaction; in the other the only reaction has a rate."""
+    """``name``: a made-up experiment; one dilutes an acid without a reaction, the other's only reaction has a rate."""
     assert plan(experiment(name).scene()).effects

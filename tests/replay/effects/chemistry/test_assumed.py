@@ -33,21 +33,25 @@ def reaction(burette, flask, equation):
     ],
 )
 def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
-    """A reaction forms potassium bitartrate or Prussian blue, whose solubility no table gives."""
+    """A titrant makes potassium bitartrate or Prussian blue, whose solubility no table has; both: solute -> mol/L."""
     (event,) = reaction(burette, flask, equation).events_named("assumed")
     assert event.text.startswith(f"no data know how much {solid} dissolves") and event.time > 0.0
 
 
-@pytest.mark.parametrize(("iodide", "is_reported"), [(0.01, True), (0.5, False)])
-def test_iodine_beyond_its_solubility_is_reported(iodide, is_reported):
-    """Iodide of 0.01 mol/L gives half as much iodine, of which 1.4 mmol/L dissolve; much iodide binds all of it."""
-    output = reaction({"H2O2": 0.1}, {"KI": iodide, "H2SO4": 0.2}, PEROXIDE)
-    events = output.events_named("beyond")
-    assert bool(events) == is_reported and all("falls out as a solid" in event.text for event in events)
+@pytest.mark.parametrize(("iodide_molar", "events"), [(0.01, 1), (0.5, 0)], ids=["little iodide", "much iodide"])
+def test_iodine_beyond_its_solubility_is_reported(iodide_molar, events):
+    """Peroxide runs into iodide in acid and makes iodine of it: of 0.01 mol/L half as much; 1.4 mmol/L of it dissolve.
+
+    Much iodide binds all iodine as triiodide, and no event says that it falls out.
+    """
+    output = reaction({"H2O2": 0.1}, {"KI": iodide_molar, "H2SO4": 0.2}, PEROXIDE)
+    texts = [event.text for event in output.events_named("beyond")]
+    assert len(texts) == events
+    assert all("falls out as a solid" in text for text in texts)
 
 
 def test_a_known_solid_assumes_nothing():
-    """PHREEQC has a constant of silver chloride."""
+    """Silver nitrate runs into chloride; PHREEQC has a constant of silver chloride, so no event warns of a gap."""
     silver = reaction({"AgNO3": 0.1}, {"NaCl": 0.05}, "AgNO3 + NaCl -> AgCl + NaNO3")
     assert not silver.events_named("assumed") and not silver.events_named("beyond")
 
@@ -66,33 +70,42 @@ def test_a_known_solid_assumes_nothing():
     ],
 )  # fmt: skip
 def test_ions_of_a_solid_or_complex_have_an_end_point(burette, flask, equation, formula, molar):
-    """``molar``: the concentration of ``formula`` in the flask, which the end point reveals."""
+    """A titrant's ion makes a solid or a complex with an ion in the flask; both: solute -> mol/L.
+
+    ``molar``: the concentration of ``formula`` in the flask, which the end point reveals.
+    """
     (event,) = reaction(burette, flask, equation).events_named("end-point")
     assert event.values["formula"] == formula and event.values["mol_per_l"] == pytest.approx(molar, rel=0.01)
 
 
 def test_a_weak_complex_has_no_end_point():
-    """Iron(III) and thiocyanate, of which a good part stays free at equal amounts."""
-    assert not reaction({"FeCl3": 0.1}, {"KSCN": 0.05, "HCl": 0.5}, "Fe3+ + SCN- -> FeSCN^2+").events_named("end-point")
+    """Iron(III) runs into thiocyanate, of which a good part stays free at equal amounts; both: solute -> mol/L."""
+    output = reaction({"FeCl3": 0.1}, {"KSCN": 0.05, "HCl": 0.5}, "Fe3+ + SCN- -> FeSCN^2+")
+    assert not output.events_named("end-point")
 
 
 @pytest.mark.parametrize(
-    ("metal", "anion", "equation", "has_doubt"),
+    ("metal", "anion", "equation", "formulas"),
     [
-        ({"ZnSO4": 0.1}, {"Na2C2O4": 0.05}, "Zn2+ + C2O4^2- -> ZnC2O4", True),
-        ({"MgCl2": 0.1}, {"Na2SO4": 0.05}, "Mg2+ + SO4^2- -> MgSO4", False),
+        ({"ZnSO4": 0.1}, {"Na2C2O4": 0.05}, "Zn2+ + C2O4^2- -> ZnC2O4", ["ZnC2O4"]),
+        ({"MgCl2": 0.1}, {"Na2SO4": 0.05}, "Mg2+ + SO4^2- -> MgSO4", []),
     ],
+    ids=["zinc oxalate", "magnesium sulfate"],
 )
-def test_a_salt_known_as_complex_alone_is_doubted(metal, anion, equation, has_doubt):
-    """Zinc oxalate falls out (solubility product 1.4e-9, CRC Handbook); magnesium sulfate is in the tables."""
+def test_a_salt_known_as_complex_alone_is_doubted(metal, anion, equation, formulas):
+    """PHREEQC has both salts as dissolved complexes; ``formulas``: those for which an event says that it is a guess.
+
+    Zinc oxalate falls out (solubility product 1.4e-9, CRC Handbook), of which PHREEQC has no constant; magnesium
+    sulfate dissolves, as the tables know. ``metal``, ``anion``: in burette and flask, mol/L.
+    """
     events = reaction(metal, anion, equation).events_named("assumed")
-    assert [event.values["formula"] for event in events] == ["ZnC2O4"] * has_doubt
+    assert [event.values["formula"] for event in events] == formulas
 
 
-def assumed(
+def reported_assumptions(
     mol=(), *, ph=7.0, celsius=20.0, processes=(), extent=0.0, reactions=(), phases=(), free_of_equilibrium=True
 ):
-    """Formulas or equations of the assumptions on 10 mL that come at 1 s with so many mol of each column."""
+    """Formulas or equations of the warnings on 10 mL that come at 1 s with so many mol of each formula."""
     amounts = dict(mol)
     extents = np.full((3, max(1, len(processes))), extent) * np.array([[0.0], [1.0], [2.0]])
     history = SimpleNamespace(times=np.arange(3.0), volume_ml=np.array([0.0, 10.0, 10.0]), extents=extents)
@@ -129,13 +142,15 @@ def equation(*reagents, process=-1, free_energy_j=np.nan):
         (1e-4, (), ["Cl2"]), (1e-7, (), []), (1e-4, ("Cl2", "H2O"), []), (1e-4, ("Cl2", "OH-"), []),
         (1e-4, ("Cl2", "I-"), ["Cl2"]), (1e-4, ("HCl", "OH-"), ["Cl2"]),
     ],
+    ids=["no equation", "a trace", "with water", "with hydroxide", "with iodide", "of other reagents"],
 )  # fmt: skip
 def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
     """``mol``: of chlorine in 10 mL; ``reagents``: of the scene's equation, if there is one.
 
-    Traces are not reported, nor chlorine whose equation lets it react with water or hydroxide.
+    Chlorine makes acid with water, which is not computed; ``expected``: the formula of the warning. Traces are not
+    reported, nor chlorine whose equation lets it react with water or hydroxide.
     """
-    assert assumed({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected
+    assert reported_assumptions({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected
 
 
 @pytest.mark.parametrize(
@@ -145,23 +160,35 @@ def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
         ("Br2", 5e-7, 8.5, (), []), ("I2", 5e-6, 9.5, ("I2", "OH-"), []), ("I2", 5e-6, 9.5, ("I2", "S2O3^2-"), ["I2"]),
         ("I2", 5e-6, 9.5, ("Br2", "OH-"), ["I2"]),
     ],
+    ids=["iodine", "iodine below pH 9", "bromine", "a trace", "with hydroxide", "with thiosulfate",
+         "equation of another halogen"],
 )  # fmt: skip
 def test_halogens_in_lye_are_reported_without_their_equation(formula, mol, ph, reagents, expected):
-    """Iodine is reported above pH 9, bromine above pH 8; not traces, nor with an equation with hydroxide.
+    """Lye takes halogens apart, which is not computed: iodine is reported above pH 9, bromine above pH 8.
 
-    ``mol``: in 10 mL, of which 1e-4 mol/L count; ``reagents``: of the scene's equation, if there is one.
+    Not reported are traces, below 1e-4 mol/L, and halogens whose equation has hydroxide. ``mol``: in 10 mL;
+    ``reagents``: of the scene's equation, if there is one; ``expected``: the formula of the warning.
     """
-    assert assumed({formula: mol}, ph=ph, reactions=[equation(*reagents)] if reagents else ()) == expected
+    assert reported_assumptions({formula: mol}, ph=ph, reactions=[equation(*reagents)] if reagents else ()) == expected
 
 
 @pytest.mark.parametrize(
     ("product", "ph", "extent", "expected"),
-    [("Mn^2+", 5.0, 1e-3, ["to Mn"]), ("Mn^2+", 3.0, 1e-3, []), ("MnO4^2-", 5.0, 1e-3, []), ("Mn^2+", 5.0, 0.0, [])],
+    [
+        ("Mn^2+", 5.0, 1e-3, ["equation of permanganate"]),
+        ("Mn^2+", 3.0, 1e-3, []),
+        ("MnO4^2-", 5.0, 1e-3, []),
+        ("Mn^2+", 5.0, 0.0, []),
+    ],
+    ids=["little acid", "enough acid", "another product", "did not run"],
 )
 def test_permanganate_in_little_acid_is_doubted(product, ph, extent, expected):
-    """Above pH 4 it does not become Mn^2+; a reaction that did not run (``extent`` mol) is not doubted."""
-    process = Process("to Mn", {"MnO4-": -1.0, product: 1.0})
-    assert assumed(ph=ph, processes=[process], extent=extent) == expected
+    """An equation makes ``product`` of permanganate and has run by ``extent`` mol; above pH 4 it makes no Mn^2+.
+
+    ``expected``: the equation that the warning names.
+    """
+    process = Process("equation of permanganate", {"MnO4-": -1.0, product: 1.0})
+    assert reported_assumptions(ph=ph, processes=[process], extent=extent) == expected
 
 
 @pytest.mark.parametrize(
@@ -170,9 +197,16 @@ def test_permanganate_in_little_acid_is_doubted(product, ph, extent, expected):
     ids=["even", "computed equilibrium", "runs to its end", "did not run"],
 )
 def test_equation_that_would_stop_early_is_named(energy_j, free_of_equilibrium, extent, expected):
-    """``energy_j``: its free energy; at 1 kJ/mol much of both sides is left, at -1,000 kJ/mol nothing."""
-    made = {"reactions": [equation("A", process=0, free_energy_j=energy_j)], "processes": [Process("", {"A": -1.0})]}
-    assert assumed(**made, extent=extent, free_of_equilibrium=free_of_equilibrium) == expected
+    """The equation A -> B has run by ``extent`` mol; where it is ``free_of_equilibrium`` no stop of it is computed.
+
+    ``energy_j``: its free energy; at 1 kJ/mol much of both sides would be left, at -1,000 kJ/mol nothing.
+    """
+    reactions = [equation("A", process=0, free_energy_j=energy_j)]
+    processes = [Process("", {"A": -1.0})]
+    warnings = reported_assumptions(
+        reactions=reactions, processes=processes, extent=extent, free_of_equilibrium=free_of_equilibrium
+    )
+    assert warnings == expected
 
 
 @pytest.mark.parametrize(
@@ -184,10 +218,12 @@ def test_equation_that_would_stop_early_is_named(energy_j, free_of_equilibrium, 
     ids=["hot", "warm", "own course", "hardly dissolved", "no solid"],
 )  # fmt: skip
 def test_hot_solid_by_its_constant_at_25_degrees_is_doubted(solid, ion, celsius, options, expected):
-    """``solid``, ``ion``: mol of silver bromide and of its ions; ``options``: a course by temperature of its own.
+    """A vessel has ``solid`` mol of silver bromide and ``ion`` mol of its ions; its constant holds at 25 degC.
 
-    Hot is above 45 degC; what hardly dissolves is less than a twentieth of the solid.
+    A warning names it above 45 degC, unless PHREEQC's data have a course by temperature (``options``), or less than a
+    twentieth of the solid is dissolved.
     """
     ions = {"Ag+": 1, "Br-": 1}
     phase = SimpleNamespace(column="AgBr(s)", components=ions, entry=SimpleNamespace(options=options))
-    assert assumed({"AgBr(s)": solid, "Ag+": ion, "Br-": ion}, celsius=celsius, phases=[phase]) == expected
+    mol = {"AgBr(s)": solid, "Ag+": ion, "Br-": ion}
+    assert reported_assumptions(mol, celsius=celsius, phases=[phase]) == expected

@@ -8,8 +8,8 @@ import pytest
 from replay.effects.chemistry.before_start import reacted_before
 
 
-def texts(amounts, *, brought=(), extent=0.0, process=0, followed=()):
-    """Events of a flask before the recording, by the amounts at its first row."""
+def texts_before_start(amounts, *, brought=(), extent=0.0, process=0, followed=()):
+    """Texts of the events of a flask before the recording; ``amounts``: formula -> mol at its first row."""
     columns = [*amounts]
     solids = np.array([row for row, column in enumerate(columns) if column.endswith("(s)")], dtype=np.int64)
     ledger = SimpleNamespace(
@@ -25,10 +25,12 @@ def texts(amounts, *, brought=(), extent=0.0, process=0, followed=()):
     return [event.text.removesuffix(" before the recording begins") for event in reacted_before(matter, followed)]
 
 
-@pytest.mark.parametrize(("moles", "expected"), [(2e-3, ["2 mmol H2 have left flask as gas"]), (1e-7, [])])
+@pytest.mark.parametrize(
+    ("moles", "expected"), [(2e-3, ["2 mmol H2 have left flask as gas"]), (1e-7, [])], ids=["2 mmol", "0.1 umol"]
+)
 def test_gas_that_left_is_reported_from_a_bubble_on(moles, expected):
-    """A bubble is 1e-6 mol."""
-    assert texts({"H2(g)": moles}) == expected
+    """``moles``: of H2 that have left a flask at its first row; a bubble is 1e-6 mol."""
+    assert texts_before_start({"H2(g)": moles}) == expected
 
 
 @pytest.mark.parametrize(
@@ -43,14 +45,21 @@ def test_gas_that_left_is_reported_from_a_bubble_on(moles, expected):
     ids=["none brought", "some brought", "all brought", "followed", "half a milligram"],
 )
 def test_solid_counts_beyond_what_was_brought(moles, brought, followed, expected):
-    """``brought``: mol that the scene declares; of CaCO3, 100.09 g/mol, less than a milligram is not reported.
+    """``moles``: of solid CaCO3, 100.09 g/mol, in a flask at its first row, of which the scene brought some.
 
-    ``followed``: solids that an effect precipitation reports itself.
+    Less than a milligram is not reported, nor are solids (``followed``) that an effect precipitation reports itself.
     """
-    assert texts({"CaCO3(s)": moles}, brought=brought, followed=followed) == expected
+    assert texts_before_start({"CaCO3(s)": moles}, brought=brought, followed=followed) == expected
 
 
-@pytest.mark.parametrize(("extent", "process", "count"), [(2e-3, 0, 1), (1e-7, 0, 0), (2e-3, -1, 0)])
-def test_equation_that_ran_before_the_start_is_reported(extent, process, count):
-    """``extent``: mol, of which 1e-6 count; ``process``: row of the equation's process, -1 where it has none."""
-    assert len(texts({}, extent=extent, process=process)) == count
+@pytest.mark.parametrize(
+    ("extent", "process", "events"),
+    [(2e-3, 0, 1), (1e-7, 0, 0), (2e-3, -1, 0)],
+    ids=["2 mmol", "0.1 umol", "equation without a process"],
+)
+def test_equation_that_ran_before_the_start_is_reported(extent, process, events):
+    """``extent``: mol by which an equation ran until the first row, of which 1e-6 mol count.
+
+    ``process``: row of the equation's process among those computed, -1 where it has none, as it runs by PHREEQC.
+    """
+    assert len(texts_before_start({}, extent=extent, process=process)) == events

@@ -49,7 +49,11 @@ def dissolved_by_table(formula, other, molal):
     ],
 )  # fmt: skip
 def test_salt_solubility_beside_other_ions_agrees_with_pitzer(formula, phase, other, elements, molal):
-    """``elements``: of the other electrolyte, by PHREEQC's names; the protons of HCl balance the charge."""
+    """mol/kg of a salt that dissolve beside ``molal`` mol/kg of another electrolyte, by the table of its solubility.
+
+    They are those of PHREEQC with Pitzer's equations within 6 %. ``phase``, ``elements``: of the salt and of the other
+    electrolyte by PHREEQC's names; the protons of HCl balance the charge.
+    """
     expected = dissolved_by_pitzer(phase, dict.fromkeys(elements, molal))
     assert dissolved_by_table(formula, other, molal) == pytest.approx(expected, rel=0.06)
 
@@ -69,16 +73,18 @@ def test_beyond_the_limit_the_table_is_far_from_pitzer():
     ],
 )  # fmt: skip
 def test_other_ions_lower_saturation_by_less_than_the_bound(phase, ions, elements, strength):
-    """``elements``: mol of other ions per kg of water; ``strength``: their ionic strength.
+    """A salt of ``ions`` is at saturation alone, and beside mol/kg of other ``elements`` with this ionic ``strength``.
 
-    The mean molality of the salt's own ions at saturation falls by less than the bound, as a power of ten.
+    By Pitzer's equations the geometric mean of the molalities of its ions falls by less than the product's bound, which
+    is a power of ten that grows with the strength.
     """
-    means = []
-    for others in ({}, elements):
+
+    def mean_molality(others):
         dissolved = dissolved_by_pitzer(phase, others)
         molal = [ions.count(ion) * dissolved + others.get(ion, 0.0) for ion in ions]
-        means.append(np.prod(molal) ** (1.0 / len(ions)))
-    assert -np.log10(means[1] / means[0]) < SALTING_OUT_KG_MOL * strength
+        return np.prod(molal) ** (1.0 / len(ions))
+
+    assert -np.log10(mean_molality(elements) / mean_molality({})) < SALTING_OUT_KG_MOL * strength
 
 
 OPEN_FOR_06_S = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
@@ -87,7 +93,7 @@ OPEN_FOR_06_S = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
 HALITE = ("reaction", {"equation": "NaCl(s) -> Na+ + Cl-"})
 
 
-def salted_out(molar):
+def acid_into_brine(molar):
     """Output of the reaction where 0.8 mL of hydrochloric acid run into 2 mL with 5.4 mol/L of salt."""
     acid = glass("burette", volume_ml=50.0, solute="HCl", molar=molar, cavity=BURETTE_COLUMN)
     brine = glass("flask", volume_ml=2.0, solute="NaCl", molar=5.4)
@@ -95,38 +101,47 @@ def salted_out(molar):
 
 
 def test_a_salt_in_a_brine_is_withheld_by_name():
-    """Beyond the limit no amount of solid salt is a series, and a warning says so."""
-    output = salted_out(molar=12.0)
+    """Acid of 12 mol/L runs into nearly saturated salt water, beyond the limit for salts beside other ions.
+
+    A warning says so, and no amount of solid salt is a series.
+    """
+    output = acid_into_brine(molar=12.0)
     (event,) = output.events_named("brine")
     assert event.text.startswith("NaCl is in a brine in flask") and event.level == "warning"
     assert "flask/NaCl" not in output.series
 
 
-def test_dilute_salt_solution_is_not_reported_as_brine():
-    assert not salted_out(molar=0.3).events_named("brine")
+def test_dilute_acid_in_salt_water_is_not_reported_as_brine():
+    """Acid of 0.3 mol/L, below the limit for other ions, runs into nearly saturated salt water."""
+    assert not acid_into_brine(molar=0.3).events_named("brine")
 
 
 def test_gypsum_in_a_brine_is_named_in_the_warning():
-    """Gypsum in 3 mol/kg of NaCl: 0.058 mol/kg dissolve by Pitzer's equations, 0.025 by minteq.v4."""
-    lime = glass("burette", volume_ml=50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0}, cavity=BURETTE_COLUMN)
+    """Calcium runs into sulfate, both in 3 mol/L of NaCl, and gypsum falls out.
+
+    In 3 mol/kg of NaCl 0.058 mol/kg of it dissolve by Pitzer's equations, 0.025 by minteq.v4, which computes it here.
+    """
+    calcium = glass("burette", volume_ml=50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0}, cavity=BURETTE_COLUMN)
     sulfate = glass("flask", volume_ml=2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
     gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
-    (event,) = effects_of_tap_degrees(OPEN_FOR_06_S, MIXING_IN_FLASK, gypsum, burette=lime, flask=sulfate)[
-        "reaction"
-    ].output.events_named("concentrated")
+    effects = effects_of_tap_degrees(OPEN_FOR_06_S, MIXING_IN_FLASK, gypsum, burette=calcium, flask=sulfate)
+    (event,) = effects["reaction"].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text
 
 
 @pytest.mark.parametrize(
-    ("acid", "molar", "solid", "equation"),
+    ("acid", "molar", "formula", "grams", "equation"),
     [
-        ("CH3COOH", 1.0, ("NaHCO3", 0.05), "NaHCO3 + CH3COOH -> CH3COONa + H2O + CO2"),
-        ("HCl", 2.0, ("CaCO3", 1.0), "CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"),
+        ("CH3COOH", 1.0, "NaHCO3", 0.05, "NaHCO3 + CH3COOH -> CH3COONa + H2O + CO2"),
+        ("HCl", 2.0, "CaCO3", 1.0, "CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"),
     ],
+    ids=["soda", "marble"],
 )
-def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, solid, equation):
-    """The acid decides: soda dissolves to its last grain, of a gram of marble 5 mmol are used up by 10 mmol of acid."""
-    formula, grams = solid
+def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, formula, grams, equation):
+    """0.8 mL of an acid, 0.8 or 1.6 mmol, run on a solid: 0.6 mmol of soda, or 10 mmol of marble.
+
+    Soda dissolves to its last grain, of marble as much as acid comes: the acid decides, not how much dissolves.
+    """
     burette = glass("burette", volume_ml=50.0, solute=acid, molar=molar, cavity=BURETTE_COLUMN)
     flask = glass("flask", volume_ml=0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
     output = effects_of_tap_degrees(

@@ -52,7 +52,11 @@ def comments(section):
 
 
 def test_equilibrium_constants_are_those_of_their_sources():
-    """A data base at hand is read; of other sources the values stand above. Heats agree to 1 kJ/mol."""
+    """Rows of the product's constants.phr name a source, and its reaction there: each log_k is the source's.
+
+    Sources that are data bases at hand are read, to 0.06; values of others stand at the top of this file. Heats of
+    reaction agree to 1 kJ/mol.
+    """
     others = ("nist46", "smith-martell", "harvey", "eawag", "buffers", "solubility", "unverified")
     for equation, value, heat, source, reaction in EQUATIONS:
         assert source in (*SOURCES.FILES, *others) and reaction, equation
@@ -78,14 +82,15 @@ def test_equilibrium_constants_are_those_of_their_sources():
 
 
 def test_a_course_by_temperature_is_that_of_its_source():
-    """A course: coefficients of log_k by temperature."""
+    """A course is the coefficients of log_k by temperature that some constants have; each source has the same."""
     courses = list(SOURCES.courses())
     assert len(courses) >= 9
-    for _, value, coefficients, source, other in courses:
-        assert SOURCES.course(source, other, value) == pytest.approx(coefficients, rel=1e-5)
+    for _phase, log_k, coefficients, source, phase_of_source in courses:
+        assert SOURCES.course(source, phase_of_source, log_k) == pytest.approx(coefficients, rel=1e-5)
 
 
 def test_most_equilibrium_constants_have_a_source_at_hand():
+    """Of 50 equations or more at most two are "unverified": no source that the tests can read has them."""
     unverified = [equation for equation, _log_k, _heat, source, _reaction in EQUATIONS if source == "unverified"]
     assert len(EQUATIONS) >= 50 and len(unverified) <= 2
 
@@ -98,13 +103,20 @@ def test_most_equilibrium_constants_have_a_source_at_hand():
     ],
 )
 def test_unverified_ammines_of_zinc_are_near_those_of_llnl(equation, reaction):
-    """log K of the two data bases differ by at most 0.7."""
-    value = next(log_k for own_equation, log_k, *_ in EQUATIONS if own_equation == equation)
-    assert value == pytest.approx(SOURCES.log_k("llnl", reaction), abs=0.7)
+    """Two constants without a source at hand differ by at most 0.7 in log K from those of PHREEQC's data base llnl.
+
+    ``reaction``: the same equation as llnl writes it.
+    """
+    own_log_k = {own_equation: log_k for own_equation, log_k, *_ in EQUATIONS}
+    assert own_log_k[equation] == pytest.approx(SOURCES.log_k("llnl", reaction), abs=0.7)
 
 
 def test_enthalpies_of_formation_are_those_of_their_sources():
-    """The sources have enthalpies by atoms; a comment in `constants.toml` names the source of each."""
+    """A comment in the product's constants.toml names the source of each enthalpy, in kJ/mol.
+
+    Sources have enthalpies by phase, atoms and charge; each agrees within 1.5 kJ/mol, or the comment states what the
+    source has, by less than 8 kJ/mol another. Elements have 0, and "unverified" ones are in no source.
+    """
     columns = enthalpy.ENTHALPY_KJ_MOL
     formation = SOURCES.enthalpies(re.sub(r"\([sg]\)$", "", column) for column in columns)
     for column, value in columns.items():
@@ -125,7 +137,10 @@ def test_enthalpies_of_formation_are_those_of_their_sources():
 
 
 def test_free_energies_agree_with_data_bases():
-    """A reaction's free energy is -RT ln 10 log K; electrons and protons count by pe and a pH of 7. To 5 kJ/mol."""
+    """Reactions of free_energies.toml, by the product's free energies of formation and by data bases of PHREEQC.
+
+    The free energy is -RT ln 10 log K; electrons and protons count by pe and a pH of 7. They agree within 5 kJ/mol.
+    """
     ten = 1e-3 * SOURCES.GAS_CONSTANT * 298.15 * math.log(10.0)
     for source, elements, reaction, value in REACTIONS:
         terms = [(float(many), name) for many, name in (term.split(" ") for term in reaction.split(" + "))]
@@ -140,6 +155,10 @@ def test_free_energies_agree_with_data_bases():
 
 
 def test_free_energies_called_checked_are_in_a_reaction():
+    """Each free energy in constants.toml has a comment: "checked", "element" (0) or "unverified".
+
+    What is called checked is in a reaction of free_energies.toml, which the test above compares.
+    """
     noted = comments("free_energy")
     assert set(noted) == set(enthalpy.FREE_ENERGY_KJ_MOL)
     used = {term.split(" ")[1] for row in REACTIONS for term in row[3].split(" + ")}
@@ -149,7 +168,10 @@ def test_free_energies_called_checked_are_in_a_reaction():
 
 
 def test_typed_tables_are_printed_again_by_their_command():
-    """The command is .ci/constant_tables: each value that is typed agrees with the one that it computes."""
+    """The script .ci/constant_tables computes values of six tables: each that is typed in the product agrees with it.
+
+    There are at least 150 of them; rows without a source here are left out.
+    """
     rows = [row for row in TABLES.rows() if row[-1] is not None]
     assert {row[0] for row in rows} == {
         "solubility", "strongest", "strong_water", "volume", "dissolved", "dilution",
@@ -159,16 +181,27 @@ def test_typed_tables_are_printed_again_by_their_command():
 
 
 def test_the_solubility_of_nitre_is_that_of_public_copies():
-    assert SOLUBILITY_G_PER_100_G["KNO3"] == KNO3 and comments("solubility")["KNO3"] == "copies, CRC"
+    """KNO3: g in 100 g of water by degC, as public copies of a handbook's table have them."""
+    assert SOLUBILITY_G_PER_100_G["KNO3"] == KNO3
+    assert comments("solubility")["KNO3"] == "copies, CRC"
+
+
+def test_every_solubility_has_a_comment_with_its_source():
+    """The comment stands behind the salt's row in constants.toml."""
     assert set(comments("solubility")) == set(SOLUBILITY_G_PER_100_G)
 
 
 def test_solubilities_annotated_crc_are_those_of_the_handbook():
+    """Salts whose row in constants.toml names CRC are those of which a script has the handbook's saturated solution."""
     annotated = {salt for salt, comment in comments("solubility").items() if "CRC" in comment}
     assert annotated == set(TABLES.PARAMETERS["saturated"])
 
 
 def test_other_solubilities_are_of_public_copies_but_phthalate():
+    """Comments behind the rows of constants.toml: only the row of KHC8H4O4 is "unverified".
+
+    Salts of which a script has public copies of a table say so.
+    """
     noted = comments("solubility")
     assert {salt for salt, comment in noted.items() if comment == "unverified"} == {"KHC8H4O4"}
     assert all(noted[salt].startswith("copies") for salt in TABLES.PARAMETERS["copies"])

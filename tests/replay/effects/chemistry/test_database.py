@@ -27,7 +27,7 @@ OtherSalt
 
 
 @pytest.fixture(scope="module")
-def extended():
+def database_with_extra():
     """PHREEQC's data and the above."""
     return database_of(EXTRA)
 
@@ -42,31 +42,41 @@ def extended():
         ("CobaltSalt", {"Na+": 2, "Co^2+": 1, "Cl-": 4}),
     ],
 )
-def test_phase_is_made_of_ions_protons_and_water(extended, phase, makeup):
-    """minteq.v4 counts chromium as Cr(OH)2+ and tin as Sn(OH)2; here both are bare ions."""
-    assert extended.phases[phase].makeup == makeup
+def test_phase_is_made_of_ions_protons_and_water(database_with_extra, phase, makeup):
+    """``makeup``: what a solid of PHREEQC's data, by its name there, is made of; a hydroxide is water less a proton.
+
+    minteq.v4 counts chromium as Cr(OH)2+ and tin as Sn(OH)2; here both are bare ions.
+    """
+    assert database_with_extra.phases[phase].makeup == makeup
 
 
-def test_constant_of_a_complex_of_a_complex_is_their_sum(extended):
-    """log_k -1.0 and 0.25; 2 kcal, of 4.184 kJ, and 3 kJ, which need no unit."""
-    complexes = [extended.species[name] for name in ("CoCl4-2", "CoCl4Br-3")]
-    assert [(entry.log_k, entry.kilojoule) for entry in complexes] == [
-        (-1.0, pytest.approx(8.368)),
-        (-0.75, pytest.approx(11.368)),
-    ]
-    assert complexes[1].makeup == {"Co^2+": 1, "Cl-": 4, "Br-": 1}
+def test_constant_of_a_complex_of_a_complex_is_their_sum(database_with_extra):
+    """Text for PHREEQC makes CoCl4-2 of ions with log_k -1.0 and 2 kcal, and CoCl4Br-3 of it with 0.25 and 3 kJ."""
+    species = database_with_extra.species
+    complex_of_ions, complex_of_complex = species["CoCl4-2"], species["CoCl4Br-3"]
+    kj_of_2_kcal = 2.0 * 4.184
+    assert (complex_of_ions.log_k, complex_of_ions.kilojoule) == (-1.0, pytest.approx(kj_of_2_kcal))
+    assert complex_of_complex.log_k == -1.0 + 0.25
+    assert complex_of_complex.kilojoule == pytest.approx(kj_of_2_kcal + 3.0)
+    assert complex_of_complex.makeup == {"Co^2+": 1, "Cl-": 4, "Br-": 1}
 
 
-def test_solid_of_a_complex_has_the_constant_of_ions(extended):
-    """[Na]^2 [CoCl4] is 10^4 and [CoCl4] is 10^-1 [Co] [Cl]^4, so the product of the ions is 10^5."""
-    solid = extended.phases["CobaltSalt"]
-    assert (solid.log_k, solid.kilojoule) == (pytest.approx(5.0), pytest.approx(0.5 - 8.368))
+def test_solid_of_a_complex_has_the_constant_of_ions(database_with_extra):
+    """Text for PHREEQC gives a solid Na2CoCl4 a log_k of 4.0 and 500 joules; CoCl4-2 has log_k -1.0 and 8.368 kJ.
+
+    [Na]^2 [CoCl4] is 10^4 and [CoCl4] is 10^-1 [Co] [Cl]^4, so the product of the ions is 10^5. ``options``: lines of
+    the text as they stand there.
+    """
+    solid = database_with_extra.phases["CobaltSalt"]
+    assert solid.log_k == pytest.approx(4.0 + 1.0)
+    assert solid.kilojoule == pytest.approx(0.5 - 8.368)
     assert solid.options == ("log_k 4.0", "delta_h 500 joules")
 
 
-def test_later_constant_of_a_species_replaces_the_former(extended):
-    """EXTRA gives CoCl+ a log_k of 7.0, which minteq.v4 does not have."""
-    assert extended.species["CoCl+"].log_k == 7.0 != database_of().species["CoCl+"].log_k
+def test_later_constant_of_a_species_replaces_the_former(database_with_extra):
+    """A scene's text for PHREEQC gives CoCl+ a log_k of 7.0; minteq.v4 has another."""
+    assert database_with_extra.species["CoCl+"].log_k == 7.0
+    assert database_of().species["CoCl+"].log_k != 7.0
 
 
 @pytest.mark.parametrize(
@@ -95,4 +105,5 @@ def test_species_of_electrons_or_solid_sulfur_are_left_out():
     [("Cu(NH3)4+2", "Cu(NH3)4^2+"), ("SO4-2", "SO4^2-"), ("Na+", "Na+"), ("H4SiO4", "H4SiO4"), ("Hg2+2", "Hg2^2+")],
 )
 def test_phreeqcs_charge_is_written_before_its_sign(name, formula):
+    """``name``: of a species of PHREEQC, with the sign before the charge; ``formula``: as the product writes it."""
     assert formula_of(name) == formula

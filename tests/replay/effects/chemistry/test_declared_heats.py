@@ -8,7 +8,7 @@ from support.liquid_worlds import glass, heat_of_pouring, poses_at_rest, session
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.effect_plan import plan_faults
 
-CALM = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
+HEAT = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
 # Solid, its equation, and a heat that may be right or wrong: it is the scene's.
 SOLIDS = [
     ("NaOH", "NaOH(s) -> Na+ + OH-", -44.0),
@@ -28,58 +28,81 @@ SOLIDS = [
 RATES = [{}, {}, {"rate_per_s": 1e3}, *[{}] * 7, {"rate_per_s": 1e3}]
 
 
+def solid_in_b(formula, moles):
+    """Arguments of a glass with so many mol of a solid and no liquid."""
+    return {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
+
+
 @pytest.mark.sampled(5)
-@pytest.mark.parametrize(("row", "rate"), list(zip(SOLIDS, RATES, strict=True)), ids=[row[1] for row in SOLIDS])
-def test_a_solid_dissolves_with_its_declared_heat(row, rate):
-    """0.01 mol dissolves in 100 mL: 10 J are freed for each kJ/mol that the scene declares, with the sign turned."""
-    solid, equation, heat = row
-    b = {"properties": {"solid": {"formula": solid, "mass_g": 0.01 * molar_mass(solid)}}, "volume_ml": 0.0}
-    joule, *_ = heat_of_pouring({"volume_ml": 100.0}, b, equation, steps=3 if rate else 1, heat_kj_mol=heat, **rate)
-    # What hydrolyses or takes protons a little differs with the strength.
-    assert joule == pytest.approx(-10.0 * heat, rel=0.02, abs=2.0)
+@pytest.mark.parametrize(
+    ("solid", "equation", "heat_kj_mol", "rate"),
+    [(*row, rate) for row, rate in zip(SOLIDS, RATES, strict=True)],
+    ids=[row[1] for row in SOLIDS],
+)
+def test_a_solid_dissolves_with_its_declared_heat(solid, equation, heat_kj_mol, rate):
+    """100 mL of water are poured on 0.01 mol, which dissolves by an equation, at once or by a quick rate.
+
+    The water warms by 10 J for each kJ/mol that the scene declares, right or wrong, with the sign turned.
+    """
+    joule, _coldest_c, _warmest_c = heat_of_pouring(
+        {"volume_ml": 100.0}, solid_in_b(solid, moles=0.01), equation,
+        steps=3 if rate else 1, heat_kj_mol=heat_kj_mol, **rate,
+    )  # fmt: skip
+    # What hydrolyses or takes protons a little differs with the strength: 2 J.
+    assert joule == pytest.approx(-10.0 * heat_kj_mol, rel=0.02, abs=2.0)
 
 
 def test_a_sparing_solid_dissolves_with_its_declared_heat():
-    """0.05 g of Ca(OH)2 (74.09 g/mol) dissolve wholly, each mole with 100 kJ freed."""
-    b = {"properties": {"solid": {"formula": "Ca(OH)2", "mass_g": 0.05}}, "volume_ml": 0.0}
-    joule, *_ = heat_of_pouring({"volume_ml": 100.0}, b, "Ca(OH)2(s) -> Ca2+ + 2 OH-", steps=2, heat_kj_mol=-100.0)
-    assert joule == pytest.approx(100e3 * 0.05 / 74.09, rel=0.02)
+    """100 mL of water are poured on 0.05 g of Ca(OH)2 (74.09 g/mol), which dissolve wholly: 100 kJ/mol are declared."""
+    moles = 0.05 / 74.09
+    joule, _coldest_c, _warmest_c = heat_of_pouring(
+        {"volume_ml": 100.0}, solid_in_b("Ca(OH)2", moles), "Ca(OH)2(s) -> Ca2+ + 2 OH-", steps=2, heat_kj_mol=-100.0
+    )
+    assert joule == pytest.approx(100e3 * moles, rel=0.02)
 
 
 @pytest.mark.parametrize(
-    ("a", "b", "equation", "heat"),
+    ("acid", "metal", "equation", "heat_kj_mol"),
     [
-        ({"NH4Cl": 0.4}, ("Mg", 0.002), "Mg + 2 NH4Cl -> MgCl2 + 2 NH3 + H2", -362.0),
-        ({"CH3COOH": 0.4}, ("Mg", 0.002), "Mg + 2 CH3COOH -> Mg(CH3COO)2 + H2", -466.0),
-        ({"HCl": 0.4}, ("Zn", 0.002), "Zn + 2 HCl -> ZnCl2 + H2", -150.0),
+        ({"CH3COOH": 0.4}, "Mg", "Mg + 2 CH3COOH -> Mg(CH3COO)2 + H2", -466.0),
+        ({"HCl": 0.4}, "Zn", "Zn + 2 HCl -> ZnCl2 + H2", -150.0),
     ],
 )
-def test_reactions_give_their_declared_heat(a, b, equation, heat):
-    """Joule freed are moles of metal dissolved times the declared heat; 2 mmol of metal have acid for all of it.
+def test_reactions_give_their_declared_heat(acid, metal, equation, heat_kj_mol):
+    """100 mL of an acid, 40 mmol, are poured on 2 mmol of a metal, which all dissolves with its declared heat."""
+    moles = 0.002
+    joule, _coldest_c, _warmest_c = heat_of_pouring(
+        {"volume_ml": 100.0, "solutes": acid}, solid_in_b(metal, moles), equation,
+        steps=2, heat_kj_mol=heat_kj_mol, rate_per_s=1e3,
+    )  # fmt: skip
+    assert joule == pytest.approx(-1e3 * heat_kj_mol * moles, rel=0.02)
 
-    Beside ammonium less than all dissolves, so that only a bound is known.
+
+def test_metal_that_ammonium_dissolves_in_part_gives_less_heat():
+    """100 mL of ammonium, 40 mmol, are poured on 2 mmol of magnesium; 362 kJ/mol are declared.
+
+    Ammonium gives up only the protons that it loses by pH 7: not all of the metal dissolves.
     """
-    formula, moles = b
-    solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
-    joule, *_ = heat_of_pouring(
-        {"volume_ml": 100.0, "solutes": a}, solid, equation, steps=2, heat_kj_mol=heat, rate_per_s=1e3
-    )
-    dissolved = moles if formula == "Zn" or "CH3COOH" in a else None
-    if dissolved is None:  # ammonium gives up only the protons that it loses by pH 7
-        assert abs(joule) < abs(heat) * moles * 1e3
-    else:
-        assert joule == pytest.approx(-1e3 * heat * dissolved, rel=0.02)
+    moles, heat_kj_mol = 0.002, -362.0
+    joule, _coldest_c, _warmest_c = heat_of_pouring(
+        {"volume_ml": 100.0, "solutes": {"NH4Cl": 0.4}}, solid_in_b("Mg", moles), "Mg + 2 NH4Cl -> MgCl2 + 2 NH3 + H2",
+        steps=2, heat_kj_mol=heat_kj_mol, rate_per_s=1e3,
+    )  # fmt: skip
+    assert abs(joule) < -1e3 * heat_kj_mol * moles
 
 
 @pytest.mark.parametrize("solid", ["C12H22O11", "KAl(SO4)2.12H2O", "K2CO3", "NiSO4.6H2O", "C6H8O7"])
 def test_scene_is_accepted_after_following_advice_on_missing_heat(solid):
-    """The fault proposes an equation; with that equation and a heat the scene has no fault."""
+    """A solid lies in a glass, and no table has its heat of solution: the scene's fault proposes an equation.
+
+    With that equation the fault is that its heat is missing; with any heat there is none.
+    """
     properties = {"solid": {"formula": solid, "mass_g": 2.0, "solubility_g_100g": 50.0}}
     bodies = (glass("a", volume_ml=60.0), glass("b", volume_ml=0.0, properties=properties))
     poses = {"a": poses_at_rest(count=2), "b": poses_at_rest(count=2)}
 
     def faults(*effects):
-        return plan_faults(session_with_effects(poses, bodies, ("mixing", {"in": ["a", "b"]}), CALM, *effects).scene)
+        return plan_faults(session_with_effects(poses, bodies, ("mixing", {"in": ["a", "b"]}), HEAT, *effects).scene)
 
     (fault,) = faults()
     equation = re.search(r'equation = "(.+?)"', fault)[1]
@@ -90,18 +113,17 @@ def test_scene_is_accepted_after_following_advice_on_missing_heat(solid):
 
 @pytest.mark.parametrize("solid", ["Na3PO4.12H2O", "C6H12O6", "I2", "K2S2O8"])
 def test_solids_of_unknown_solubility_are_refused(solid):
-    """They once stood in the water as if they were sand, without a word."""
+    """A solid lies in glass b beside water, acid and lye; nothing says how much of it dissolves: the scene is refused.
+
+    It would stand in the water as if it were sand, without a word.
+    """
     bodies = (
         glass("a", volume_ml=60.0),
         glass("b", volume_ml=0.0, properties={"solid": {"formula": solid, "mass_g": 2.0}}),
-    )
-    effects = (("mixing", {"in": ["a", "b"]}), CALM, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
-    bodies = (
-        *bodies,
         glass("c", volume_ml=10.0, solute="HCl", molar=0.1),
         glass("d", volume_ml=10.0, solute="NaOH", molar=0.1),
     )
-    faults = plan_faults(
-        session_with_effects({name: poses_at_rest(count=2) for name in "abcd"}, bodies, *effects).scene
-    )
+    effects = (("mixing", {"in": ["a", "b"]}), HEAT, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
+    poses = {name: poses_at_rest(count=2) for name in "abcd"}
+    faults = plan_faults(session_with_effects(poses, bodies, *effects).scene)
     assert any(f"body 'b': nothing says how much {solid!r} dissolves" in fault for fault in faults)

@@ -13,7 +13,10 @@ KILOGRAM_MOL = 55.508
 
 
 def extent(process, most, *, celsius=25.0, holds_acid=(), solver=None, **mol):
-    """Mol of a process in a kilogram of water with so many mol of each column, ``most`` until a reagent is used up."""
+    """Mol by which a process runs until its equilibrium, in a kilogram of water with so many mol of each column.
+
+    ``most``: mol until a reagent is used up; ``holds_acid``: protons that a mol of a base binds.
+    """
     column = {name: index for index, name in enumerate(COLUMNS)}
     changes = np.array([[process.changes.get(name, 0.0) for name in COLUMNS]])
     bound = np.array([dict(holds_acid).get(name, 0.0) for name in COLUMNS])
@@ -30,14 +33,17 @@ ISOMER = {"A": -1.0, "B": 1.0}
     ("a", "b", "log_k"), [(1.0, 0.0, 0.0), (0.2, 0.8, 0.0), (0.5, 0.5, 0.5), (0.5, 0.5, -0.5), (1.0, 0.0, 2.0)]
 )
 def test_isomers_stop_at_the_ratio_of_their_constant(a, b, log_k):
-    """The ratio (B + x) / (A - x) becomes K; x is below 0 where there is too much B."""
+    """Of ``a`` mol of A and ``b`` mol of its isomer B x mol of A become B, until (b + x) / (a - x) is the constant K.
+
+    So x = (K a - b) / (1 + K), below 0 where there is too much B.
+    """
     constant = 10.0**log_k
     expected = (constant * a - b) / (1.0 + constant)
-    assert extent(Process("", ISOMER, log_k=log_k), a, A=a, B=b) == pytest.approx(expected, abs=1e-4)
+    assert extent(Process("", ISOMER, log_k=log_k), most=a, A=a, B=b) == pytest.approx(expected, abs=1e-4)
 
 
 def test_isomers_of_a_long_titration_stop_in_every_row():
-    """A grows from row to row and half of it becomes B."""
+    """In 100 rows A grows from 0.1 to 2 mol; at a constant of 1 half of it becomes its isomer B in each."""
     column = {name: index for index, name in enumerate(COLUMNS)}
     amounts = np.zeros((100, len(COLUMNS)))
     amounts[:, column["H2O"]], amounts[:, column["A"]] = KILOGRAM_MOL, np.linspace(0.1, 2.0, 100)
@@ -49,39 +55,49 @@ def test_isomers_of_a_long_titration_stop_in_every_row():
 
 
 @pytest.mark.parametrize(
-    "process", [Process("", ISOMER, rate=1.0, log_k=0.0), Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0)]
+    "process",
+    [Process("", ISOMER, rate=1.0, log_k=0.0), Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0)],
+    ids=["slow", "B is a gas"],
 )
 def test_slow_reactions_and_gases_never_run_back(process):
-    """B is 0.8 mol and A 0.2 mol at a constant of 1: at once and dissolved, 0.3 mol of B would become A."""
+    """There are 0.2 mol of A and 0.8 mol of B: at a constant of 1, at once, dissolved, 0.3 mol of B would become A."""
     assert extent(process, most=0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0
 
 
 def test_free_protons_count_in_the_quotient_and_water_does_not():
-    """B by A and free protons becomes 1; 0.2 mol of ammonia hold as many of the 0.5 mol of protons."""
+    """A + H+ -> B + H2O with a constant of 1, from 0.5 mol of A and 0.5 mol of H+, of which ammonia binds 0.2.
+
+    In a kilogram x mol react until x = (0.5 - x) (0.3 - x).
+    """
     process = Process("", {"A": -1.0, "H+": -1.0, "B": 1.0, "H2O": 1.0}, log_k=0.0)
-    expected = brentq(lambda x: x - (0.5 - x) * (0.3 - x), 0.0, 0.3)
-    mol = {"A": 0.5, "H+": 0.5, "NH3": 0.2}
-    assert extent(process, 0.3, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, rel=1e-2)
+    a_mol, ammonia_mol = 0.5, 0.2
+    free_mol = 0.5 - ammonia_mol
+    expected = brentq(lambda x: x - (a_mol - x) * (free_mol - x), 0.0, free_mol)
+    mol = {"A": a_mol, "H+": 0.5, "NH3": ammonia_mol}
+    assert extent(process, most=free_mol, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, rel=1e-2)
 
 
 @pytest.mark.parametrize(("constant", "expected"), [(1e12, 1.0), (2000.0, 1.0), (500.0, 500.0 / 501.0)])
 def test_reaction_leaving_less_than_a_thousandth_is_complete(constant, expected):
-    """A constant of 2,000 leaves 0.5 mmol of 1 mol of A, one of 500 leaves 2 mmol."""
-    made = extent(Process("", ISOMER, log_k=np.log10(constant)), most=1.0, A=1.0)
-    assert made == pytest.approx(expected, abs=1e-6)
+    """A mol of A becomes its isomer B: a constant of 2,000 would leave 0.5 mmol of A, one of 500 leaves 2 mmol."""
+    made_mol = extent(Process("", ISOMER, log_k=np.log10(constant)), most=1.0, A=1.0)
+    assert made_mol == pytest.approx(expected, abs=1e-6)
 
 
 def test_isomers_unknown_to_phreeqc_stop_by_their_concentrations():
-    """In salt water that PHREEQC follows; B by A becomes 3."""
+    """A mol of A becomes its isomer B in salt water, of which PHREEQC knows only the salt: B by A becomes 3."""
     solver = solver_of(["Na+", "Cl-", "H+"])
     salt_water = {"Na+": 0.5, "Cl-": 0.5}
-    made = extent(Process("", ISOMER, log_k=np.log10(3.0)), most=1.0, solver=solver, A=1.0, **salt_water)
-    assert made == pytest.approx(0.75, abs=1e-4)
+    made_mol = extent(Process("", ISOMER, log_k=np.log10(3.0)), most=1.0, solver=solver, A=1.0, **salt_water)
+    assert made_mol == pytest.approx(3.0 / (1.0 + 3.0), abs=1e-4)
 
 
 @pytest.mark.parametrize("celsius", [25.0, 60.0])
 def test_constant_of_an_exothermic_equation_falls_with_temperature(celsius):
-    """By van 't Hoff with -50 kJ/mol."""
+    """A mol of A becomes its isomer B with -50 kJ/mol; the constant is 1 at 25 degC, and by van 't Hoff elsewhere.
+
+    Of constant K a fraction K / (1 + K) is B.
+    """
     constant = np.exp(50e3 / 8.314462618 * (1.0 / (celsius + 273.15) - 1.0 / 298.15))
     process = Process("", ISOMER, joule=-50e3, log_k=0.0)
     assert extent(process, most=1.0, celsius=celsius, A=1.0) == pytest.approx(constant / (1.0 + constant), abs=1e-4)
@@ -92,17 +108,21 @@ ESTER = Process(
 )
 
 
-@pytest.mark.parametrize("ammonia", [0.0, 0.4])
-def test_ester_and_water_stop_at_four_times_acid_and_alcohol(ammonia):
-    """In mol, and of the acid only what no base holds: ammonia takes a proton each."""
-    free = 1.0 - ammonia
-    expected = brentq(lambda x: x * (x + 1e-6) - 4.0 * (free - x) * (1.0 - x), 0.0, free)
-    mol = {"CH3COO-": 1.0, "H+": 1.0, "C2H5OH": 1.0, "NH3": ammonia, "H2O": 1e-6}
-    assert extent(ESTER, free, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, abs=1e-4)
+@pytest.mark.parametrize("ammonia_mol", [0.0, 0.4])
+def test_ester_and_water_stop_at_four_times_acid_and_alcohol(ammonia_mol):
+    """A mol of acetic acid and a mol of alcohol without water; x mol become ester until x^2 = 4 (free - x) (1 - x).
+
+    Free is what no base binds of the acid: ammonia takes a proton each.
+    """
+    free_mol = 1.0 - ammonia_mol
+    hardly_any_water_mol = 1e-6  # none would divide by 0
+    expected = brentq(lambda x: x * (x + hardly_any_water_mol) - 4.0 * (free_mol - x) * (1.0 - x), 0.0, free_mol)
+    mol = {"CH3COO-": 1.0, "H+": 1.0, "C2H5OH": 1.0, "NH3": ammonia_mol, "H2O": hardly_any_water_mol}
+    assert extent(ESTER, most=free_mol, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, abs=1e-4)
 
 
 class CountingSolver:
-    """PHREEQC with silver chloride, and how many solutions it was asked for."""
+    """PHREEQC with silver chloride, and how many solutions it has computed."""
 
     def __init__(self, components):
         self._solver = solver_of(components, ["AgCl"])
@@ -134,24 +154,32 @@ def silver_made_of(rows, log_k=0.5):
 
 
 def test_extent_depends_on_totals_and_not_on_what_has_settled():
-    """Half of the silver stands as its chloride, or as ions that settle."""
-    (of_ions, of_solid), _ = silver_made_of([{"Ag+": 0.2, "Cl-": 0.1}, {"Ag+": 0.1, "AgCl(s)": 0.1}])
-    assert of_solid == pytest.approx(of_ions, abs=1e-6) and 0.01 < of_ions < 0.09
+    """0.1 mol of iron(II) make silver of 0.2 mol of silver ions, half of which are silver chloride.
 
-
-@pytest.mark.parametrize(("chloride", "most_a_row"), [(0.0, 2.2), (0.1, 5.5)])
-def test_few_phreeqc_solutions_are_computed_a_row(chloride, most_a_row):
-    """Silver is titrated into iron(II) in 40 steps; halving the way would ask 17 times a row.
-
-    Beside 0.1 mol of chloride silver settles first, so that concentrations are a poor guide to activities.
+    In one row that is solid already, in the other silver and chloride are ions still, which PHREEQC lets settle.
     """
-    rows = [{"Ag+": silver, "Cl-": chloride} for silver in np.linspace(0.01, 0.4, 40)]
-    extents, solutions = silver_made_of(rows, log_k=2.0 if chloride else 0.5)
-    assert (np.diff(extents) > -1e-6).all() and extents[-1] > 0.08
+    (of_ions, of_solid), _ = silver_made_of([{"Ag+": 0.2, "Cl-": 0.1}, {"Ag+": 0.1, "AgCl(s)": 0.1}])
+    assert of_solid == pytest.approx(of_ions, abs=1e-6)
+    assert 0.01 < of_ions < 0.09, "neither nothing nor all of the iron"
+
+
+@pytest.mark.parametrize(
+    ("chloride_mol", "log_k", "most_a_row"), [(0.0, 0.5, 2.2), (0.1, 2.0, 5.5)], ids=["no chloride", "chloride"]
+)
+def test_few_phreeqc_solutions_are_computed_a_row(chloride_mol, log_k, most_a_row):
+    """Silver is titrated into 0.1 mol of iron(II) in 40 steps; bisection would take 17 solutions a step.
+
+    Beside chloride silver settles first, so that concentrations are a poor guide to activities. More silver makes no
+    less silver metal, and in the end most of the iron has reacted.
+    """
+    rows = [{"Ag+": silver_mol, "Cl-": chloride_mol} for silver_mol in np.linspace(0.01, 0.4, 40)]
+    extents, solutions = silver_made_of(rows, log_k=log_k)
+    assert (np.diff(extents) > -1e-6).all() and extents[-1] > 0.8 * IRON_MOL
     assert solutions <= most_a_row * len(rows), solutions
 
 
 def test_complete_reaction_needs_no_answer_of_phreeqc():
-    """At a constant of 1e12 all 0.05 mol of silver react, of 0.4 mol as much as there is iron(II)."""
+    """At a constant of 1e12 all 0.05 mol of silver react with 0.1 mol of iron(II), of 0.4 mol 0.1 mol."""
     extents, solutions = silver_made_of([{"Ag+": 0.05}, {"Ag+": 0.4}], log_k=12.0)
-    assert extents.tolist() == [0.05, IRON_MOL] and solutions == 0
+    assert extents.tolist() == [0.05, 0.1]
+    assert solutions == 0

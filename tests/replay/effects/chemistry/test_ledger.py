@@ -22,14 +22,17 @@ MAGNESIUM = Process(
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [2, 0, 1, 3, 4, 5, 6, 7])
 def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed):
-    """Vessels, reactions and what happens to them are drawn from the seed, and summed up after each event."""
+    """Vessels, reactions and what happens to them (pours, spills, drips) are drawn from the seed.
+
+    After each event all elements, charges, volumes and the energy, the heat of reactions included, sum up as before.
+    """
     assert_matter_and_energy_kept(seed, warm=True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 112), ids="world {}".format)
 def test_matter_is_conserved_with_and_without_heat(seed):
-    """The same with temperatures followed (``warm``) and without."""
+    """Random vessels, reactions and pours, as above, with temperatures followed (``warm``) and without."""
     assert_matter_and_energy_kept(seed, warm=True)
     assert_matter_and_energy_kept(seed, warm=False)
 
@@ -42,80 +45,102 @@ def test_scenes_conserve_matter_at_any_rate_order_and_names(seed):
 
 
 def test_zinc_takes_only_protons_that_phosphate_loses_by_ph_7():
-    """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of two protons it holds 1.62."""
+    """A mol of zinc lies in a mol of NaH2PO4, and dissolves by two protons a mol, until the pH is 7.
+
+    There phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of its two protons it keeps 1.62 and loses 0.38.
+    """
     components = dissolved_components("NaH2PO4")
-    book = Ledger(["a"], [*components], [ZINC], solver_of([*components, *ZINC.changes]))
-    book.fill("a", 10.0, {"Zn(s)": 1.0, **components})
-    volume_before = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.198))
-    assert book.pending_extents(book.amounts[0])[0] == pytest.approx((2.0 - volume_before) / 2.0, rel=1e-3)
+    ledger = Ledger(["a"], [*components], [ZINC], solver_of([*components, *ZINC.changes]))
+    ledger.fill("a", 10.0, {"Zn(s)": 1.0, **components})
+    protons_at_ph_7 = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.198))
+    (extent,) = ledger.pending_extents(ledger.amounts[0])
+    assert extent == pytest.approx((2.0 - protons_at_ph_7) / 2.0, rel=1e-3)
+
+
+def zinc_and_magnesium_in_acid(acid_mol, seconds):
+    """A ledger after so long of a vessel with a mol of each metal; zinc reacts by 0.3 a second, magnesium by 0.9."""
+    acid = {component: acid_mol * count for component, count in dissolved_components("HCl").items()}
+    ledger = Ledger(["a"], [*acid], [ZINC, MAGNESIUM], solver=None)
+    ledger.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **acid})
+    ledger.advance(0, 1, seconds)
+    return ledger
 
 
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
 def test_two_slow_reactions_last_as_long_as_time_does(seconds):
-    """Zinc reacts by 0.3 per second, magnesium by 0.9; 10 mol of acid are plenty, 0.1 mol too little.
+    """A mol of zinc, which reacts by 0.3 a second, and a mol of magnesium, by 0.9, lie in 10 mol of acid: plenty."""
+    ledger = zinc_and_magnesium_in_acid(acid_mol=10.0, seconds=seconds)
+    zinc_mol, magnesium_mol = (ledger.amounts[0, ledger.column[metal]] for metal in ("Zn(s)", "Mg(s)"))
+    assert zinc_mol == pytest.approx(np.exp(-0.3 * seconds), rel=1e-9)
+    assert magnesium_mol == pytest.approx(np.exp(-0.9 * seconds), rel=1e-9)
 
-    A mol of either metal takes two of acid: of 0.1 mol of acid 0.05 mol react, a quarter of it zinc.
+
+@pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
+def test_two_slow_reactions_share_scarce_acid_by_their_rates(seconds):
+    """A mol of zinc, which reacts by 0.3 a second, and a mol of magnesium, by 0.9, lie in 0.1 mol of acid.
+
+    A mol of metal takes two of acid, so 0.05 mol react, a quarter of it zinc; acid falls by the sum of both rates.
     """
-    components = dissolved_components("HCl")
-    book = Ledger(["a"], [*components], [ZINC, MAGNESIUM], solver=None)
-    book.fill(
-        "a",
-        10.0,
-        {"Zn(s)": 1.0, "Mg(s)": 1.0, **{component: 10.0 * amount for component, amount in components.items()}},
-    )
-    book.advance(0, 1, seconds)
-    left = [book.amounts[0, book.column[metal]] for metal in ("Zn(s)", "Mg(s)")]
-    assert left == pytest.approx(np.exp([-0.3 * seconds, -0.9 * seconds]), rel=1e-9)
-    # Of too little acid each gets by its rate, and what is left falls by the sum of both.
-    scarce = Ledger(["a"], [*components], [ZINC, MAGNESIUM], solver=None)
-    scarce.fill(
-        "a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{component: 0.1 * amount for component, amount in components.items()}}
-    )
-    scarce.advance(0, 1, seconds)
-    assert scarce.extents[0] == pytest.approx(0.05 * np.array([0.25, 0.75]) * -np.expm1(-1.2 * seconds), rel=0.02)
+    ledger = zinc_and_magnesium_in_acid(acid_mol=0.1, seconds=seconds)
+    reacted_mol = 0.05 * -np.expm1(-(0.3 + 0.9) * seconds)
+    assert ledger.extents[0] == pytest.approx([0.25 * reacted_mol, 0.75 * reacted_mol], rel=0.02)
 
 
 def ledger_of_salt_water(process=(), warmth=UNFOLLOWED_WARMTH):
     """A ledger of 10 mL with a mol of chloride in a, a millilitre of water in b, nothing in c."""
-    book = Ledger("abc", ["Cl-"], process, solver=None, warmth=warmth)
-    book.fill("a", 10.0, {"Cl-": 1.0, WATER: 0.55})
-    book.fill("b", 1.0, {WATER: 0.055})
-    book.begin(0.0)
-    return book
+    ledger = Ledger("abc", ["Cl-"], process, solver=None, warmth=warmth)
+    ledger.fill("a", 10.0, {"Cl-": 1.0, WATER: 0.55})
+    ledger.fill("b", 1.0, {WATER: 0.055})
+    ledger.begin(0.0)
+    return ledger
 
 
 def test_a_vessel_in_a_chain_gives_its_former_contents():
-    """In each of 3 frames a, 10 mL with 1 mol, gives b 1 mL, and b gives c 1 mL: its own water first."""
-    book, frames = ledger_of_salt_water(), np.arange(1, 4)
-    book.flow(frames, frames * 0.01, [("a", "b"), ("b", "c")], np.ones((3, 2)), np.zeros(2, dtype=bool))
-    assert book.amounts[:3, book.column["Cl-"]] == pytest.approx([0.7, 0.1, 0.2])
+    """Vessel a has 10 mL with a mol of chloride, b 1 mL of water; in each of 3 frames a gives b 1 mL, and b gives c 1.
+
+    What b gives in a frame is what it had before: first its own water, so that two of three tenths come to c.
+    """
+    ledger, frames = ledger_of_salt_water(), np.arange(1, 4)
+    ledger.flow(frames, frames * 0.01, [("a", "b"), ("b", "c")], np.ones((3, 2)), np.zeros(2, dtype=bool))
+    in_a, in_b, in_c, *_ = ledger.amounts[:, ledger.column["Cl-"]]
+    assert [in_a, in_b, in_c] == pytest.approx([0.7, 0.1, 0.2])
 
 
 def test_a_flow_without_reaction_has_a_row_per_frame():
     """The ledger has a reaction of zinc, and no zinc; a pours into b for 100 frames after the first."""
-    book, frames = ledger_of_salt_water([ZINC]), np.arange(1, 101)
-    book.flow(frames, frames * 0.01, [("a", "b")], np.full((100, 1), 0.1), np.zeros(1, dtype=bool))
-    assert len(book.history("b").times) == 101
+    ledger, frames = ledger_of_salt_water([ZINC]), np.arange(1, 101)
+    ledger.flow(frames, frames * 0.01, [("a", "b")], np.full((100, 1), 0.1), np.zeros(1, dtype=bool))
+    assert len(ledger.history("b").times) == 1 + 100
 
 
 def test_a_pour_leaves_the_heat_of_the_glass_behind():
-    """5 mL at 10 K above the room carry 5 * 4.18 * 10 J; the glass, of 41.8 J/K, keeps its own."""
+    """Half of 10 mL with a mol of chloride, 10 K above the room, goes from glass a to c: 0.5 mol and 5 x 4.18 x 10 J.
+
+    The glass, of 41.8 J/K, keeps its own heat.
+    """
     warmth = Warmth(per_ml=4.18, glass={"a": 41.8}, excess={"a": 10.0}, loss=0.0, most=np.inf, room=20.0)
-    book = ledger_of_salt_water(warmth=warmth)
-    step(book, frame=1, time=0.01, moves=[("a", "c", 5.0)])
-    assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])
+    ledger, c = ledger_of_salt_water(warmth=warmth), 2
+    step(ledger, frame=1, time=0.01, moves=[("a", "c", 5.0)])
+    assert ledger.amounts[c, ledger.column["Cl-"]] == pytest.approx(0.5)
+    assert ledger.amounts[c, ledger.column[HEAT_COLUMN]] == pytest.approx(5.0 * 4.18 * 10.0)
 
 
-@pytest.mark.parametrize(("excess", "warmer", "latent"), [(100.0, 80.0, 20.0), (-30.0, -20.0, -10.0)])
-def test_liquid_stays_between_freezing_and_boiling(excess, warmer, latent):
-    """Kelvin above a room of 20 degC: water boils at 80 and freezes at -20; what is beyond makes steam or ice."""
-    warmth = Warmth(per_ml=4.18, glass={}, excess={"b": excess}, loss=0.0, most=80.0, room=20.0)
-    book = ledger_of_salt_water(warmth=warmth)
+@pytest.mark.parametrize(
+    ("excess_k", "warmer_k", "latent_k"),
+    [(100.0, 80.0, 20.0), (-30.0, -20.0, -10.0)],
+    ids=["20 K beyond boiling", "10 K beyond freezing"],
+)
+def test_liquid_stays_between_freezing_and_boiling(excess_k, warmer_k, latent_k):
+    """A millilitre of water, 4.18 J/K, would be ``excess_k`` above a room of 20 degC; it is poured out in two frames.
+
+    It boils at 80 K above the room and freezes at 20 K below; heat beyond that makes steam or ice (``latent_k``).
+    """
+    warmth = Warmth(per_ml=4.18, glass={}, excess={"b": excess_k}, loss=0.0, most=80.0, room=20.0)
+    ledger, c = ledger_of_salt_water(warmth=warmth), 2
     for frame in (1, 2):
-        step(book, frame, time=0.01 * frame, moves=[("b", "c", 0.5)])
-    poured = book.amounts[2, [book.column[HEAT_COLUMN], book.column[LATENT_HEAT_COLUMN]]]
-    # A millilitre of water, 4.18 J/K.
-    assert poured == pytest.approx([4.18 * warmer, 4.18 * latent])
+        step(ledger, frame, time=0.01 * frame, moves=[("b", "c", 0.5)])
+    assert ledger.amounts[c, ledger.column[HEAT_COLUMN]] == pytest.approx(4.18 * warmer_k)
+    assert ledger.amounts[c, ledger.column[LATENT_HEAT_COLUMN]] == pytest.approx(4.18 * latent_k)
 
 
 @pytest.mark.parametrize(
@@ -128,45 +153,60 @@ def test_liquid_stays_between_freezing_and_boiling(excess, warmer, latent):
     ids=["no heat effect", "known", "unknown"],
 )
 def test_reaction_heat_counts_where_known_and_followed(warmth, joule, expected):
-    """``joule``: that a mol of the reaction takes, NaN if unknown; ``warmth``: followed by an effect heat, or not."""
+    """``joule``: that a mol of magnesium in acid takes, NaN if unknown; ``warmth``: followed by an effect heat or not.
+
+    ``expected``: joule that the ledger counts for a mol.
+    """
     process = replace(MAGNESIUM, joule=joule)
     assert Ledger("a", ["Cl-"], [process], solver=None, warmth=warmth).reactions.process_joule(0) == expected
 
 
 def test_an_equilibrium_goes_on_while_another_equation_takes_its_product():
-    """The first stops at even amounts and the second uses up what it makes: each round halves what is left."""
+    """Made-up equations: Cl- -> Br- has a constant of 1, so it stops at even amounts; Br- -> I- runs to its end.
+
+    Each round halves the chloride that is left; in the end all of the mol is iodide, by a mol of either equation.
+    """
     to_bromide = Process("", {"Cl-": -1.0, "Br-": 1.0}, log_k=0.0)
     to_iodide = Process("", {"Br-": -1.0, "I-": 1.0})
-    book = Ledger("a", ["Cl-", "Br-", "I-"], [to_bromide, to_iodide], solver=None)
-    amounts = np.zeros((1, len(book.columns)))
-    amounts[0, [book.column["Cl-"], book.column[WATER]]] = 1.0, 55.5
-    assert book.reactions.run_processes(amounts)[0] == pytest.approx([1.0, 1.0], abs=1e-5)
-    assert amounts[0, book.column["I-"]] == pytest.approx(1.0, abs=1e-5)
+    ledger = Ledger("a", ["Cl-", "Br-", "I-"], [to_bromide, to_iodide], solver=None)
+    amounts = np.zeros((1, len(ledger.columns)))
+    amounts[0, ledger.column["Cl-"]] = 1.0
+    amounts[0, ledger.column[WATER]] = 55.5  # a kilogram
+    assert ledger.reactions.run_processes(amounts)[0] == pytest.approx([1.0, 1.0], abs=1e-5)
+    assert amounts[0, ledger.column["I-"]] == pytest.approx(1.0, abs=1e-5)
 
 
-@pytest.mark.parametrize(("rate_per_s", "silver_chloride"), [(None, 1.0), (0.1, 0.0)])
+@pytest.mark.parametrize(
+    ("rate_per_s", "silver_chloride"), [(None, 1.0), (0.1, 0.0)], ids=["dissolves at once", "dissolves at a rate"]
+)
 def test_solid_dissolving_at_a_rate_feeds_no_equation_at_once(rate_per_s, silver_chloride):
-    """A mol of salt stands in a litre with a mol of silver, which takes chloride as soon as some is dissolved."""
+    """A mol of solid NaCl lies in a litre with a mol of Ag+, which takes chloride as soon as some is dissolved.
+
+    ``silver_chloride``: mol of AgCl before any time has passed.
+    """
     salt = salt_of("NaCl", solubility_of("NaCl"))
     to_chloride = Process("", {"Ag+": -1.0, "Cl-": -1.0, "AgCl(s)": 1.0})
     dissolving = Process("", {"NaCl(s)": -1.0, "Na+": 1.0, "Cl-": 1.0}, rate_per_s, salt=salt)
     processes = [to_chloride] if rate_per_s is None else [to_chloride, dissolving]
-    book = Ledger("a", ["Ag+"], processes, None, [salt])
-    book.fill("a", 1000.0, {"NaCl(s)": 1.0, "Ag+": 1.0, WATER: 55.5})
-    amounts, _ = book.reactions.react(book.amounts[:1], np.array([25.0]))
-    assert amounts[0, book.column["AgCl(s)"]] == pytest.approx(silver_chloride)
-    assert amounts[0, book.column["NaCl(s)"]] == pytest.approx(1.0 - silver_chloride if rate_per_s else 0.0)
+    ledger = Ledger("a", ["Ag+"], processes, None, [salt])
+    ledger.fill("a", 1000.0, {"NaCl(s)": 1.0, "Ag+": 1.0, WATER: 55.5})
+    amounts, _extents = ledger.reactions.react(ledger.amounts[:1], np.array([25.0]))
+    assert amounts[0, ledger.column["AgCl(s)"]] == pytest.approx(silver_chloride)
+    assert amounts[0, ledger.column["NaCl(s)"]] == pytest.approx(1.0 - silver_chloride)
 
 
 def test_traces_beside_much_solid_keep_their_digits():
-    """A mol of barium with sulfate in excess leaves 0.04 umol dissolved: as PHREEQC says, no difference of mols."""
+    """A mol of barium with 1.5 mol of sulfate in a litre leaves 0.04 umol of it dissolved, by PHREEQC.
+
+    The ledger has that to 12 digits; a difference of two mol would have 9.
+    """
     ions = {"Ba^2+": 1.0, "SO4^2-": 1.5, "Na+": 3.0, "Cl-": 2.0}
     solver = solver_of([*ions], solids=["BaSO4"])
-    book = Ledger("a", [*ions], [], solver)
-    book.fill("a", 1000.0, {**ions, WATER: 55.5})
-    amounts, _ = book.reactions.react(book.amounts[:1], np.array([25.0]))
+    ledger = Ledger("a", [*ions], [], solver)
+    ledger.fill("a", 1000.0, {**ions, WATER: 55.5})
+    amounts, _extents = ledger.reactions.react(ledger.amounts[:1], np.array([25.0]))
     totals = np.array([[ions.get(name, 0.0) for name in solver.mixture.components]])
     species = solver.equilibrium(totals, np.array([55.5]), np.array([25.0])).species
-    dissolved = (species @ solver.mixture.powers)[0, solver.mixture.components.index("Ba^2+")]
-    assert 0.0 < dissolved < 1e-7
-    assert amounts[0, book.column["Ba^2+"]] == pytest.approx(dissolved, rel=1e-12, abs=0.0)
+    dissolved_mol = (species @ solver.mixture.powers)[0, solver.mixture.components.index("Ba^2+")]
+    assert 0.0 < dissolved_mol < 1e-7
+    assert amounts[0, ledger.column["Ba^2+"]] == pytest.approx(dissolved_mol, rel=1e-12, abs=0.0)

@@ -37,28 +37,41 @@ def limit(process, cause, **amounts):
     return float(limits.by_cause(0, row)[cause])
 
 
-@pytest.mark.parametrize(("acid", "expected"), [(1.0, 0.0), (1.5, 0.5), (2.0, 1.0)])
-def test_gas_leaves_only_beyond_its_hydrogen_salt(acid, expected):
-    """A mol of sulfite takes a mol of acid as hydrogensulfite before any leaves as SO2."""
-    assert limit(SO2, Cause.ACID, **{"H+": acid, "SO3^2-": 1.0}) == pytest.approx(expected, abs=1e-9)
-    takes_water = replace(SO2, changes=SO2.changes | {"H2O": -1.0})
-    moles = {"H+": acid, "SO3^2-": 1.0, "H2O": KILOGRAM_MOL}
-    assert limit(takes_water, Cause.ACID, **moles) == pytest.approx(expected, abs=1e-9), "water holds no acid"
+@pytest.mark.parametrize("water_mol", [0.0, KILOGRAM_MOL], ids=["no water in the equation", "water in the equation"])
+@pytest.mark.parametrize(("acid_mol", "expected_mol"), [(1.0, 0.0), (1.5, 0.5), (2.0, 1.0)])
+def test_gas_leaves_only_beyond_its_hydrogen_salt(acid_mol, expected_mol, water_mol):
+    """SO3^2- + 2 H+ -> SO2(g) + H2O with a mol of sulfite: it takes a mol of acid as hydrogensulfite before any leaves.
+
+    ``expected_mol``: until acid ends it. Water that the equation takes up binds no acid, and changes nothing.
+    """
+    process = replace(SO2, changes=SO2.changes | {"H2O": -1.0}) if water_mol else SO2
+    mol = {"H+": acid_mol, "SO3^2-": 1.0, "H2O": water_mol}
+    assert limit(process, Cause.ACID, **mol) == pytest.approx(expected_mol, abs=1e-9)
 
 
 def test_lye_dissolves_half_as_many_mol_of_zinc():
-    """A mol of zinc takes two of hydroxide, which count as protons below 0: 3 mol dissolve 1.5 mol."""
+    """A mol of zinc takes two of hydroxide, which count as protons below 0: 3 mol dissolve 1.5 of 9 mol."""
     assert limit(LYE, Cause.HYDROXIDE, **{"H+": -3.0, "Zn(s)": 9.0}) == pytest.approx(1.5)
 
 
-@pytest.mark.parametrize(("acid", "sulfite", "expected"), [(0.5, 0.0, np.inf), (0.5, 1.0, 0.0), (0.0, 0.0, 0.0)])
-def test_protons_of_a_weak_acid_catalyse_nothing(acid, sulfite, expected):
-    """Half a mol of protons beside a mol of sulfite are hydrogensulfite, whose pKa is 7.2: 0 mol may run, else any."""
-    assert limit(CATALYSED, Cause.CATALYST, **{"H+": acid, "SO3^2-": sulfite, "I2": 1.0}) == expected
+@pytest.mark.parametrize(
+    ("acid_mol", "sulfite_mol", "expected_mol"),
+    [(0.5, 0.0, np.inf), (0.5, 1.0, 0.0), (0.0, 0.0, 0.0)],
+    ids=["strong acid", "weak acid", "no acid"],
+)
+def test_protons_of_a_weak_acid_catalyse_nothing(acid_mol, sulfite_mol, expected_mol):
+    """Protons are the catalyst of a process, by which any amount may run, and without which none.
+
+    Half a mol of protons beside a mol of sulfite are hydrogensulfite, a weak acid, pKa 7.2.
+    """
+    assert limit(CATALYSED, Cause.CATALYST, **{"H+": acid_mol, "SO3^2-": sulfite_mol, "I2": 1.0}) == expected_mol
 
 
 def test_each_reagent_but_protons_and_water_is_a_limit():
-    """3 mol of Zn at one a time, 4 mol of I2 at two a time: 2 mol of the process use up the iodine first."""
+    """A process takes a mol of Zn, two of I2, one of H+ and H2O; there are 3 mol of Zn, 4 of I2, and little else.
+
+    By Zn 3 mol could run, by I2 2 mol, which use it up first.
+    """
     process = Process("", {"Zn(s)": -1.0, "I2": -2.0, "H+": -1.0, "H2O": -1.0, "NO3-": 1.0})
     limits, amounts = limits_and_amounts(process, {"Zn(s)": 3.0, "I2": 4.0, "H+": 0.1, "H2O": 0.1, "NO3-": 7.0})
     assert limits.by_cause(0, amounts) == {"Zn(s)": 3.0, "I2": 2.0}
@@ -66,10 +79,14 @@ def test_each_reagent_but_protons_and_water_is_a_limit():
 
 
 def test_gas_that_stays_dissolved_does_not_leave():
-    """A kilogram of water dissolves 1e-3 mol of a made-up gas; acid is enough for the whole mol of sulfite."""
-    hardly_soluble = replace(SO2, gas_solubility=1e-3)
+    """A mol of sulfite makes SO2 with acid in excess; a kilogram of water dissolves a millimol of it, which is made up.
+
+    So much less leaves as a gas.
+    """
+    soluble_mol_kg = 1e-3
+    hardly_soluble = replace(SO2, gas_solubility=soluble_mol_kg)
     limits, amounts = limits_and_amounts(hardly_soluble, {"SO3^2-": 1.0, "H+": 5.0, "H2O": KILOGRAM_MOL})
-    assert limits.extent_to_the_end(row=0, amounts=amounts) == pytest.approx(1.0 - 1e-3)
+    assert limits.extent_to_the_end(row=0, amounts=amounts) == pytest.approx(1.0 - soluble_mol_kg)
 
 
 def test_salt_dissolves_until_its_solution_is_saturated():

@@ -13,7 +13,7 @@ FILLING = np.array([0.0, 1.0, 2.0, 3.0, 3.0])
 """mL at the times: a millilitre comes by each of the first four, and then nothing."""
 
 
-def mixed(contents, times=TIMES, volume_ml=FILLING):
+def mixed_at(contents, times=TIMES, volume_ml=FILLING):
     """Whether a vessel with these contents at first is mixed at each time."""
     recipe = SimpleNamespace(contents={} if contents is None else {"a": contents})
     history = SimpleNamespace(times=TIMES)
@@ -27,21 +27,29 @@ def mixed(contents, times=TIMES, volume_ml=FILLING):
         Contents(volume_ml=5.0, amounts={}, solids={"NaCl": 1.0}, solubility={}),
         Contents(volume_ml=0.0, amounts={}, solids={}, solubility={}),
     ],
+    ids=["contents not known", "solid in 5 mL of water", "empty"],
 )
 def test_vessel_without_a_dry_solid_is_always_mixed(contents):
-    """Nothing is known of its contents; a solid stands in 5 mL of water; or it is empty."""
-    assert mixed(contents) == [True] * 5
+    """A millilitre of water comes at each of the first four times, and none until the fifth: mixed throughout."""
+    assert mixed_at(contents) == [True] * 5
 
 
 def test_dry_solid_is_mixed_at_start_and_after_the_inflow():
-    """Water comes until 0.3 s: in the rows 0.1 and 0.2 s some of the solid is still to be wetted."""
+    """A solid gets a millilitre of water at each of 0, 0.1, 0.2 and 0.3 s, and none until 2 s.
+
+    At 0.1 and 0.2 s some of it is still to be wetted. Of the rows at 0.1 and 0.2 s alone the last counts as mixed.
+    """
     dry = Contents(volume_ml=0.0, amounts={}, solids={"NaCl": 1.0}, solubility={})
-    assert mixed(dry) == [True, False, False, True, True]
-    assert mixed(dry, TIMES[1:3], FILLING[1:3]) == [False, True], "of a part its last row counts, not its first"
+    assert mixed_at(dry) == [True, False, False, True, True]
+    assert mixed_at(dry, times=TIMES[1:3], volume_ml=FILLING[1:3]) == [False, True]
 
 
 def test_phreeqc_replaces_dilution_heats_beyond_fifty_mol_of_water():
-    """PHREEQC has the heat of sulfate ions in much water; Felder and Rousseau's table has both."""
-    tabled, beside_phreeqc = (dilution_of("H2SO4", has_phreeqc=known) for known in (False, True))
-    assert max(tabled) > 50.0 and beside_phreeqc == {water: joule for water, joule in tabled.items() if water < 51.0}
+    """J per mol of sulfuric acid by mol of water, of Felder and Rousseau's table, which goes on beyond 50 mol.
+
+    With PHREEQC it ends at 50 mol, as that has the heat of sulfate ions in much water. Without acid there is no table.
+    """
+    table, table_with_phreeqc = (dilution_of("H2SO4", has_phreeqc=present) for present in (False, True))
+    assert max(table) > 50.0
+    assert table_with_phreeqc == {water: joule for water, joule in table.items() if water <= 50.0}
     assert dilution_of("", has_phreeqc=True) == {}

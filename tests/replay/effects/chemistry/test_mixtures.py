@@ -91,37 +91,50 @@ def mixed(row):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("row", [*MIXTURES, *MORE], ids=lambda row: row["name"])
 def test_a_mixture_comes_out_as_phreeqc_or_the_manual_says(row):
-    """``row``: what is in the vessels, equations, and of each substance the mol expected, of a complex mol/kg; pH."""
+    """All vessels of a ``row`` are poured into one and left for a minute, with its equations.
+
+    ``expected``: by a call of PHREEQC or by a laboratory manual, the pH within 0.1, mol of a solid or gas within 5 %,
+    mol of a dissolved species within 10 %.
+    """
     result = mixed(row)
     for name, expected in row["expected"].items():
-        dissolved = "^" in name or name in ("NH3", "Ag(NH3)2+") or name in row.get("species", {})
-        kind = "pH" if name == "pH" else "complex" if dissolved else "solid"
+        is_dissolved = "^" in name or name in ("NH3", "Ag(NH3)2+") or name in row.get("species", {})
+        kind = "pH" if name == "pH" else "complex" if is_dissolved else "solid"
         assert result.get(name, 0.0) == pytest.approx(expected, **WITHIN[kind]), (name, result)
 
 
 def test_every_family_has_its_rows():
-    """mixtures.toml has rows of nine families, at least 80; more_mixtures.toml at least 60, and no other family."""
-    families = {row["family"] for row in MIXTURES}
-    assert {row["family"] for row in MORE} <= families
-    assert len(MIXTURES) >= 80 and len(MORE) >= 60 and families == {
+    """The two files of mixtures that are tested above are of these nine families, and none gets shorter.
+
+    mixtures.toml has rows of each, more_mixtures.toml of some.
+    """
+    families = {
         "acids and bases", "hydrolysis", "gases", "precipitates", "copper", "complexes", "redox", "metals", "solids",
     }  # fmt: skip
+    assert {row["family"] for row in MIXTURES} == families
+    assert {row["family"] for row in MORE} <= families
+    assert len(MIXTURES) >= 80
+    assert len(MORE) >= 60
 
 
 def test_the_56_mixtures_of_the_former_solver_are_all_tested():
-    """At least 50 are ``computed``, by rows of mixtures.toml; the ``refused`` are tested below by their words.
+    """They were compared with PHREEQC when it replaced the former solver, and stay tested.
 
-    They were compared with PHREEQC when it replaced the former solver.
+    given_mixtures.toml lists at least 50 as ``computed``, by the names of rows of mixtures.toml, which a test above
+    computes; the others are ``refused``, each with a whole row, which the test below uses.
     """
-    tested = {row["name"] for row in MIXTURES}
-    assert set(FORMER["computed"]) - tested == set()
+    names_of_rows = {row["name"] for row in MIXTURES}
+    assert set(FORMER["computed"]) - names_of_rows == set()
     assert len(FORMER["computed"]) + len(FORMER["refused"]) == 56
     assert len(FORMER["computed"]) >= 50
 
 
 @pytest.mark.parametrize("row", FORMER["refused"], ids=lambda row: row["name"])
 def test_a_refused_mixture_names_the_remedy(row):
-    """``words``: of the refusal; ``without_keys``: what PHREEQC has where the keys that are refused are left out."""
+    """``row``: vessels and equations of a scene that is refused, with ``words`` of the fault, which say what to do.
+
+    Some only have keys that are refused: ``without_keys`` they are computed, with the pH of PHREEQC, within 0.1.
+    """
     with pytest.raises(PlanError) as refused:
         plan(scene_of(row))
     assert row["words"] in str(refused.value)
@@ -154,7 +167,10 @@ def phreeqc_in_steps(steps):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize(("steps", "leaves"), [(1, False), (3, True), (5, True), (50, True)])
 def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
-    """All at once the CO2 stays dissolved in 150 mL; slowly, 0.44 mmol leave while there are only 133 mL."""
+    """50 mL of acid come in so many steps to 100 mL with barium carbonate; as much CO2 leaves as by PHREEQC in steps.
+
+    All at once the CO2 stays dissolved in 150 mL; in 3 steps 0.44 mmol leave while there are only 133 mL.
+    """
     row = next(row for row in MIXTURES if row["name"] == "BaCl2 + Na2CO3, then HCl")
     scene = scene_of(row)
     contents = contents_of_scene(scene, "scene.toml")
@@ -164,20 +180,28 @@ def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
     ledger.flow(np.array([1]), np.array([0.1]), [("a", "b")], np.array([[50.0]]), np.zeros(1, dtype=bool))
     frames = np.arange(2, 2 + steps)
     ledger.flow(frames, 0.1 * frames, [("c", "b")], np.full((steps, 1), 50.0 / steps), np.zeros(1, dtype=bool))
-    gone = ledger.amounts[ledger.at["b"], ledger.column["CO2(g)"]]
-    assert gone == pytest.approx(phreeqc_in_steps(steps), rel=0.01, abs=1e-9) and (gone > 1e-4) == leaves
+    gone_mol = ledger.amounts[ledger.at["b"], ledger.column["CO2(g)"]]
+    assert gone_mol == pytest.approx(phreeqc_in_steps(steps), rel=0.01, abs=1e-9)
+    hardly_any_mol = 1e-4
+    assert (gone_mol > hardly_any_mol) == leaves
 
 
 @pytest.mark.parametrize("row", [row for row in MORE if row["by"] == "PHREEQC"][::9], ids=lambda row: row["name"])
 def test_tabled_mixtures_are_reproduced_by_phreeqc(row):
-    """The expected amounts of every ninth row of more_mixtures.toml, which a plain call of PHREEQC computes again."""
+    """The amounts that more_mixtures.toml expects come from PHREEQC: a plain call, without the product, has them again.
+
+    ``row``: every ninth, with what is in its vessels.
+    """
     moles, litres = mixture(row)
-    answered = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
-    assert answered == pytest.approx(row["expected"], rel=1e-5, abs=1e-9)
+    computed = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
+    assert computed == pytest.approx(row["expected"], rel=1e-5, abs=1e-9)
 
 
 def test_complex_has_the_activity_of_its_metal_at_equal_charge():
-    """minteq.v4 gives copper(II) and iron(III) a size of 6."""
+    """PHREEQC's data base minteq.v4 has an ion size of 6 for copper(II) and iron(III), and none for their complexes.
+
+    The text of data for PHREEQC gives 6 to complexes of the ion's charge too; others have 5 or what Davies' law has.
+    """
     copper, iron = (phreeqc_data(mixture_of(database_of(), ions, ())) for ions in (["Cu^2+", "NH3"], ["Fe^3+", "NO3-"]))
     assert copper.count("-gamma 6 0\n") == 6, "the ion, Cu2(OH)2^2+ and four ammines"
     assert copper.count("-gamma 5 0\n") == 0, "Cu(OH)3- and Cu(OH)4^2- have that of Davies"

@@ -17,7 +17,10 @@ PRODUCTS = [
 
 @pytest.mark.parametrize(("formula", "log_product", "counts"), PRODUCTS)
 def test_salt_falls_out_below_a_tenth_mol_by_its_product(formula, log_product, counts):
-    """``counts``: ions of each kind; their solubility s follows from product = (n1 s)^n1 (n2 s)^n2."""
+    """``counts``: ions of each kind in a unit; its solubility s follows from product = (n1 s)^n1 (n2 s)^n2, mol/kg.
+
+    ``log_product``: log10 of the solubility product in PHREEQC's data.
+    """
     molal = (10.0**log_product / prod(count**count for count in counts)) ** (1.0 / sum(counts))
     assert Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula) == (molal < 0.1)
 
@@ -38,18 +41,20 @@ def test_salts_that_hold_protons_fall_out_of_school_solutions(formula):
 
 
 def test_solid_is_phreeqcs_or_a_salt_with_its_solubility():
-    """PHREEQC follows AgCl and CO2; NaCl has a table, KNO3 the scene's 50 g in 100 g of water (101.1 g/mol).
+    """AgCl(s) and CO2(g) are PHREEQC's; NaCl has a table, KNO3 the scene's 50 g in 100 g of water (101.1 g/mol).
 
-    BaSO4 is taken by an equation with a rate, and CaCO3 is named without its phase: neither is followed here.
+    BaSO4 is taken by an equation with a rate, and CaCO3 is named without its phase: both are neither. Nothing dissolves
+    at a rate, so there is no solver for that.
     """
-    phases = Phases(database_of(), {"KNO3": {25.0: 50.0}}, frozenset({"BaSO4"}))
+    taken_by_a_rate = frozenset({"BaSO4"})
+    phases = Phases(database_of(), {"KNO3": {25.0: 50.0}}, taken_by_a_rate)
     for formula, phase in (("AgCl", "s"), ("NaCl", "s"), ("KNO3", "s"), ("BaSO4", "s"), ("CaCO3", ""), ("CO2", "g")):
         phases.add(formula, phase)
-    assert set(phases.phreeqc) == {"AgCl(s)", "CO2(g)"}, "an equation with a rate takes BaSO4"
+    assert set(phases.phreeqc) == {"AgCl(s)", "CO2(g)"}
     assert set(phases.salts) == {"NaCl(s)", "KNO3(s)"}
     assert phases.salts["KNO3(s)"].molal.tolist() == pytest.approx([500.0 / 101.1], rel=1e-4)
-    assert all(phases.has_known_solubility(formula) for formula in ("AgCl", "NaCl"))
-    assert phases.slow_solver([]) is None, "nothing dissolves at a rate"
+    assert phases.has_known_solubility("AgCl") and phases.has_known_solubility("NaCl")
+    assert phases.slow_solver([]) is None
 
 
 @pytest.mark.parametrize(
@@ -63,14 +68,17 @@ def test_solid_is_phreeqcs_or_a_salt_with_its_solubility():
     ids=["carbonate", "hydroxide", "in acid", "falls out"],
 )
 def test_process_that_only_dissolves_a_solid_is_slow(changes, column):
-    """``changes``: mol by a mol of the process; ``column``: the solid that it dissolves, none where acid takes part."""
+    """``changes``: mol of each formula that a mol of a process with a rate makes, or takes if below 0.
+
+    ``column``: the solid that it only dissolves; none ("") where acid takes part, or the solid falls out.
+    """
     phases = Phases(database_of(), {}, frozenset())
     assert phases.dissolves_slowly(changes) == column
     assert set(phases.slow) == ({column} if column else set())
 
 
 def test_without_phreeqc_no_solid_is_sparing_or_slow():
-    """No data base is given, as where the extra is not installed."""
+    """There is no data base, as where PHREEQC, an extra, is not installed: nothing is known, and nothing solved."""
     phases = Phases(None, {}, frozenset())
     phases.add("AgCl", "s")
     assert not phases.has_known_solubility("AgCl") and not phases.is_sparingly_soluble("AgCl")

@@ -15,7 +15,7 @@ MAGNESIUM = Process("Mg + 2 HCl", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0})
 CARBONATE = Process("CaCl2 + Na2CO3", {"Ca^2+": -1.0, "CO3^2-": -1.0, "CaCO3(s)": 1.0})
 
 
-def matter(process, extent, limits):
+def flask_in_which(process, extent, limits):
     """A flask in which a process ran to these mol (``extent``) at 0, 1, 2 and 3 s.
 
     ``limits``: cause -> mol by which the process could run on; 0 mol: this cause has ended it.
@@ -31,25 +31,32 @@ def matter(process, extent, limits):
 
 
 def test_equation_states_how_far_it_ran_and_what_ended_it():
-    """It has run from the first time at which its extent has grown, 2 s; magnesium ended it, chloride did not."""
+    """Magnesium dissolves in acid: the equation has run by 0, 0, 3 and 5 mmol at 0, 1, 2 and 3 s.
+
+    The event starts at 2 s, the first time at which that has grown. Magnesium could run it on by 0 mol, so it ended it;
+    chloride and acid could by 10 mmol.
+    """
     limits = {"Mg(s)": np.array(0.0), "Cl-": np.array(0.01), Cause.ACID: np.array(0.01)}
-    flask = matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits)
+    flask = flask_in_which(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits)
     (event,) = reacted_events(flask, followed=(), earlier_events=())
     assert event.text == "Mg + 2 HCl runs in flask by 5 mmol, until no Mg is left"
     assert event.time == 2.0 and event.end == 3.0 and event.values["moles"] == 0.005
 
 
 def test_used_up_reagent_is_named_and_not_the_acid():
-    """Both are at 0 mol in the end; a reagent of the equation says more than its protons."""
+    """Magnesium and acid are both used up in the end; a reagent of the equation says more than its protons."""
     limits = {"Mg(s)": np.array(0.0), Cause.ACID: np.array(0.0)}
-    flask = matter(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits)
+    flask = flask_in_which(MAGNESIUM, extent=[0.0, 0.0, 0.003, 0.005], limits=limits)
     (event,) = reacted_events(flask, followed=(), earlier_events=())
     assert event.text.endswith("until no Mg is left")
 
 
 def test_solid_that_an_equation_makes_has_its_mass():
-    """2 mmol of calcium carbonate, 100.09 g/mol, from 0 to 1 s; an effect precipitation that follows it reports it."""
-    flask = matter(CARBONATE, extent=[0.001, 0.003, 0.003, 0.003], limits={"Ca^2+": np.array(1.0)})
+    """Calcium and carbonate make 2 mmol of CaCO3, 100.09 g/mol, from 0 to 1 s.
+
+    Where an effect precipitation follows the solid there is no event here, as it reports it.
+    """
+    flask = flask_in_which(CARBONATE, extent=[0.001, 0.003, 0.003, 0.003], limits={"Ca^2+": np.array(1.0)})
     (event,) = reacted_events(flask, followed=(), earlier_events=())
     assert event.text == "CaCl2 + Na2CO3 runs in flask by 2 mmol; 0.2 g CaCO3 come as a solid"
     assert event.time == 1.0 and event.end is None
@@ -57,7 +64,7 @@ def test_solid_that_an_equation_makes_has_its_mass():
 
 
 @pytest.mark.parametrize(
-    ("name", "values", "is_reported"),
+    ("name", "values", "reports_it"),
     [
         ("stopped", {"equation": "Mg + 2 HCl"}, True),
         ("stopped", {"equation": "Zn + 2 HCl"}, False),
@@ -68,41 +75,48 @@ def test_solid_that_an_equation_makes_has_its_mass():
         ("colour-change", {"of": Equivalence.OXIDANT_AND_REDUCTANT}, False),
     ],
 )
-def test_an_equation_that_another_event_reports_is_not_repeated(name, values, is_reported):
-    """``name``, ``values``: of an earlier event; an end point of acid and base is not of the equation of magnesium."""
+def test_an_equation_that_another_event_reports_is_not_repeated(name, values, reports_it):
+    """Magnesium has dissolved in acid, Mg + 2 HCl; ``name``, ``values``: of an earlier event in the same flask.
+
+    A stop reports the equation that it names, an end point any equation but one of acid and base, which this is not.
+    """
     earlier = EffectEvent(time=1.0, name=name, bodies=("flask",), end=None, values=values)
-    flask = matter(MAGNESIUM, extent=[0.0, 0.0, 0.0, 0.005], limits={"Mg(s)": np.array(1.0)})
+    flask = flask_in_which(MAGNESIUM, extent=[0.0, 0.0, 0.0, 0.005], limits={"Mg(s)": np.array(1.0)})
     events = list(reacted_events(flask, followed=(), earlier_events=[earlier]))
-    assert len(events) == (not is_reported)
+    assert len(events) == (0 if reports_it else 1)
 
 
-@pytest.mark.parametrize("process", [Process("", {"X": -1.0, "H2(g)": 1.0}), Process("", {"X": -1.0}, salt=object())])
+@pytest.mark.parametrize(
+    "process",
+    [Process("", {"X": -1.0, "H2(g)": 1.0}), Process("", {"X": -1.0}, salt=object())],
+    ids=["frees a gas", "dissolves a salt"],
+)
 def test_gas_and_dissolving_salts_have_events_of_their_own(process):
-    flask = matter(process, extent=[0.0, 0.0, 0.0, 1.0], limits={"X": np.array(1.0)})
+    """The process has run by a mol; gas is reported as gas, a salt as a solid that dissolves, and not here again."""
+    flask = flask_in_which(process, extent=[0.0, 0.0, 0.0, 1.0], limits={"X": np.array(1.0)})
     assert list(reacted_events(flask, followed=(), earlier_events=())) == []
 
 
 @pytest.mark.parametrize(
-    ("moles", "text"),
+    ("moles", "expected"),
     [
-        ([0.0, 0.0, 0.001, 0.002], "0.2 g CaCO3 fall out in flask"),
-        ([0.01, 0.01, 0.009, 0.008], "0.2 g of 1 g CaCO3 dissolve in flask"),
-        ([0.0, 0.0, 0.0, 5e-6], ""),
-        ([1.0, 1.0, 1.0, 0.9995], ""),
+        ([0.0, 0.0, 0.001, 0.002], [(2.0, "0.2 g CaCO3 fall out in flask")]),
+        ([0.01, 0.01, 0.009, 0.008], [(2.0, "0.2 g of 1 g CaCO3 dissolve in flask")]),
+        ([0.0, 0.0, 0.0, 5e-6], []),
+        ([1.0, 1.0, 1.0, 0.9995], []),
     ],
     ids=["falls out", "dissolves", "half a milligram", "a two-thousandth"],
 )
-def test_change_of_a_solid_is_reported_where_it_is_visible(moles, text):
-    """``moles``: of CaCO3, 100 g/mol, at 0 to 3 s; visible are a milligram and a thousandth of what there was.
+def test_change_of_a_solid_is_reported_where_it_is_visible(moles, expected):
+    """``moles``: of CaCO3, 100 g/mol, at 0, 1, 2 and 3 s; visible are a milligram and a thousandth of what there was.
 
-    Where an effect precipitation follows CaCO3 it reports the change itself.
+    ``expected``: second and text of the event, none where an effect precipitation follows CaCO3 and reports it itself.
     """
     reactions = SimpleNamespace(phases=np.array([0]), salt_columns=np.zeros(0, dtype=int))
-    world = SimpleNamespace(
+    flask = SimpleNamespace(
         ledger=SimpleNamespace(columns=["CaCO3(s)"], reactions=reactions),
         histories={"flask": SimpleNamespace(times=np.arange(4.0), amounts=np.array(moles)[:, None])},
         brines=lambda vessel: {},
     )
-    events = list(solid_events(world, ()))
-    assert [event.text for event in events] == [text] * bool(text)
-    assert [event.time for event in events] == [2.0] * bool(text) and not list(solid_events(world, ("CaCO3",)))
+    assert [(event.time, event.text) for event in solid_events(flask, ())] == expected
+    assert not list(solid_events(flask, ("CaCO3",)))

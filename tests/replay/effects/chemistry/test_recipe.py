@@ -32,5 +32,9 @@ def process_of(equation, solutes, solid=""):
     ],
 )
 def test_process_needs_the_acid_or_hydroxide_of_its_reagents(equation, solutes, solid, protons):
-    """Below 0 it is hydroxide; arsenite is no base that a reaction needs, although it takes protons up."""
+    """``protons``: that the equation takes of the acid among its reagents, negative where it takes hydroxide.
+
+    Of zinc in acid or lye, two; iodine needs neither, for arsenite is no base that a reaction needs, although it takes
+    protons up. ``solutes``: mol/L in a flask; ``solid``: of which a gram lies there.
+    """
     assert process_of(equation, solutes, solid).acid == protons

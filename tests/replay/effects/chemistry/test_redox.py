@@ -60,85 +60,118 @@ HANDBOOK = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("changes", "oxidant", "reductant"), HANDBOOK)
-def test_standard_potentials_agree_with_the_handbook(changes, oxidant, reductant):
-    """Volts of the oxidant's and of the reductant's couple, to 25 mV."""
-    both = couples_of(changes)
-    assert [couple.volt for couple in both] == pytest.approx([oxidant, reductant], abs=0.025)
+@pytest.mark.parametrize(("changes", "oxidant_volt", "reductant_volt"), HANDBOOK)
+def test_standard_potentials_agree_with_the_handbook(changes, oxidant_volt, reductant_volt):
+    """``changes``: mol of each formula that a redox equation makes, negative where it uses them up.
+
+    It has two couples; their standard potentials, from free energies, are those of the handbook within 25 mV.
+    """
+    oxidant, reductant = couples_of(changes)
+    assert [oxidant.volt, reductant.volt] == pytest.approx([oxidant_volt, reductant_volt], abs=0.025)
 
 
 @pytest.mark.parametrize(
     "changes",
     [{"H+": -1.0, "CH3COO-": -1.0, "CO2(g)": 1.0}, {"Ag+": -1.0, "Cl-": -1.0, "AgCl(s)": 1.0},
      {"VO2+": -1.0, "Fe^2+": -1.0, "VO^2+": 1.0, "Fe^3+": 1.0}],
+    ids=["no oxidant", "no electrons", "vanadium"],
 )  # fmt: skip
 def test_couples_without_free_energies_are_not_invented(changes):
-    """Acetate alone is no pair of reagents, silver and chloride exchange no electron, no table has vanadium's ions."""
+    """Acetate alone is no pair of reagents, silver and chloride exchange no electron, no table has vanadium's ions.
+
+    ``changes``: mol of each formula that an equation makes, negative where it uses them up.
+    """
     assert couples_of(changes) is None
 
 
 def test_permanganate_has_the_potential_of_phreeqc_before_and_after():
-    """10 mL with 0.05 mol/L of iron(II) take 5 mL of permanganate of 0.02 mol/L; ``added`` in mL."""
-    drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE)["redox potential"]
-    assert drawn.ends_ml == pytest.approx([5.0], abs=0.01) and drawn.unit == "V against hydrogen"
-    for added in (0.5, 2.5, 4.5, 5.5, 8.0, 15.0):
-        litre = 1.0 / (10.0 + added)
-        molar = {"FeSO4": 0.5 * litre, "H2SO4": 5.0 * litre, "KMnO4": 0.02 * added * litre}
-        mine = np.interp(added, drawn.added_ml, drawn.values)
-        assert mine == pytest.approx(potential_by_phreeqc(molar), abs=0.02), added
+    """10 mL with 0.5 mmol of iron(II) and 5 mmol of acid take 5 mL of permanganate of 0.02 mol/L, a fifth of 0.5 mmol.
+
+    The curve of the potential is within 20 mV of what PHREEQC computes for all that was added until then.
+    """
+    curve = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE)["redox potential"]
+    assert curve.ends_ml == pytest.approx([5.0], abs=0.01) and curve.unit == "V against hydrogen"
+    for added_ml in (0.5, 2.5, 4.5, 5.5, 8.0, 15.0):
+        mmol = {"FeSO4": 0.5, "H2SO4": 5.0, "KMnO4": 0.02 * added_ml}
+        molar = {name: amount / (10.0 + added_ml) for name, amount in mmol.items()}
+        volt = np.interp(added_ml, curve.added_ml, curve.values)
+        assert volt == pytest.approx(potential_by_phreeqc(molar), abs=0.02), added_ml
+
+
+TRIIODIDE_LITRE_PER_MOL = 698.0
+"""Constant of I2 + I- = I3-."""
+IODINE_VOLT = 0.621
+"""Standard potential of dissolved iodine, of HANDBOOK."""
+
+
+def potential_of_iodine(iodine, iodide, activity_coefficient):
+    """V by Nernst's law of so many mol/L of iodine and iodide, some of which are triiodide."""
+    # triiodide = constant * (iodine - triiodide) * (iodide - triiodide)
+    triiodide = min(np.roots([1.0, -(iodine + iodide + 1.0 / TRIIODIDE_LITRE_PER_MOL), iodine * iodide]))
+    activity_of_iodide = activity_coefficient * (iodide - triiodide)
+    return IODINE_VOLT + 0.5 * VOLT_PER_PE * np.log10((iodine - triiodide) / activity_of_iodide**2)
 
 
 def test_iodine_has_its_potential_beside_triiodide():
-    """By hand: of 0.05 mol/L iodine in 0.1 mol/L iodide 1.3 mmol/L are free; iodide's activity coefficient is 0.8.
+    """Thiosulfate runs into 0.05 mol/L of iodine in 0.1 mol/L of iodide, whose activity coefficient is 0.8.
 
-    Beyond the end point thiosulfate is in excess, whose couple has 0.08 V.
+    At first the potential is that of iodine and iodide less their triiodide, by hand. In the end thiosulfate is in
+    excess, whose couple has 0.08 V.
     """
-    triiodide_litre_per_mol = 698.0  # constant of I2 + I- = I3-
-    iodine_volt = 0.621  # of HANDBOOK, dissolved iodine
-    drawn = curves({"I2": 0.05, "KI": 0.1}, {"Na2S2O3": 0.1}, "I2 + 2 S2O32- -> 2 I- + S4O6^2-")["redox potential"]
-    # triiodide = constant * (0.05 - triiodide) * (0.1 - triiodide)
-    triiodide = min(np.roots([1.0, -(0.05 + 0.1 + 1.0 / triiodide_litre_per_mol), 0.05 * 0.1]))
-    free, iodide = 0.05 - triiodide, 0.1 - triiodide
-    expected = iodine_volt + 0.5 * VOLT_PER_PE * np.log10(free / (0.8 * iodide) ** 2)
-    assert free == pytest.approx(1.3e-3, rel=0.1)
-    assert drawn.values[0] == pytest.approx(expected, abs=0.005)
-    assert drawn.values[-1] < 0.15
+    iodine, iodide = 0.05, 0.1
+    equation = "I2 + 2 S2O32- -> 2 I- + S4O6^2-"
+    curve = curves({"I2": iodine, "KI": iodide}, {"Na2S2O3": 0.1}, equation)["redox potential"]
+    expected_volt = potential_of_iodine(iodine, iodide, activity_coefficient=0.8)
+    assert curve.values[0] == pytest.approx(expected_volt, abs=0.005)
+    assert curve.values[-1] < 0.15
 
 
 def test_peroxide_in_iodide_has_the_potential_of_iodine():
-    """10 mL with 0.05 mol/L of iodide; half of it is iodine after 12.5 mL of peroxide of 0.01 mol/L.
+    """10 mL with 0.5 mmol of iodide; half of it is iodine after 12.5 mL of peroxide of 0.01 mol/L, 0.125 mmol.
 
-    By hand: 5.6 mmol/L of iodine beside 11.1 of iodide, of which some are triiodide; iodide has an activity of 0.75.
+    By hand: 0.125 mmol of iodine beside 0.25 of iodide in 22.5 mL; iodide's activity coefficient is 0.75.
     """
-    drawn = curves({"KI": 0.05, "H2SO4": 0.5}, {"H2O2": 0.01}, "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O")["redox potential"]
-    iodine, iodide = 0.125 / 22.5, 0.25 / 22.5
-    bound = min(np.roots([1.0, -(iodine + iodide + 1.0 / 698.0), iodine * iodide]))
-    expected = 0.621 + 0.5 * VOLT_PER_PE * np.log10((iodine - bound) / (0.75 * (iodide - bound)) ** 2)
-    assert np.interp(12.5, drawn.added_ml, drawn.values) == pytest.approx(expected, abs=0.005)
+    curve = curves({"KI": 0.05, "H2SO4": 0.5}, {"H2O2": 0.01}, "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O")["redox potential"]
+    expected_volt = potential_of_iodine(iodine=0.125 / 22.5, iodide=0.25 / 22.5, activity_coefficient=0.75)
+    assert np.interp(12.5, curve.added_ml, curve.values) == pytest.approx(expected_volt, abs=0.005)
 
 
 def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
-    """10 mL with 0.05 mol/L of iron(II), 0.5 mmol, take 10 mL of cerium(IV) of 0.05 mol/L."""
-    drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"Ce(SO4)2": 0.05}, "Ce4+ + Fe2+ -> Ce3+ + Fe3+")
-    assert set(drawn) == {"mol of Fe^2+ left"}
-    left = drawn["mol of Fe^2+ left"]
-    assert np.interp([0.0, 5.0, 10.0, 15.0], left.added_ml, left.values) == pytest.approx(
-        [5e-4, 2.5e-4, 0.0, 0.0], abs=2e-6
-    )
+    """10 mL with 0.05 mol/L of iron(II), 0.5 mmol, take 10 mL of cerium(IV) of 0.05 mol/L.
+
+    Cerium's potential in sulfuric acid is not known; the only curve is that of the iron(II) that is left.
+    """
+    ((quantity, left),) = curves(
+        {"FeSO4": 0.05, "H2SO4": 0.5}, {"Ce(SO4)2": 0.05}, "Ce4+ + Fe2+ -> Ce3+ + Fe3+"
+    ).items()
+    assert quantity == "mol of Fe^2+ left"
+    left_mol = np.interp([0.0, 5.0, 10.0, 15.0], left.added_ml, left.values)
+    assert left_mol == pytest.approx([5e-4, 2.5e-4, 0.0, 0.0], abs=2e-6)
     assert left.ends_ml == pytest.approx([10.0], abs=0.01)
 
 
 def test_slow_oxidation_plots_the_remaining_reductant():
-    """An equation with a rate has no potential: its couples are not at equilibrium."""
-    assert set(curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE, rate=5.0)) == {"mol of Fe^2+ left"}
+    """Permanganate oxidises iron(II) by 5 a second: an equation with a rate has no potential.
+
+    Its couples are not at equilibrium, so the only curve is of the iron(II) that is left.
+    """
+    slow = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE, rate=5.0)
+    assert set(slow) == {"mol of Fe^2+ left"}
 
 
-def test_titration_with_silver_plots_pag_and_with_base_ph():
-    """10 mL of 0.05 mol/L chloride end at 5 mL of 0.1 mol/L silver nitrate."""
-    (drawn,) = curves({"NaCl": 0.05}, {"AgNO3": 0.1}, "Ag+ + Cl- -> AgCl").values()
-    assert drawn.quantity == drawn.unit == "pAg" and drawn.ends_ml == pytest.approx([5.0], abs=0.01)
-    # Half of the silver chloride's log_k 9.75 at the end point, before it nearly all of it.
-    assert np.interp(5.0, drawn.added_ml, drawn.values) == pytest.approx(4.9, abs=0.4)
-    assert drawn.values[0] > 8.0 and drawn.values[-1] < 1.6
-    (drawn,) = curves({"HCl": 0.05}, {"NaOH": 0.1}, "HCl + NaOH -> NaCl + H2O").values()
-    assert drawn.quantity == "pH"
+def test_titration_with_silver_plots_pag():
+    """10 mL of 0.05 mol/L chloride end at 5 mL of 0.1 mol/L silver nitrate; pAg is -log10 of the activity of Ag+.
+
+    At the end point it is half of the silver chloride's log_k, 9.75, before it nearly all, and afterwards small.
+    """
+    (curve,) = curves({"NaCl": 0.05}, {"AgNO3": 0.1}, "Ag+ + Cl- -> AgCl").values()
+    assert curve.quantity == curve.unit == "pAg" and curve.ends_ml == pytest.approx([5.0], abs=0.01)
+    half_of_log_k = 4.9
+    assert np.interp(5.0, curve.added_ml, curve.values) == pytest.approx(half_of_log_k, abs=0.4)
+    assert curve.values[0] > 8.0 and curve.values[-1] < 1.6
+
+
+def test_titration_with_base_plots_ph():
+    """Lye runs into hydrochloric acid."""
+    (curve,) = curves({"HCl": 0.05}, {"NaOH": 0.1}, "HCl + NaOH -> NaCl + H2O").values()
+    assert curve.quantity == "pH"

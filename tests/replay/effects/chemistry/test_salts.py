@@ -36,18 +36,24 @@ CRYSTAL_WATER = {**dict.fromkeys(SOLUBILITY_G_PER_100_G, 0), "Na2B4O7.10H2O": 10
 
 
 def test_salts_beyond_their_solubility_stay_solid():
-    """90 % of the tabled solubility dissolve wholly; of 150 % a third stays; crystal water dissolves its salt too."""
+    """In a kilogram of water at 20 degC 90 % of the tabled solubility dissolve wholly; of 150 % a third stays.
+
+    The table is of g of dry salt in 100 g of water; crystal water of the solid dissolves its salt too.
+    """
     for formula, crystal_water in CRYSTAL_WATER.items():
         dry_formula = formula.partition(".")[0]
         row = SOLUBILITY_G_PER_100_G[dry_formula]
         molal = 10.0 * np.interp(20.0, list(row), list(row.values())) / molar_mass(dry_formula)
-        soluble = molal / (1.0 - molal * crystal_water / KILOGRAM)
-        assert moles_left_solid(formula, 0.9 * soluble) == pytest.approx(0.0, abs=1e-9), formula
-        assert moles_left_solid(formula, 1.5 * soluble) == pytest.approx(0.5 * soluble, rel=1e-9), formula
+        soluble_mol = molal / (1.0 - molal * crystal_water / KILOGRAM)
+        assert moles_left_solid(formula, 0.9 * soluble_mol) == pytest.approx(0.0, abs=1e-9), formula
+        assert moles_left_solid(formula, 1.5 * soluble_mol) == pytest.approx(0.5 * soluble_mol, rel=1e-9), formula
 
 
 def test_solution_of_the_tabled_solubility_is_saturated():
-    """At each temperature of its table, which counts crystal water as water; of half as much by half."""
+    """A solution of the tabled g in 100 g of water, crystal water included, is saturated at each temperature there.
+
+    One of half as much is saturated by half.
+    """
     for formula, crystal_water in CRYSTAL_WATER.items():
         dry_formula = formula.partition(".")[0]
         celsius, grams = (np.array(values) for values in zip(*SOLUBILITY_G_PER_100_G[dry_formula].items(), strict=True))
@@ -63,32 +69,40 @@ def test_solution_of_the_tabled_solubility_is_saturated():
 
 
 def test_potassium_nitrate_crystallises_on_cooling():
-    """A kilogram of water at 20 degC dissolves 316 g, at 60 degC all of 10 mol (Lange's Handbook); 101.1 g/mol."""
+    """10 mol of it, 101.1 g/mol, lie in a kilogram of water: at 60 degC all dissolve, at 20 degC 316 g (Lange)."""
     assert moles_left_solid("KNO3", moles=10.0, celsius=60.0) == 0.0
     assert moles_left_solid("KNO3", moles=10.0, celsius=20.0) == pytest.approx(10.0 - 316.0 / 101.1, rel=1e-3)
 
 
 def test_dichromate_dissolves_up_to_its_table_when_hot():
-    """709 g in a kilogram of water at 80 degC (CRC Handbook), 294.2 g/mol; 7 % less came out before."""
+    """Of 3 mol, 294.2 g/mol, 709 g dissolve in a kilogram of water at 80 degC (CRC Handbook): within 0.2 %."""
     assert moles_left_solid("K2Cr2O7", moles=3.0, celsius=80.0) == pytest.approx(3.0 - 709.0 / 294.2, rel=2e-3)
 
 
 def test_a_common_ion_salts_out():
-    """The product of two ions is that of the saturated solution: s (s + 2) = 6.14^2."""
-    more = {"Cl-": 2.0, "Na+": 0.0}
-    root = -1.0 + np.sqrt(1.0 + (359.0 / 58.44) ** 2)
-    assert moles_left_solid("NaCl", moles=10.0, celsius=20.0, **more) == pytest.approx(10.0 - root, rel=1e-3)
+    """Of 10 mol of NaCl s mol dissolve in a kilogram of water with 2 mol of chloride from elsewhere, at 20 degC.
+
+    The product of the two ions is that of the saturated solution of 359 g, 6.14 mol: s (s + 2) = 6.14^2.
+    """
+    saturated_mol = 359.0 / 58.44
+    dissolved_mol = -1.0 + np.sqrt(1.0 + saturated_mol**2)
+    left_mol = moles_left_solid("NaCl", moles=10.0, celsius=20.0, **{"Cl-": 2.0, "Na+": 0.0})
+    assert left_mol == pytest.approx(10.0 - dissolved_mol, rel=1e-3)
 
 
 def test_a_hydroxide_goes_on_dissolving_in_acid():
     """A kilogram of water at 20 degC dissolves the tabled mol, about half of 40; with 39 mol of acid all dissolve."""
     table = SOLUBILITY_G_PER_100_G["NaOH"]
-    soluble = 10.0 * np.interp(20.0, list(table), list(table.values())) / molar_mass("NaOH")
-    assert moles_left_solid("NaOH", moles=40.0) == pytest.approx(40.0 - soluble, rel=1e-3)
+    soluble_mol = 10.0 * np.interp(20.0, list(table), list(table.values())) / molar_mass("NaOH")
+    assert moles_left_solid("NaOH", moles=40.0) == pytest.approx(40.0 - soluble_mol, rel=1e-3)
     assert moles_left_solid("NaOH", moles=40.0, **{PROTON: 39.0}) == 0.0
 
 
-@pytest.mark.parametrize("wrong", [0.0, -1.0, "much", {20: 0}, {}])
-def test_a_solubility_that_cannot_be_is_refused(wrong):
+@pytest.mark.parametrize("solubility", [0.0, -1.0, "much", {20: 0}, {}], ids=str)
+def test_a_solubility_that_cannot_be_is_refused(solubility):
+    """A scene gives g in 100 g of water, or such by degC: here none, less than none, a word, none at 20 degC, no row.
+
+    KNO3 has a table, which the wrong value would replace.
+    """
     with pytest.raises(ValueError, match="g in 100 g of water"):
-        solubility_of("KNO3", wrong)
+        solubility_of("KNO3", solubility)

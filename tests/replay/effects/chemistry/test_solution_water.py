@@ -25,45 +25,50 @@ DENSITIES = [
 ROUGH = [("H2SO4", 50, 1.3951), ("H2SO4", 20, 1.1398), ("HNO3", 40, 1.2466), ("CH3COOH", 50, 1.0562)]
 
 
-def grams_of_water(formula, percent, density):
-    """Grams of water in a litre, by the formula under test and by the density."""
-    molar = 10.0 * percent * density / molar_mass(formula)
-    return WATER_ML * water_molar({formula: molar}), 10.0 * (100 - percent) * density
-
-
 @pytest.mark.parametrize(
-    ("row", "tolerance"), [*((row, 0.02) for row in DENSITIES), *((row, 0.04) for row in ROUGH)], ids=str
+    ("formula", "percent", "density", "tolerance"),
+    [*((*row, 0.02) for row in DENSITIES), *((*row, 0.04) for row in ROUGH)],
 )
-def test_water_of_strong_solutions_is_that_of_their_density(row, tolerance):
-    """A litre weighs 1000 g times the density, of which all but the mass fraction of the solute is water."""
-    formula, percent, density = row
-    computed, measured = grams_of_water(formula, percent, density)
-    assert computed == pytest.approx(measured, rel=tolerance)
+def test_water_of_strong_solutions_is_that_of_their_density(formula, percent, density, tolerance):
+    """A solution of so many mass ``percent``; a litre weighs 1000 g times the handbook's ``density`` in g/mL.
+
+    All of that but the mass fraction of the solute is water; the mL of water that are counted, of 1 g each, agree.
+    """
+    molar = 10.0 * percent * density / molar_mass(formula)
+    water_g = 10.0 * (100 - percent) * density
+    assert WATER_ML * water_molar({formula: molar}) == pytest.approx(water_g, rel=tolerance)
 
 
-def test_dilute_solutions_hold_a_kilogram_of_water_a_litre():
-    """Up to 0.5 mol/L in all; 0.7 mol/L already displace some of it."""
+def test_dilute_solutions_contain_a_kilogram_of_water_a_litre():
+    """Up to 0.5 mol/L in all; 0.7 mol/L already displace some of it. WATER_ML: the volume of a mol of water."""
     assert WATER_ML * water_molar({"NaCl": 0.3, "HCl": 0.2}) == pytest.approx(1000.0)
     assert WATER_ML * water_molar({"NaCl": 0.6, "HCl": 0.1}) < 1000.0
     assert WATER_ML * water_molar({}) == pytest.approx(1000.0)
 
 
 def test_hydrates_and_salts_make_the_same_solution():
-    """A mol of the hydrate brings five mol of its water itself, so much less water is added."""
+    """Of either 1 mol is in a litre; the hydrate brings five mol of its water itself, so much less water is added.
+
+    1 mol in a kilogram of water is as many mol/L of either.
+    """
     hydrate, salt = (water_molar({formula: 1.0}) for formula in ("CuSO4.5H2O", "CuSO4"))
     assert hydrate + 5.0 == pytest.approx(salt)
     assert molar_of_molal("CuSO4.5H2O", 1.0) == pytest.approx(molar_of_molal("CuSO4", 1.0))
 
 
 def test_ions_and_their_salt_make_the_same_solution():
+    """1 mol/L of each ion, or of the salt: the water in a litre is the same."""
     assert water_molar({"Na+": 1.0, "Cl-": 1.0}) == pytest.approx(water_molar({"NaCl": 1.0}))
 
 
 def test_hydroxide_takes_its_room_and_brings_no_water():
-    """Barium hydroxide and chloride have the same ionic strength: two anions of each mol differ in their volume."""
+    """1 mol/L of barium hydroxide and of barium chloride, of the same ionic strength.
+
+    Their water differs by the volume of the two anions of each, mL/mol.
+    """
     chloride_ml, *_ = MOLAR_VOLUME_ML["Cl-"]
-    hydroxide, chloride = (water_molar({formula: 1.0}) for formula in ("Ba(OH)2", "BaCl2"))
-    assert (hydroxide - chloride) * WATER_ML == pytest.approx(2.0 * (chloride_ml - HYDROXIDE_ML))
+    beside_hydroxide, beside_chloride = (water_molar({formula: 1.0}) for formula in ("Ba(OH)2", "BaCl2"))
+    assert (beside_hydroxide - beside_chloride) * WATER_ML == pytest.approx(2.0 * (chloride_ml - HYDROXIDE_ML))
 
 
 def test_saturated_molalities_convert_to_handbook_molarities():
@@ -80,16 +85,18 @@ def test_much_of_a_solute_without_known_room_is_refused():
 
 
 def test_every_room_is_that_of_a_component():
-    """Each key of the table of volumes is an ion or molecule that the ledger counts.
-
-    Tables of the strongest solutions and of their water are of the same solutes.
-    """
+    """Each key of the table of volumes is an ion or molecule by which amounts are counted: its own only component."""
+    assert len(MOLAR_VOLUME_ML) > 0
     assert all(components_of(name) == {name: 1} for name in MOLAR_VOLUME_ML)
+
+
+def test_each_strongest_solution_has_its_water():
+    """Two tables: mol/L of the strongest solution of each solute that is sold, and of the water in it."""
     assert set(CONSTANTS["strong_water"]) == set(CONSTANTS["strongest"])
 
 
 # Density of water, g/mL. Source: CRC Handbook, Properties of Water.
 @pytest.mark.parametrize(("celsius", "density"), [(4.0, 0.99997), (25.0, 0.99705), (60.0, 0.98320), (80.0, 0.97179)])
 def test_density_of_water_falls_with_temperature_as_tabled(celsius, density):
-    """Relative to 25 degC, 0.99705 g/mL."""
+    """``expansion`` is the density relative to that at 25 degC, 0.99705 g/mL."""
     assert expansion(celsius) == pytest.approx(density / 0.99705, abs=2e-5)

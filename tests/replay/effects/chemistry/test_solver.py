@@ -9,10 +9,11 @@ from replay.effects.chemistry.mixture import Phase, mixture_of
 from replay.effects.chemistry.solver import Solver
 
 WATER = 55.5
+"""mol of water in a kilogram."""
 
 
 def solver_and_totals(rows, solids=()):
-    """A solver, and totals (n, parts) of solutions of formulas, mol/kg."""
+    """PHREEQC as the product calls it, and the totals (n, components) of n solutions; ``rows``: formula -> mol/kg."""
     data = database_of()
     phases = [Phase(f"{solid}(s)", dissolved_components(solid), data.phases[name]) for solid, name in solids]
     columns = {component for row in rows for formula in row for component in dissolved_components(formula)}
@@ -34,7 +35,11 @@ def equilibrium(solver, totals, celsius=25.0):
 
 @pytest.mark.parametrize("solids", [(), (("CaCO3", "Calcite"), ("Mg(OH)2", "Brucite"))])
 def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
-    """Forty random solutions: again backwards without a new query, and each alone by a solver without a memory."""
+    """Forty random solutions are computed together, again backwards, and each alone by a solver without a memory.
+
+    Backwards takes no new query of PHREEQC; the answers are the same each time, with or without ``solids``, which may
+    fall out: (formula, PHREEQC's name).
+    """
     rng = np.random.default_rng(1)
     formulas = ("CaCl2", "MgCl2", "Na2CO3", "NaOH", "CH3COOH", "HCl")
     rows = [{formula: 10.0 ** rng.uniform(-4, -1) for formula in formulas} for _ in range(40)]
@@ -54,53 +59,67 @@ def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
 
 
 def test_species_sum_to_totals_and_charges_to_zero():
-    """A total is the amount of a component in all species, mol/kg of water; that of H+ balances the charges."""
+    """A solution of many metals, acid and base; ``totals``: mol/kg of each component in all its species.
+
+    H+ is a component too: its total, right to 1e-8, is what balances the charges.
+    """
     solution = {"FeCl3": 0.05, "NaOH": 0.1, "NH3": 0.2, "H2SO4": 0.01, "CuSO4": 0.02, "AgNO3": 1e-9}
     solver, totals = solver_and_totals([solution])
-    amounts = equilibrium(solver, totals).species
+    amounts_of_species = equilibrium(solver, totals).species
     components_per_species = solver.mixture.powers
-    assert amounts @ components_per_species == pytest.approx(totals, rel=1e-8, abs=1e-10)
+    assert amounts_of_species @ components_per_species == pytest.approx(totals, rel=1e-8, abs=1e-10)
 
 
 @pytest.mark.parametrize(
-    ("row", "reduced"), [({"FeCl3": 0.01, "KI": 0.02}, "Fe^2+"), ({"NH4NO3": 0.1, "NaNO2": 0.1}, "S^2-")]
+    ("solution", "reduced"),
+    [({"FeCl3": 0.01, "KI": 0.02}, "Fe^2+"), ({"NH4NO3": 0.1, "NaNO2": 0.1}, "S^2-")],
+    ids=["iron(III) with iodide", "ammonium with nitrite"],
 )
-def test_oxidation_states_do_not_react_with_each_other(row, reduced):
-    """The second solution only makes the reduced species a component; the first has none of it."""
-    solver, totals = solver_and_totals([row, {reduced: 0.01}])
-    answer = equilibrium(solver, totals)
-    dissolved = answer.species[0] @ solver.mixture.powers
+def test_oxidation_states_do_not_react_with_each_other(solution, reduced):
+    """Two solutions in mol/kg; the second has a ``reduced`` ion, only to make it a component of both.
+
+    In the first none of it forms, though by free energies it might; every component keeps its total.
+    """
+    solver, totals = solver_and_totals([solution, {reduced: 0.01}])
+    first_total, _second_total = totals
+    first_species, _second_species = equilibrium(solver, totals).species
+    dissolved = first_species @ solver.mixture.powers
     assert dissolved[solver.mixture.components.index(reduced)] == 0.0
-    assert dissolved == pytest.approx(totals[0], rel=1e-8, abs=1e-12)
+    assert dissolved == pytest.approx(first_total, rel=1e-8, abs=1e-12)
 
 
 def test_a_charged_composition_keeps_its_charge():
-    """0.01 mol/kg of H+ without an anion has a pH of 2."""
+    """0.01 mol/kg of H+ without an anion has a pH of 2: neither H+ nor an anion is made up."""
     solver, totals = solver_and_totals([{"H+": 0.01, "Na+": 1e-9}])
-    assert equilibrium(solver, totals).ph[0] == pytest.approx(2.0, abs=0.06)
+    (ph,) = equilibrium(solver, totals).ph
+    assert ph == pytest.approx(2.0, abs=0.06)
 
 
-@pytest.mark.parametrize("impossible", [{"HCl": 1e6}, {"NaOH": 58.0}])
+@pytest.mark.parametrize("impossible", [{"HCl": 1e6}, {"NaOH": 58.0}], ids=["too much to compute", "PHREEQC refuses"])
 def test_an_unanswered_row_leaves_the_others_answered(impossible):
-    """A million mol/kg of acid are not asked about; 58 of lye in 55.5 mol of water leave none, and PHREEQC refuses.
+    """Three solutions, mol/kg, of which the second has no answer: a million mol of acid, or 58 of lye in 55.5 of water.
 
     0.01 mol/kg of acid have a pH of 2.04 by an activity coefficient of 0.9.
     """
     solver, totals = solver_and_totals([{"HCl": 0.01}, impossible, {"HCl": 0.02}])
-    answer = equilibrium(solver, totals)
-    assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered_queries == 1
-    assert answer.ph[0] == pytest.approx(2.04, abs=0.02)
+    ph = equilibrium(solver, totals).ph
+    assert np.isnan(ph).tolist() == [False, True, False] and solver.unanswered_queries == 1
+    assert ph[0] == pytest.approx(2.04, abs=0.02)
 
 
 def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
-    """The pKw of pure water is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
-    solver, totals = solver_and_totals([{"NaCl": 1e-9}])
-    assert 2.0 * equilibrium(solver, totals, celsius=25.0).ph[0] == pytest.approx(13.995, abs=0.01)
-    assert 2.0 * equilibrium(solver, totals, celsius=60.0).ph[0] == pytest.approx(13.02, abs=0.06)
+    """The pKw of pure water, twice its pH, is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
+    solver, totals = solver_and_totals([{"NaCl": 1e-9}])  # hardly any salt, as some component is needed
+    (ph_at_25_c,), (ph_at_60_c,) = (equilibrium(solver, totals, celsius=celsius).ph for celsius in (25.0, 60.0))
+    assert 2.0 * ph_at_25_c == pytest.approx(13.995, abs=0.01)
+    assert 2.0 * ph_at_60_c == pytest.approx(13.02, abs=0.06)
 
 
 def test_no_sulfide_is_a_polysulfide():
-    """minteq.v4 has them unbalanced: beside solid sulfur only, which a solution of sodium sulfide does not hold."""
+    """The data base minteq.v4 has polysulfides beside solid sulfur, which is not there in a solution of sodium sulfide.
+
+    Of species of S^2- and H+ alone the product's data keep the three that dissolve without it.
+    """
     data = database_of()
     sulfides = [
         entry for entry in data.species.values() if set(entry.makeup) <= {"S^2-", "H+"} and "S^2-" in entry.makeup
@@ -111,10 +130,14 @@ def test_no_sulfide_is_a_polysulfide():
 # g of Ca(OH)2 in a kg of water, at equilibrium. Source: CRC Handbook and Lange's Handbook, which differ by 6 %.
 @pytest.mark.parametrize(("celsius", "grams"), [(0.0, 1.87), (20.0, 1.69), (60.0, 1.18), (80.0, 0.93), (99.0, 0.75)])
 def test_calcium_hydroxide_dissolves_less_in_hot_water(celsius, grams):
-    """``grams`` of Ca(OH)2 (74.09 g/mol) dissolve in a kilogram of water, by tables; 0.05 mol are put into it."""
-    data = database_of("")
+    """0.05 mol of Ca(OH)2 (74.09 g/mol) are put into a kilogram of water; ``grams`` of it dissolve, by tables.
+
+    To the solver that is 0.05 mol of Ca^2+ and -0.1 mol of H+, for a hydroxide is water without a proton.
+    """
+    data, added_mol = database_of(""), 0.05
     lime = Phase("Ca(OH)2(s)", {"Ca^2+": 1, "H+": -2, "H2O": 2}, data.phases["Portlandite"])
     solver = Solver(mixture_of(data, ["Ca^2+"], [lime]))
-    totals = np.array([[-0.1, 0.05]])
-    settled = solver.equilibrium(totals, np.array([55.608]), np.array([celsius]))
-    assert 74.09 * (0.05 - settled.phases[0, 0]) == pytest.approx(grams, rel=0.05)
+    h_and_ca = np.array([[-2.0 * added_mol, added_mol]])
+    water_mol = WATER + 2.0 * added_mol
+    ((solid_mol,),) = solver.equilibrium(h_and_ca, np.array([water_mol]), np.array([celsius])).phases
+    assert 74.09 * (added_mol - solid_mol) == pytest.approx(grams, rel=0.05)

@@ -15,8 +15,8 @@ from replay.effects.effect_plan import plan
 from sessions.model.scene import Scene, SceneEffect
 
 
-def matter(ph=9.5, **mol):
-    """A vessel in which so many mol of each column stand at the end."""
+def flask_with(ph=9.5, **mol):
+    """A flask in which so many mol of each formula are in the end."""
     return SimpleNamespace(
         histories={"flask": SimpleNamespace(times=np.array([0.0, 2.0]))},
         ledger=SimpleNamespace(column=dict.fromkeys(mol, 0)),
@@ -36,17 +36,22 @@ def matter(ph=9.5, **mol):
     ids=["half", "a tenth", "little ammonia", "hardly any dissolved", "acid", "lye"],
 )  # fmt: skip
 def test_aluminium_that_ammonia_keeps_dissolved_is_fresh(solid, dissolved, ammonia, ph, percent):
-    """mol of hydroxide, dissolved aluminium and ammonia; ``percent``: dissolved, as the event says; none: no event."""
+    """In a flask are mol of aluminium hydroxide, of dissolved aluminium and of ammonia.
+
+    In textbooks ammonia leaves fresh hydroxide, by PHREEQC it dissolves some: an event "fresh" says which ``percent``
+    of the aluminium. None is reported ("") with little ammonia, of hardly any, in acid, or in lye.
+    """
     amounts = {"Al(OH)3(s)": solid, "Al^3+": dissolved, "NH3": ammonia}
-    texts = [event.text for event in aged_hydroxide_events(matter(ph, **amounts)) if event.name == "fresh"]
-    assert len(texts) == bool(percent) and all(text.startswith(f"{percent} of the aluminium") for text in texts)
+    texts = [event.text for event in aged_hydroxide_events(flask_with(ph, **amounts)) if event.name == "fresh"]
+    assert len(texts) == (1 if percent else 0)
+    assert all(text.startswith(f"{percent} of the aluminium") for text in texts)
 
 
 def test_aluminium_is_not_fresh_where_nobody_knows_the_ph():
-    """The row "half" of the table above, without PHREEQC, which would know the pH."""
-    contents = matter(**{"Al(OH)3(s)": 0.5, "Al^3+": 0.5, "NH3": 2.0})
-    contents.solver = None
-    assert list(aged_hydroxide_events(contents)) == []
+    """Half of the aluminium is dissolved beside much ammonia, which at pH 9.5 would be reported; no pH is computed."""
+    flask = flask_with(**{"Al(OH)3(s)": 0.5, "Al^3+": 0.5, "NH3": 2.0})
+    flask.solver = None
+    assert list(aged_hydroxide_events(flask)) == []
 
 
 @pytest.mark.parametrize(
@@ -56,12 +61,18 @@ def test_aluminium_is_not_fresh_where_nobody_knows_the_ph():
         (0.5, 0.5, 3.0, "SO4^2-", ""), (0.005, 0.995, 5.0, "SO4^2-", ""), (0.02, 0.98, 5.0, "SO4^2-", "Cu4(OH)6SO4"),
         (0.5, 0.5, 0.0, "SO4^2-", ""),
     ],
+    ids=["sulfate", "nitrate", "an anion without a basic salt", "little ammonia", "1 in 200", "1 in 50", "no ammonia"],
 )  # fmt: skip
 def test_copper_hydroxide_left_beside_much_ammonia_is_aged(hydroxide, copper, ammonia, anion, salt):
-    """In mol: 5 of ammonia are much, 3 are not; hydroxide of 1 in 200 of the copper is no remnant."""
+    """In a flask are mol of copper hydroxide, of dissolved copper, of ammonia, and a mol of an ``anion``.
+
+    Fresh hydroxide would dissolve in 5 mol of ammonia, not in 3: what is left is aged, and an event names the basic
+    ``salt`` of the anion that falls out at first. Hydroxide of 1 in 200 of the copper does not count.
+    """
     amounts = {"Cu(OH)2(s)": hydroxide, "Cu^2+": copper, "NH3": ammonia, anion: 1.0}
-    texts = [event.text for event in aged_hydroxide_events(matter(**amounts)) if event.name == "aged"]
-    assert len(texts) == bool(salt) and all(f"at first is {salt}, which" in text for text in texts)
+    texts = [event.text for event in aged_hydroxide_events(flask_with(**amounts)) if event.name == "aged"]
+    assert len(texts) == (1 if salt else 0)
+    assert all(f"at first is {salt}, which" in text for text in texts)
 
 
 def flask_at_rest(solutes):
@@ -89,7 +100,11 @@ def flask_at_rest(solutes):
     ids=["hydroxide", "hardly any sulfate", "carbonate", "basic salt", "copper hydroxide", "all dissolves"],
 )
 def test_solid_beyond_its_solubility_is_reported_once_a_metal(solutes, solids):
-    """A salt that takes the metal away leaves its hydroxide none; gypsum takes more sulfate than 0.001 mol/L."""
+    """``solutes``: mol/L in a flask, whose scene names no solid that may fall out; ``solids``: of the warnings.
+
+    A salt that takes the metal away leaves its hydroxide none; gypsum takes more sulfate than 0.001 mol/L. A saturation
+    index above 0.3 is twice what is soluble.
+    """
     events = list(supersaturation_events(flask_at_rest(solutes)))
     assert [event.values["formula"] for event in events] == solids
     assert all(event.time == 0.0 and event.values["saturation_index"] > 0.3 for event in events)

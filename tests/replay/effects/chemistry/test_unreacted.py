@@ -20,6 +20,7 @@ from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.unreacted import stop_events
 from replay.effects.effect_summary import leading_event
 from replay.engine import compute
+from replay.errors import PlanError
 
 IRON = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
 PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
@@ -34,7 +35,7 @@ IN_WATER = "2 MnO4- + 6 I- + 4 H2O -> 2 MnO2 + 3 I2 + 8 OH-"
 IODINE = {"I2": 0.0005, "KI": 0.1}
 
 
-def run(flask, burette, *equations):
+def titrated(flask, burette, *equations):
     """The reaction of 10 mL in the flask into which the burette runs, 18 mL in 8 s; both: solute -> mol/L."""
     reactions = [("reaction", {"equation": equation}) for equation in equations]
     degrees = [0.0, 0.0, *([90.0] * 240), 0.0]
@@ -49,20 +50,13 @@ def run(flask, burette, *equations):
     )["reaction"]
 
 
-STATES = [
+NOT_PROCEEDING = [
     ({"FeSO4": 0.05}, {"KMnO4": 0.02}, IRON, NONE_CAME + DIOXIDE),
     ({"Na2C2O4": 0.05}, {"KMnO4": 0.02}, IN_LYE, "it needs hydroxide, and none came into flask"),
     ({"FeSO4": 0.05, "H2SO4": 0.05, "NaOH": 0.2}, {"KMnO4": 0.02}, IRON, NONE_FREE),
     ({"KI": 0.05}, {"H2O2": 0.02}, PEROXIDE, NONE_CAME),
     ({"KI": 0.05, "NaOH": 0.1}, {"H2O2": 0.02}, PEROXIDE, NONE_CAME),
     ({"KI": 0.05, "NaOH": 0.1}, {"H2O2": 0.02, "HCl": 0.01}, PEROXIDE, NONE_FREE),
-    ({"KI": 0.05}, {"H2SO4": 0.02}, "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O", "nobody brings 'H2O2'"),
-    (
-        {"FeSO4": 0.05, "NaOH": 0.1},
-        {"H2O2": 0.02},
-        "2 Fe(OH)2 + H2O2 -> 2 Fe(OH)3",
-        "nobody brings .*its ions are there",
-    ),
     ({"Na2SO3": 0.05, "NaOH": 0.5}, {"HCl": 0.05}, SULFITE, "no SO2 forms, there is too little acid"),
     ({"Na2SO3": 0.01}, {"HCl": 0.05}, SULFITE, "all SO2 stays dissolved, there is too little for bubbles"),
     (IODINE, {"HCl": 0.001}, IODATE, "it needs hydroxide, and none came into flask"),
@@ -70,35 +64,52 @@ STATES = [
 ]
 
 
-@pytest.mark.parametrize(("flask", "burette", "equation", "reason"), STATES)
+@pytest.mark.parametrize(("flask", "burette", "equation", "reason"), NOT_PROCEEDING)
 def test_reaction_that_does_not_proceed_states_the_reason(flask, burette, equation, reason):
-    """``flask``, ``burette``: solute -> mol/L; a reagent that nobody brings is refused before the run."""
-    if reason.startswith("nobody brings"):
-        with pytest.raises(Exception, match=reason):
-            run(flask, burette, equation)
-        return
-    (event,) = run(flask, burette, equation).output.events_named("no-reaction")
+    """18 mL of what is in the ``burette`` run into 10 mL in the ``flask``, solute -> mol/L.
+
+    Both reagents meet, but acid or hydroxide is lacking for the equation, or for bubbles of its gas.
+    """
+    (event,) = titrated(flask, burette, equation).output.events_named("no-reaction")
     assert reason in event.text and event.text.startswith(equation)
+
+
+@pytest.mark.parametrize(
+    ("flask", "burette", "equation", "text"),
+    [
+        ({"KI": 0.05}, {"H2SO4": 0.02}, PEROXIDE, "nobody brings 'H2O2'"),
+        ({"FeSO4": 0.05, "NaOH": 0.1}, {"H2O2": 0.02}, "2 Fe(OH)2 + H2O2 -> 2 Fe(OH)3",
+         "nobody brings .*its ions are there"),
+    ],
+    ids=["no peroxide", "its ions only"],
+)  # fmt: skip
+def test_equation_whose_reagent_nobody_brings_is_refused(flask, burette, equation, text):
+    """``flask``, ``burette``: solute -> mol/L; the scene is refused before it runs."""
+    with pytest.raises(PlanError, match=text):
+        titrated(flask, burette, equation)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("flask", [{"FeSO4": 0.05, "H2SO4": 0.05}, {"FeSO4": 0.05, "CH3COOH": 0.5}])
 def test_enough_acid_is_reported_as_no_lack(flask):
-    """Half a mmol of iron(II) needs 0.8 mmol of protons; of either acid more is in the 10 mL."""
-    events = run(flask, {"KMnO4": 0.02}, IRON).events
+    """Permanganate runs into 10 mL of the flask, mol/L: MnO4- + 5 Fe2+ + 8 H+.
+
+    Half a mmol of iron(II) needs 0.8 mmol of protons; of either acid more is in the flask.
+    """
+    events = titrated(flask, {"KMnO4": 0.02}, IRON).events
     assert not {event.name for event in events} & {"no-reaction", "stopped"}
 
 
 @pytest.mark.slow
 def test_reaction_stops_when_acid_runs_out_with_iron_left():
-    """0.1 mmol of protons for 0.5 mmol of iron(II), which needs 0.8 mmol: an eighth reacts.
+    """10 mL have 0.1 mmol of protons for 0.5 mmol of iron(II), which needs 0.8 mmol: an eighth, 0.0625 mmol, reacts.
 
-    The potential has rows while iron has both its forms and permanganate is used up, the pH to the end.
+    The redox potential has rows while iron has both its forms and permanganate is used up, the pH to the end.
     """
-    run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON)
-    (event,) = run_of.output.events_named("stopped")
+    reaction = titrated({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON)
+    (event,) = reaction.output.events_named("stopped")
     assert "stops in flask for want of acid: 0.438 mmol Fe^2+ and" in event.text and event.text.endswith(DIOXIDE)
-    assert run_of.series["flask/potential"].times[-1] < run_of.series["flask/pH"].times[-1]
+    assert reaction.series["flask/potential"].times[-1] < reaction.series["flask/pH"].times[-1]
 
 
 METALS = [
@@ -113,7 +124,10 @@ METALS = [
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize(("solid", "solutes", "equation", "words"), METALS, ids=[row[0] for row in METALS])
 def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
-    """0.1 mmol of the solid, and more of the solution than it needs; by stoichiometry 0.2 mmol, 21.6 mg, of silver."""
+    """More of a solution (mol/L) than needed is poured on 0.1 mmol of a solid; ``words``: of the only event about it.
+
+    Copper makes 0.2 mmol, 21.6 mg, of silver; 0.1 mmol of CuO are 7.95 mg. The event leads the summary of the run.
+    """
     powder = {"solid": {"formula": solid, "mass_g": 1e-4 * molar_mass(solid)}}
     bodies = (glass("a", volume_ml=60.0, solutes=solutes), glass("b", volume_ml=1.0, properties=powder))
     effects = effects_of_tilt_degrees(
@@ -127,48 +141,62 @@ def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
 
 @pytest.mark.slow
 def test_acid_freed_by_a_hydroxide_is_no_equilibrium():
-    """Iron(III) hydroxide falls out and frees acid again: the equation had stopped for want of it."""
-    run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON, "Fe3+ + 3 H2O -> Fe(OH)3 + 3 H+")
-    assert run_of.output.events_named("stopped") and not run_of.output.events_named("equilibrium")
+    """Permanganate oxidises iron(II) and uses up the acid; iron(III) hydroxide falls out and frees acid again.
+
+    The event says that the equation stops for want of acid, not that it is at an equilibrium.
+    """
+    output = titrated({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON, "Fe3+ + 3 H2O -> Fe(OH)3 + 3 H+").output
+    assert output.events_named("stopped")
+    assert not output.events_named("equilibrium")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("acid", "is_reported"), [(0.02, True), (0.5, False)])
-def test_permanganate_in_too_little_acid_is_reported(acid, is_reported):
-    """In weak acid it becomes MnO2; laboratory manuals take 0.5 mol/L of sulfuric acid."""
-    run_of = run({"Na2C2O4": 0.05, "H2SO4": acid}, {"KMnO4": 0.005}, OXALATE)
-    texts = [event.text for event in run_of.output.events_named("assumed")]
-    assert len(texts) == is_reported and all("permanganate makes MnO2" in text for text in texts)
+@pytest.mark.parametrize(("acid_molar", "events"), [(0.02, 1), (0.5, 0)], ids=["little acid", "as manuals say"])
+def test_permanganate_in_too_little_acid_is_reported(acid_molar, events):
+    """Permanganate runs into oxalate; in weak acid it becomes MnO2, and not Mn2+ as the equation says.
+
+    Laboratory manuals take 0.5 mol/L of sulfuric acid.
+    """
+    output = titrated({"Na2C2O4": 0.05, "H2SO4": acid_molar}, {"KMnO4": 0.005}, OXALATE).output
+    texts = [event.text for event in output.events_named("assumed")]
+    assert len(texts) == events
+    assert all("permanganate makes MnO2" in text for text in texts)
 
 
 def test_a_cold_solution_is_saturated_by_its_own_temperature():
-    """At 10 degC 21 g of KNO3 saturate 100 g of water and 1 mol/kg of KCl is beside; at 25 degC 38 g would."""
+    """5 g of solid KNO3 lie in 20 mL of 10 degC with 1.8 mol/L of it and 1 mol/L of KCl, which has K+ too.
+
+    At 10 degC 21 g of KNO3, 2.1 mol/kg, saturate water; at the room's 25 degC it would be 38 g. The pH is a series,
+    though nothing reacts.
+    """
     powder = {"solid": {"formula": "KNO3", "mass_g": 5.0}, "temperature_c": 10.0}
-    body = glass("flask", volume_ml=20.0, solutes={"KNO3": 1.8, "KCl": 1.0}, properties=powder)
+    flask = glass("flask", volume_ml=20.0, solutes={"KNO3": 1.8, "KCl": 1.0}, properties=powder)
     tables = (
         ("reaction", {"equation": "KNO3(s) -> K+ + NO3-", "rate_per_s": 0.5}),
         ("heat", {"of": "liquids", "ambient_c": 25.0, "loss_w_per_k": 0.0}),
     )
-    output = (
-        compute(session_with_effects({"flask": poses_at_rest(count=4)}, (body,), MIXING_IN_FLASK, *tables))
-        .effects["reaction"]
-        .output
-    )
+    session = session_with_effects({"flask": poses_at_rest(count=4)}, (flask,), MIXING_IN_FLASK, *tables)
+    output = compute(session).effects["reaction"].output
     (event,) = output.events_named("no-reaction")
-    assert event.text.endswith("flask is saturated with KNO3") and "flask/pH" in output.series
+    assert event.text.endswith("flask is saturated with KNO3")
+    assert "flask/pH" in output.series
 
 
-@pytest.mark.parametrize(("equations", "is_reported"), [((IN_WATER,), True), ((IN_WATER, IODATE), False)])
+@pytest.mark.parametrize(
+    ("equations", "is_reported"),
+    [((IN_WATER,), True), ((IN_WATER, IODATE), False)],
+    ids=["iodine stays", "an equation makes iodate of it"],
+)
 def test_iodine_that_stands_in_lye_is_reported(equations, is_reported):
     """Permanganate makes iodine of iodide in water, and 8 hydroxide ions: a pH of 12, where iodine disproportionates.
 
-    Where an equation lets it (IODATE) nothing has to be reported.
+    Where the scene has an equation for that nothing has to be reported.
     """
-    output = run({"KI": 0.05}, {"KMnO4": 0.005}, *equations).output
-    assert any("lye takes it apart" in event.text for event in output.events_named("assumed")) == is_reported
+    events = titrated({"KI": 0.05}, {"KMnO4": 0.005}, *equations).output.events_named("assumed")
+    assert any("lye takes it apart" in event.text for event in events) == is_reported
 
 
-def stops(process, extent, limits, *, to_the_end=0.0, has_equilibrium=False):
+def texts_of_stops(process, extent, limits, *, to_the_end=0.0, has_equilibrium=False):
     """Texts of the stops of a process that ran by ``extent`` mol, and could run so far by each cause."""
     history = SimpleNamespace(times=np.array([0.0, 1.0]), extents=np.array([[0.0], [extent]]), amounts=np.zeros((2, 1)))
     none = np.zeros(0, dtype=np.int64)
@@ -199,15 +227,20 @@ SLOW, AT_ONCE = Process("A -> B", {"A": -1.0}, rate=1.0), Process("A -> B", {"A"
         (AT_ONCE, 0.995, 0.005, True, ""), (AT_ONCE, 0.985, 0.015, True, "98 %"), (AT_ONCE, 0.0, 1.0, True, ""),
         (SLOW, 0.6, 0.4, True, ""), (AT_ONCE, 0.6, 0.4, False, ""),
     ],
+    ids=["60 %", "1 %", "0.9 %", "99.5 %", "98.5 %", "nothing", "with a rate", "not at an equilibrium"],
 )  # fmt: skip
 def test_equilibrium_states_what_fraction_has_reacted(process, extent, to_the_end, has_equilibrium, fraction):
-    """``extent`` mol have reacted and ``to_the_end`` could still; 0 and more than 99 % are not worth a word."""
-    texts = stops(process, extent, {}, to_the_end=to_the_end, has_equilibrium=has_equilibrium)
+    """Of A -> B ``extent`` mol have reacted in a flask, and ``to_the_end`` mol of A are left.
+
+    ``fraction``: as the event states it. There is none ("") of 0 or more than 99 %, nor of an equation with a rate or
+    without an equilibrium.
+    """
+    texts = texts_of_stops(process, extent, limits={}, to_the_end=to_the_end, has_equilibrium=has_equilibrium)
     expected = f"A -> B stops at its equilibrium in flask: {fraction} has reacted, by its free energy"
-    assert texts == [expected] * bool(fraction)
+    assert texts == ([expected] if fraction else [])
 
 
-TWO = Process("2 A + B -> C", {"A": -2.0, "B": -1.0, "H+": -1.0})
+TWO_REAGENTS = Process("2 A + B -> C", {"A": -2.0, "B": -1.0, "H+": -1.0})
 
 
 @pytest.mark.parametrize(
@@ -226,8 +259,12 @@ TWO = Process("2 A + B -> C", {"A": -2.0, "B": -1.0, "H+": -1.0})
     ids=["acid", "hydroxide", "acid left", "saturated", "one reagent", "no B", "some B", "a trace", "did not run"],
 )
 def test_reaction_stopped_for_want_of_acid_names_what_is_left(extent, limits, is_reported):
-    """``limits``: mol by which each reagent lets 2 A + B -> C run on: 0.2 by A are 400 mmol of it."""
-    texts = stops(TWO, extent, limits)
+    """2 A + B + H+ -> C has run by ``extent`` mol; ``limits``: mol by which each reagent would let it run on.
+
+    0.2 by A are 400 mmol of it. A stop is reported where it ran, both reagents are left, and acid or hydroxide is not.
+    """
+    texts = texts_of_stops(TWO_REAGENTS, extent, limits)
     cause = next((name for name in limits if name in (Cause.ACID, Cause.HYDROXIDE)), "")
     amounts = f"400 mmol A and {1e3 * limits.get('B', 0.0):g} mmol B are left"
-    assert texts == [f"2 A + B -> C stops in flask for want of {cause}: {amounts}"] * is_reported
+    expected = f"2 A + B -> C stops in flask for want of {cause}: {amounts}"
+    assert texts == ([expected] if is_reported else [])

@@ -16,44 +16,44 @@ UP = np.array([0.0, 1.0, 0.0])
 REST = np.zeros(3)
 
 
-def disc(name="cup", centre=(0.0, 0.0, 0.0), normal=UP, radius=0.03):
-    """An opening: name, centre and normal (1, 3) each, and radius."""
-    return name, np.array([centre]), np.array([normal]) / np.linalg.norm(normal), radius
+def enters_opening(start, velocity, centre=(0.0, 0.0, 0.0), normal=UP, radius=0.03):
+    """Whether a drop that starts here with this velocity falls into a round opening."""
+    centre, normal = np.array([centre]), np.array([normal]) / np.linalg.norm(normal)
+    (seconds,) = entry_times(np.array([start]), np.array([velocity], dtype=float), centre, normal, radius)
+    return bool(np.isfinite(seconds))
 
 
-def disc_entered(start, velocity, discs):
-    """Name of the opening that is entered first."""
-    times = {name: entry_times(start[None], velocity[None], *rest)[0] for name, *rest in discs}
-    return min((time, name) for name, time in {**times, "": np.inf}.items())[1]
-
-
-DROP_S = float(np.sqrt(2 * 0.2 / GRAVITY_M_S2))
+FALL_OF_0_2_M_S = float(np.sqrt(2 * 0.2 / GRAVITY_M_S2))
 THROWN_S = max(np.roots([-0.5 * GRAVITY_M_S2, 2.0, -0.1]))
 """Seconds after which what is thrown up at 2 m/s comes down through a height 10 cm above."""
 
-POINT_HIT_AT_0_3_M_S = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
+POINT_HIT_AT_0_3_M_S = {"centre": (0.3 * FALL_OF_0_2_M_S, 0.0, 0.0), "radius": 1e-6}
+"""What falls 0.2 m with 0.3 m/s along x falls through this point."""
 
 
 @pytest.mark.parametrize(
-    ("start", "velocity", "discs", "name"),
+    ("start", "velocity", "opening", "enters"),
     [
-        *(((x, 0.05, 0.0), REST, [disc()], name) for x, name in ((0.0, "cup"), (0.03, "cup"), (0.0301, ""))),
-        # A push carries it as far as the fall takes time.
-        ((0.0, 0.2, 0.0), (0.3, 0.0, 0.0), [POINT_HIT_AT_0_3_M_S], "cup"),
-        ((0.0, 0.2, 0.0), (0.31, 0.0, 0.0), [POINT_HIT_AT_0_3_M_S], ""),
-        # Above, sideways, overturned, none.
-        ((0.0, 0.05, 0.0), REST, [disc(centre=(0.0, 0.06, 0.0))], ""),
-        ((0.0, 0.05, 0.0), REST, [disc(normal=(1.0, 0.0, 0.0)), disc(normal=-UP)], ""),
-        ((0.0, 0.05, 0.0), REST, [], ""),
-        # Thrown up it comes down through an opening it started below.
-        ((0.0, -0.1, 0.0), (0.0, 2.0, 0.0), [disc()], "cup"),
-        ((0.0, -0.1, 0.0), (0.0, 1.0, 0.0), [disc()], ""),
-        ((-0.5, -0.1, 0.0), (0.5 / THROWN_S, 2.0, 0.0), [disc()], "cup"),
+        pytest.param((0.0, 0.05, 0.0), REST, {}, True, id="over its middle"),
+        pytest.param((0.03, 0.05, 0.0), REST, {}, True, id="over its rim"),
+        pytest.param((0.0301, 0.05, 0.0), REST, {}, False, id="0.1 mm beside its rim"),
+        pytest.param((0.0, 0.2, 0.0), (0.3, 0.0, 0.0), POINT_HIT_AT_0_3_M_S, True, id="pushed onto it"),
+        pytest.param((0.0, 0.2, 0.0), (0.31, 0.0, 0.0), POINT_HIT_AT_0_3_M_S, False, id="pushed beyond it"),
+        pytest.param((0.0, 0.05, 0.0), REST, {"centre": (0.0, 0.06, 0.0)}, False, id="opening above"),
+        pytest.param((0.0, 0.05, 0.0), REST, {"normal": (1.0, 0.0, 0.0)}, False, id="opening sideways"),
+        pytest.param((0.0, 0.05, 0.0), REST, {"normal": -UP}, False, id="opening downwards"),
+        # 2 m/s rise to 0.1 m above the opening from 0.1 m below it, 1 m/s only to 0.05 m below it.
+        pytest.param((0.0, -0.1, 0.0), (0.0, 2.0, 0.0), {}, True, id="thrown up through it and back"),
+        pytest.param((0.0, -0.1, 0.0), (0.0, 1.0, 0.0), {}, False, id="thrown not high enough"),
+        pytest.param((-0.5, -0.1, 0.0), (0.5 / THROWN_S, 2.0, 0.0), {}, True, id="thrown from beside it"),
     ],
 )
-def test_liquid_falls_into_the_upward_opening_below(start, velocity, discs, name):
-    """Openings have a radius of 3 cm unless given; a drop starts at a place with a velocity, in metres and m/s."""
-    assert disc_entered(np.array(start), np.array(velocity), discs) == name
+def test_liquid_falls_into_the_upward_opening_below(start, velocity, opening, enters):
+    """A drop starts at a place with a velocity, in metres and m/s, y up; it enters where it falls through the opening.
+
+    The opening is a disc of 3 cm radius about the origin that looks up, but for what ``opening`` says.
+    """
+    assert enters_opening(start, velocity, **opening) == enters
 
 
 def stream(times, volumes, source="a", target="b"):
@@ -72,12 +72,15 @@ def stream(times, volumes, source="a", target="b"):
 
 @pytest.mark.parametrize("speed_up", [1.0, 0.0, -1.0])
 def test_liquid_lands_where_its_parabola_meets_the_height(speed_up):
-    """Let go at (1, 0.5, 2) with 0.3 m/s along x, it lands at a height of 0.2 m; to 5 m it never gets."""
-    start, velocity = np.array([[1.0, 0.5, 2.0]] * 2), np.array([[0.3, speed_up, 0.0]] * 2)
-    landed, never = points_at_height(start, velocity, np.array([0.2, 5.0]))
+    """Released at (1, 0.5, 2) with 0.3 m/s along x, and ``speed_up`` in m/s, it lands at a height of 0.2 m.
+
+    To a height of 5 m it never gets: its point is then where it was released.
+    """
+    start, velocity = [1.0, 0.5, 2.0], [0.3, speed_up, 0.0]
+    landed, never = points_at_height(np.array([start] * 2), np.array([velocity] * 2), np.array([0.2, 5.0]))
     seconds = max(np.roots([-0.5 * GRAVITY_M_S2, speed_up, 0.5 - 0.2]))
     assert landed == pytest.approx([1.0 + 0.3 * seconds, 0.2, 2.0])
-    assert never.tolist() == [1.0, 0.5, 2.0]
+    assert never.tolist() == start
 
 
 def test_twist_angle_is_that_of_the_rotation_about_the_axis():
@@ -88,27 +91,37 @@ def test_twist_angle_is_that_of_the_rotation_about_the_axis():
 
 
 def test_only_a_long_pause_splits_a_flow():
-    """A pause of 0.6 s does not, one of 0.8 s does."""
-    segments = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
-    assert [stream.times.tolist() for stream in segments] == [[0.0, 0.6], [1.4]]
+    """Liquid runs at 0, 0.6 and 1.4 s, 0.1 mL each: the pause of 0.6 s does not split the flow, that of 0.8 s does."""
+    segments = flows([stream(times=[0.0, 0.6, 1.4], volumes=[0.1] * 3)], least_ml=0.0)
+    assert [segment.times.tolist() for segment in segments] == [[0.0, 0.6], [1.4]]
+
+
+COLUMN = {"discharge": 0.6, "section": 8e-4, "foot": 0.15, "volume": 1e-4}
+"""100 mL in a tube of 8 cm2, 15 cm over its outlet: m2, m and m3."""
+
+TWO_SECONDS = np.linspace(0.0, 2.0, 21)
 
 
 def test_column_runs_out_by_torricelli_between_refills():
-    """100 mL stand 12.5 cm high, 15 cm over the outlet; 20 mL come after 1 s. The root of the head falls evenly.
+    """100 mL stand 12.5 cm high in a tube, 15 cm over the open outlet of 4 mm2; 20 mL come in after 1 of 2 seconds.
 
-    With the opening shut (area 0) nothing runs out.
+    By Torricelli's law the root of the head falls by discharge x area / section x root of g / 2 in each second.
     """
-    section, foot, area, discharge = 8e-4, 0.15, 4e-6, 0.6
-    times, inflow = np.linspace(0.0, 2.0, 21), np.zeros(21)
-    inflow[10] = 2e-5
+    section_m2, foot_m, area_m2, discharge, refill_m3 = 8e-4, 0.15, 4e-6, 0.6, 2e-5
+    inflow = np.zeros(21)
+    inflow[10] = refill_m3  # at 1 s
     volume, expected = 1e-4, []
-    for gained in (0.0, 2e-5):
+    for gained in (0.0, refill_m3):
         volume += gained
-        head = foot + volume / section
-        later = (np.sqrt(head) - discharge * area / section * np.sqrt(GRAVITY_M_S2 / 2.0)) ** 2
-        expected.append(section * (head - later))
+        head = foot_m + volume / section_m2
+        head_after_1_s = (np.sqrt(head) - discharge * area_m2 / section_m2 * np.sqrt(GRAVITY_M_S2 / 2.0)) ** 2
+        expected.append(section_m2 * (head - head_after_1_s))
         volume -= expected[-1]
-    settings = {"discharge": discharge, "section": section, "foot": foot, "volume": 1e-4}
-    out = run_out(times, np.full(21, area), inflow, **settings)
+    out = run_out(TWO_SECONDS, np.full(21, area_m2), inflow, **COLUMN)
     assert [out[:11].sum(), out[11:].sum()] == pytest.approx(expected, rel=1e-6)
-    assert not run_out(times, np.zeros(21), inflow, **settings).any()
+
+
+def test_nothing_runs_out_of_a_shut_opening():
+    """The area of the outlet is 0 for 2 s."""
+    shut = np.zeros(21)
+    assert not run_out(TWO_SECONDS, area=shut, inflow=np.zeros(21), **COLUMN).any()

@@ -38,38 +38,54 @@ def solid_of(mesh):
 @pytest.mark.sampled(18)
 @pytest.mark.parametrize("name", VESSELS)
 def test_onset_and_volume_agree_with_slices_of_another_library(name):
-    """Tilts are counted from where the opening looks up: a dropper, which opens downwards, is turned over."""
+    """A vessel is tilted by 0 to 180 degrees in steps of 0.1 to each of eight sides, filled to 1/4, 1/2 and the whole.
+
+    The tilt at which it begins to pour is right within half a degree, and the volume that it keeps there within 2 %, by
+    manifold3d, which cuts the same mesh of its cavity by the plane through the lowest point of the rim. Tilts are
+    counted from where the opening looks up: a dropper, which opens downwards, is turned over.
+    """
     cavity = make_instrument(name, FACES).cavity
     mesh, tilts, upright = cavity.to_brim, np.arange(0.0, 180.0, 0.1), np.array([1.0, cavity.opening.normal[1], 1.0])
     shape, solid = sliced(mesh, cavity.opening.centre, cavity.opening.normal), solid_of(mesh)
     heights = mesh.vertices @ np.array(cavity.opening.normal)
     rim = mesh.vertices[heights == heights.max()]
 
-    def truth(degrees, side):
+    def expected_ml(degrees, side):
         gravity = upright * gravity_when_tilted(math.radians(max(degrees, 0.0)), side)
         return solid.trim_by_plane(gravity, float((rim @ gravity).max())).volume() * 1e6
 
     for side in SIDES:
-        kept = shape.kept_ml(np.array([upright * gravity_when_tilted(tilt, side) for tilt in np.radians(tilts)]))
+        kept_ml = shape.kept_ml(np.array([upright * gravity_when_tilted(tilt, side) for tilt in np.radians(tilts)]))
         for fill in FILLS:
-            first = int(np.argmax(kept <= fill * cavity.capacity_m3 * 1e6))
-            assert truth(tilts[first] - 0.5, side) >= fill * cavity.capacity_m3 * 1e6 >= truth(tilts[first] + 0.5, side)
-            assert kept[first] == pytest.approx(truth(tilts[first], side), rel=0.02)
+            filled_ml = fill * cavity.capacity_m3 * 1e6
+            first = int(np.argmax(kept_ml <= filled_ml))
+            assert expected_ml(tilts[first] - 0.5, side) >= filled_ml >= expected_ml(tilts[first] + 0.5, side)
+            assert kept_ml[first] == pytest.approx(expected_ml(tilts[first], side), rel=0.02)
 
 
 @pytest.mark.parametrize(
     ("degrees", "side_degrees", "kept_ml"),
-    [(0.0, 0.0, 1000.0), (45.0, 0.0, 500.0), (10.3, 20.7, 882.9), (180.0, 0.0, 0.0)],
+    [
+        (0.0, 0.0, 1000.0),
+        (45.0, 0.0, 500.0),
+        # In the middle 5 cm (cos 20.7 + sin 20.7) tan 10.3 = 1.171 cm lower, to the height of a corner: 100 cm2 of it.
+        (10.3, 20.7, 1000.0 - 117.1),
+        (180.0, 0.0, 0.0),
+    ],
+    ids=["upright", "half below its diagonal", "over a corner", "overturned"],
 )
 def test_box_keeps_what_its_lowest_rim_holds(degrees, side_degrees, kept_ml):
-    """A box of 10 cm, open at its top: tilted by 45 degrees it keeps the half below its diagonal.
-
-    Below that the liquid falls in the middle by 5 cm (cos side + sin side) tan tilt, to the height of a corner.
-    """
+    """A box of 10 cm, open at its top, is tilted by ``degrees`` to a side, 0 being across a face, 45 over an edge."""
     cavity = sliced(cube(edge=0.1), opening=(0.0, 0.05, 0.0))
     down = gravity_when_tilted(math.radians(degrees), math.radians(side_degrees))
     assert cavity.kept_ml(down[None]) == pytest.approx([kept_ml], abs=1.0)
-    assert cavity.level(np.array([0.0, 250.0, 1000.0])) == pytest.approx([-0.05, -0.025, 0.05])
+
+
+def test_level_of_a_box_rises_with_its_volume():
+    """A box of 10 cm about the origin: of its litre 250 mL stand 2.5 cm high."""
+    cavity = sliced(cube(edge=0.1), opening=(0.0, 0.05, 0.0))
+    millilitres = np.array([0.0, 250.0, 1000.0])
+    assert cavity.level(millilitres) == pytest.approx([-0.05, -0.025, 0.05])
 
 
 RADIUS, HEIGHT = 0.03, 0.08
@@ -97,7 +113,10 @@ TILTS = [1e-9, 0.1, 10, 50, 53, 53.13, 54, 70, 80, 85, 89, 89.9, 89.99, 89.9999,
 
 @pytest.mark.parametrize(("radius", "height"), [(0.03, 0.08), (0.04, 0.006), (0.004, 0.2)])
 def test_the_kept_volume_is_the_integral(radius, height):
-    """A cylinder, upright at 0 and lying at 90 degrees; its radius and height in metres."""
+    """A cylinder, upright at 0 and lying at 90 degrees, keeps what is below its rim; its radius and height in metres.
+
+    The expected volume is a numerical integral over columns of liquid that stand on its floor.
+    """
     for degrees in TILTS:
         tilt = math.radians(degrees)
         volume = volume_by_integral(tilt, radius, height)
