@@ -30,8 +30,12 @@ from sessions.errors import SessionError
 from sessions.model.scene import Scene, SceneBody
 
 TABLE = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))["refused"]
-SEPARATE = {"a": range(11), "b": [50] * 11}
+APART = {"a": range(11), "b": [50] * 11}
+"""X of two unit cubes in 11 frames, which never meet."""
+
 CIRCLE = Scene(bodies=(SceneBody("a", parent="b"), SceneBody("b", parent="a")))
+"""A scene in which each body carries the other."""
+
 CALLS = {
     "detector": lambda given: parse_detector(tuple(given) if isinstance(given, list) else given),
     "detectors": parse_detectors,
@@ -40,28 +44,35 @@ CALLS = {
     "tolerance": lambda tau: Tolerance(assembly=None, faces=None, tau=tau),
     "noise": lambda words: parse_noise([words]),
     "noisy copies": lambda count: parse_noise(["vive"], count),
-    "run": lambda asked: compute(unit_cubes_on_x(SEPARATE), **{"detectors": "hybrid", **asked}),
+    "run": lambda settings: compute(unit_cubes_on_x(APART), **{"detectors": "hybrid", **settings}),
     "pair": lambda pair: chosen_pairs(Scene(), ("hand",), {}, [pair]),
     "parents": lambda tracked: Kinematics(CIRCLE, tuple(tracked), ("a",)),
     "policy": lambda word: parse_policy([word]),
-    "vessel": lambda told: Vessel(SceneBody("a", **told)),
+    "vessel": lambda keys: Vessel(SceneBody("a", **keys)),
     "effect": load_effect,
     "families": lambda text: numbers_of(text, "family", range(1, 27)),
-    "stress": lambda asked: stress("exact", families=(), **{"pairs": 1, **asked}),
+    "stress": lambda settings: stress("exact", families=(), **{"pairs": 1, **settings}),
     "made-up session": synthetic_session,
 }
+"""What a row of the table is ``of``: the function that gets what is given."""
+
 READERS = {
     "codebook": read_codebook,
     "questionnaire": lambda path: read_questionnaire(path, codebook()),
     "students": read_students,
     "printed table": check_published,
 }
+"""What a row of the table is ``of``: the function that reads a file with what is given."""
+
 CASES = [(row, given) for row in TABLE for given in row["given"]]
 
 
 @pytest.mark.parametrize(("row", "given"), CASES, ids=[f"{row['of']}: {given}"[:60] for row, given in CASES])
 def test_bad_input_is_refused_in_a_sentence_with_its_cure(tmp_path, row, given):
-    """``row``: of bad_input.toml, a reader or function, its error and words of it; ``given``: one that it refuses."""
+    """A row of bad_input.toml: a reader or function, its error, a pattern of its message; ``given``: what it refuses.
+
+    The message has no line breaks and no control characters.
+    """
     with pytest.raises((ReplayError, SessionError)) as refused:
         if row["of"] in READERS:
             (tmp_path / "given").write_text(given, encoding="utf-8")
@@ -69,5 +80,6 @@ def test_bad_input_is_refused_in_a_sentence_with_its_cure(tmp_path, row, given):
         else:
             CALLS[row["of"]](given)
     message = str(refused.value)
-    assert type(refused.value).__name__ == row["error"] and message.isprintable()
+    assert type(refused.value).__name__ == row["error"]
+    assert message.isprintable()
     assert re.search(row["words"], message), message

@@ -8,31 +8,32 @@ from replay.errors import MOST_PROBLEMS, RunFolderError
 
 
 @pytest.mark.parametrize(
-    ("count", "words", "rest"),
+    ("count", "text", "rest"),
     [
-        (1, "has 1 value that no run writes", ""),
-        (MOST_PROBLEMS, f"has {MOST_PROBLEMS} values that no run writes", ""),
-        (MOST_PROBLEMS + 2, f"has {MOST_PROBLEMS + 2} values that no run writes", "; and 2 more"),
+        pytest.param(1, "has 1 value that no run writes", "", id="one"),
+        pytest.param(MOST_PROBLEMS, f"has {MOST_PROBLEMS} values that no run writes", "", id="as many as are listed"),
+        pytest.param(
+            MOST_PROBLEMS + 2, f"has {MOST_PROBLEMS + 2} values that no run writes", "; and 2 more", id="two more"
+        ),
     ],
 )
-def test_error_of_a_run_folder_counts_and_lists_problems(count, words, rest):
-    """``count``: of values that no run writes; the first MOST_PROBLEMS are listed, all are kept in the error."""
+def test_error_of_a_run_folder_counts_and_lists_problems(count, text, rest):
+    """``count``: of values that no run writes. The text lists the first MOST_PROBLEMS, the error itself has all."""
     problems = [f"answer.{row}" for row in range(count)]
     error = RunFolderError.of_problems(Path("run.json"), problems)
-    assert str(error).startswith(
-        f"run.json {words}: {'; '.join(problems[:MOST_PROBLEMS])}{rest}. Run its session again"
-    )
+    listed = "; ".join(problems[:MOST_PROBLEMS])
+    assert str(error).startswith(f"run.json {text}: {listed}{rest}. Run its session again")
     assert error.problems == tuple(problems)
 
 
 @pytest.mark.parametrize(
     ("error", "reason"),
     [
-        (PermissionError(13, "Permission denied"), "cannot be opened (Permission denied)"),
-        (OSError("no footer"), "is damaged"),
-        (ValueError("no footer"), "is damaged"),
+        pytest.param(PermissionError(13, "Permission denied"), "cannot be opened (Permission denied)", id="system"),
+        pytest.param(OSError("no footer"), "is damaged", id="a library's OSError"),
+        pytest.param(ValueError("no footer"), "is damaged", id="a library's ValueError"),
     ],
 )
 def test_unreadable_file_is_damaged_unless_the_system_refuses_it(error, reason):
-    """An error of the system has a reason of its own; a library that cannot read a file has none."""
+    """An error of the system has a number and a reason; a library that cannot read a file has none that helps."""
     assert str(RunFolderError.unreadable(Path("run.json"), error)).startswith(f"run.json {reason}; ")

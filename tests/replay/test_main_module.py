@@ -13,26 +13,31 @@ import replay
 from sessions import write_session
 
 FOREIGN = 'open("ran", "w").write(__name__)\nraise SystemExit("this is not the tool")\n'
+"""Text of a module that leaves the file ``ran`` and ends the program, if anything imports it."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("-P",)], ids=["plain", "-P"])
 def test_the_current_folder_does_not_come_before_the_environment(tmp_path, options):
-    """Files of the folder are called like modules that the tool imports; each would leave the file ``ran``."""
+    """Files of the current folder are called like modules that the tool imports, or parts of it; none of them runs.
+
+    ``replay info`` prints the 12 frames of the session there. ``options``: of Python, -P for a safe search path.
+    """
     write_session(unit_cubes_on_x({"a": [0] * 12, "b": [3, 3, 0.9] * 4}), tmp_path / "s.mcap")
     for name in ("numpy.py", "mcap.py", "rich.py", "zstandard.py"):
         (tmp_path / name).write_text(FOREIGN)
     for name in ("sessions", "cdcore"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text(FOREIGN)
-    done = subprocess.run(
+    ended = subprocess.run(
         [sys.executable, *options, "-m", "replay", "info", "s.mcap"],
         cwd=tmp_path,
         env={**environment(), "PYTHONPATH": ""},
         capture_output=True,
         text=True,
     )
-    assert (done.returncode, done.stderr) == (0, "") and "12" in done.stdout
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert "12" in ended.stdout
     assert not (tmp_path / "ran").exists()
 
 
@@ -42,10 +47,18 @@ PACKAGES = Path(replay.__file__).parents[1]
 
 @pytest.mark.parametrize(
     ("current", "first", "stays"),
-    [("work", "work", False), ("work", "", False), ("work", "other", True), (PACKAGES, "", True)],
+    [
+        pytest.param("work", "work", False, id="the current folder by its path"),
+        pytest.param("work", "", False, id="the current folder"),
+        pytest.param("work", "other", True, id="another folder"),
+        pytest.param(PACKAGES, "", True, id="the current folder, which has the packages"),
+    ],
 )
 def test_only_a_foreign_current_folder_leaves_the_search_path(tmp_path, monkeypatch, current, first, stays):
-    """``first`` is the first entry of the search path; an empty one means the current folder."""
+    """``python -m replay`` in the folder ``current``, where ``first`` is the first entry of the search path.
+
+    An empty entry means the current folder. ``stays``: whether the entry is still the first one afterwards.
+    """
     (tmp_path / "work").mkdir()
     entry = str(tmp_path / first) if first else ""
     monkeypatch.chdir(tmp_path / current)

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from replay import words
 
 SIZES = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "m": 1.0, "km": 1e3, "ns": 1e-9, "µs": 1e-6, "ms": 1e-3, "s": 1.0}
+"""Units of texts, in metres or seconds."""
 MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
+"""Numbers as measurements give them, of either sign."""
 
 
 @pytest.mark.parametrize(
@@ -22,7 +24,7 @@ MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
     ],
 )  # fmt: skip
 def test_length_is_printed_in_a_unit_of_its_size(metres, text):
-    """Three digits at most, without zeros at the end."""
+    """Three digits at most, without zeros at the end; nanometres to kilometres. No finite number is not measured."""
     assert words.length(metres) == text
 
 
@@ -34,39 +36,61 @@ def test_length_is_printed_in_a_unit_of_its_size(metres, text):
     ],
 )  # fmt: skip
 def test_a_duration_has_the_unit_of_its_size(seconds, text):
-    """Three digits at most, without zeros at the end."""
+    """Three digits at most, without zeros at the end; 719 s are 11.98 min, and 8000 s 2.222 h."""
     assert words.duration(seconds) == text
 
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(9.996, "10"), (0.04123, "0.0412"), (12345.6, "12,346"), (-1e-13, "0"), (None, "not measured")]
-    + [(float(word), "not measured") for word in ("nan", "inf")],
+    [
+        (9.996, "10"),
+        (0.04123, "0.0412"),
+        (12345.6, "12,346"),
+        (-1e-13, "0"),
+        (None, "not measured"),
+        (float("nan"), "not measured"),
+        (float("inf"), "not measured"),
+    ],
 )
 def test_number_has_three_digits_and_no_unit(value, text):
-    """Digits before the point are all there, in groups of three."""
+    """Three digits, but all that stand before the point, in groups of three; below 1e-12 a number is 0."""
     assert words.number(value) == text
 
 
 @given(MEASURED)
 def test_a_number_is_its_decimal_rounded_to_three_digits(value):
-    """Expected is Python's decimal arithmetic; a carry, as of 9.996, leaves a digit more there than in the text."""
+    """Expected is Python's decimal arithmetic: three digits, at most 12 after the point, and all before it.
+
+    A carry, as of 9.996, leaves a digit more there (10.00) than in the text (10.0): half a percent at most.
+    """
     exact = Decimal(value)
-    digits = max(0, 2 - exact.adjusted())
-    rounded = exact.quantize(Decimal(1).scaleb(-min(12, digits)), ROUND_HALF_EVEN)
+    digits_after_point = min(12, max(0, 2 - exact.adjusted()))
+    rounded = exact.quantize(Decimal(1).scaleb(-digits_after_point), ROUND_HALF_EVEN)
     text = words.number(value)
     assert "e" not in text
-    assert abs(Decimal(text.replace(",", "")) - rounded) <= Decimal("0.005") * abs(exact) * (rounded != exact)
+    most_difference = Decimal(0) if rounded == exact else Decimal("0.005") * abs(exact)
+    assert abs(Decimal(text.replace(",", "")) - rounded) <= most_difference
 
 
 @given(st.floats(1e-8, 1e5))
-def test_lengths_and_durations_print_right_without_exponent(value):
-    """Three figures are right to 0.51 %."""
-    for text in (words.length(value), words.duration(value) if value < 600 else "1 s"):
-        figure, unit = re.fullmatch(r"([\d,.]+) (\S+)", text).groups()
-        back = float(figure.replace(",", "")) * SIZES[unit]
-        assert text == "1 s" or back == pytest.approx(value, rel=0.0051)
-        assert len(figure.replace(",", "").replace(".", "").lstrip("0")) <= 3 or float(figure.replace(",", "")) >= 1000
+def test_lengths_print_right_without_exponent(metres):
+    """A figure and a unit, with at most three digits but those before the point: right to half a unit of the third."""
+    assert_right_to_three_digits(words.length(metres), metres)
+
+
+@given(st.floats(1e-8, 600.0, exclude_max=True))
+def test_durations_print_right_without_exponent(seconds):
+    """The same up to ten minutes, from which on the unit is minutes."""
+    assert_right_to_three_digits(words.duration(seconds), seconds)
+
+
+def assert_right_to_three_digits(text, value):
+    """Fails unless a text is a figure and a unit of SIZES, and with three digits that value to 0.51 %."""
+    figure, unit = re.fullmatch(r"([\d,.]+) (\S+)", text).groups()
+    printed = float(figure.replace(",", ""))
+    assert printed * SIZES[unit] == pytest.approx(value, rel=0.0051)
+    digits = figure.replace(",", "").replace(".", "").lstrip("0")
+    assert len(digits) <= 3 or printed >= 1000
 
 
 @pytest.mark.parametrize(
@@ -74,45 +98,69 @@ def test_lengths_and_durations_print_right_without_exponent(value):
     [(0.864, "86 %"), (0.004, "0.4 %"), (0.9998, "99.98 %"), (0.0, "0 %"), (1.0, "100 %"), (None, "not measured")],
 )
 def test_fraction_keeps_digits_that_distinguish_it_from_0_and_100(fraction, text):
-    """0.9998 is not printed as 100 %."""
+    """Whole percent, but 0.004 is not printed as 0 %, nor 0.9998 as 100 %."""
     assert words.as_percentage(fraction) == text
 
 
 @pytest.mark.parametrize(
     ("value", "limit", "text"),
-    [(11.14, 11.1, "11.14"), (12.0, 11.1, "12"), (0.28, 0.013, "0.28"), (1.00001, 1.0, "1.00001")],
+    [
+        pytest.param(11.14, 11.1, "11.14", id="a digit more"),
+        pytest.param(12.0, 11.1, "12", id="far above"),
+        pytest.param(0.28, 0.013, "0.28", id="far above a small limit"),
+        pytest.param(1.00001, 1.0, "1.00001", id="three digits more"),
+    ],
 )
 def test_number_above_a_limit_is_printed_above_the_limit(value, limit, text):
-    """With three digits 11.14 would be 11.1, the limit itself."""
+    """As many digits as it takes: with three, 11.14 would be 11.1, the limit itself."""
     assert words.number_above(value, limit) == text
 
 
 @given(st.integers(0, 10**7), st.floats(1.0, 1000.0))
 def test_moments_of_two_frames_differ(frame, rate_hz):
-    """Two frames one period of the rate after another; a moment is a timestamp in seconds."""
-    assert words.moment(frame / rate_hz) != words.moment((frame + 1.001) / rate_hz)
-    assert words.moment(frame / rate_hz) == f"{words.timestamp(frame / rate_hz)} s"
+    """Two frames follow each other at up to 1000 Hz; a moment is a timestamp and its unit, and the two differ."""
+    moment, next_moment = words.moment(frame / rate_hz), words.moment((frame + 1.001) / rate_hz)
+    assert moment != next_moment
+    assert moment == f"{words.timestamp(frame / rate_hz)} s"
 
 
-def test_ranges_rates_moments_and_losses():
-    """The forms of screens: least and most, hertz, seconds, and a loss with two digits."""
-    assert [words.count_range(counts) for counts in ((0, 1), (3, 3), (999, 1200))] == ["0-1", "3", "999-1,200"]
-    assert [words.rate(hertz) for hertz in (50.0, 22.5, 89.94, 1e6)] == ["50 Hz", "22.5 Hz", "89.9 Hz", "1,000,000 Hz"]
-    assert [words.time_span(1.0, 1.0), words.time_span(1.0, 2.5), words.time_span(None, 1.0)] == [
-        "1.000",
-        "1.000 to 2.500",
-        "",
-    ]
-    assert [words.loss_number(loss) for loss in (0.0, 0.944, 0.00312, 2.09)] == ["0", "0.94", "0.0031", "2.1"]
+@pytest.mark.parametrize(("counts", "text"), [((0, 1), "0-1"), ((3, 3), "3"), ((999, 1200), "999-1,200")])
+def test_range_of_counts_is_least_and_most(counts, text):
+    """``counts``: least and most; one number where they are equal."""
+    assert words.count_range(counts) == text
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(1e300, "more than 1,000,000,000,000"), (-2e12, "less than -1,000,000,000,000")]
+    ("hertz", "text"), [(50.0, "50 Hz"), (22.5, "22.5 Hz"), (89.94, "89.9 Hz"), (1e6, "1,000,000 Hz")]
+)
+def test_rate_is_a_number_in_hertz(hertz, text):
+    """Three digits, and all before the point."""
+    assert words.rate(hertz) == text
+
+
+@pytest.mark.parametrize(("start", "end", "text"), [(1.0, 1.0, "1.000"), (1.0, 2.5, "1.000 to 2.500"), (None, 1.0, "")])
+def test_time_span_has_both_ends_to_a_millisecond(start, end, text):
+    """Seconds; one number where both ends are equal, and nothing where one is unknown."""
+    assert words.time_span(start, end) == text
+
+
+@pytest.mark.parametrize(("loss", "text"), [(0.0, "0"), (0.944, "0.94"), (0.00312, "0.0031"), (2.09, "2.1")])
+def test_loss_has_two_digits(loss, text):
+    """A loss, by which detectors are ranked, is 0 (right) to 3."""
+    assert words.loss_number(loss) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1e12, "1,000,000,000,000"),
+        (1e300, "more than 1,000,000,000,000"),
+        (-2e12, "less than -1,000,000,000,000"),
+    ],
 )
 def test_a_number_beyond_nature_is_not_written_out(value, text):
-    """1e12 is the largest number that is."""
+    """1e12 is the largest number that is written out."""
     assert words.number(value) == text
-    assert words.number(1e12) == "1,000,000,000,000"
 
 
 @pytest.mark.parametrize(
@@ -127,29 +175,38 @@ def test_a_number_beyond_nature_is_not_written_out(value, text):
     ],
 )
 def test_an_interval_is_rounded_outwards(lower, upper, text):
-    """Two digits; near 0 and 100 % as many as keep it from them."""
+    """Two digits, the lower end rounded down and the upper one up; near 0 and 100 % as many as keep it from them."""
     assert words.interval(lower, upper) == text
 
 
 @pytest.mark.parametrize(
     ("text", "single_line", "on_lines"),
     [
-        ("a cup", "a cup", "a cup"),
-        ("C:\\a\nb", r"C:\a\nb", "C:\\a\nb"),
-        ("red\x1b[31m", r"red\x1b[31m", r"red\x1b[31m"),
-        ("a\x85b", r"a\x85b", r"a\x85b"),
-        ("a\u2003b", "a\u2003b", "a\u2003b"),
-        ("a\u2028b", r"a\u2028b", r"a\u2028b"),
+        pytest.param("a cup", "a cup", "a cup", id="plain"),
+        pytest.param("C:\\a\nb", r"C:\a\nb", "C:\\a\nb", id="line end"),
+        pytest.param("red\x1b[31m", r"red\x1b[31m", r"red\x1b[31m", id="escape"),
+        pytest.param("a\x85b", r"a\x85b", r"a\x85b", id="control character"),
+        pytest.param("a\u2003b", "a\u2003b", "a\u2003b", id="wide space"),
+        pytest.param("a\u2028b", r"a\u2028b", r"a\u2028b", id="line separator"),
     ],
-    ids=["plain", "line end", "escape", "control character", "wide space", "line separator"],
 )
 def test_only_invisible_characters_are_escaped(text, single_line, on_lines):
-    """``on_lines``: the text where lines of its own are allowed."""
-    assert (words.safe_text(text), words.safe_text(text, lines=True)) == (single_line, on_lines)
+    """``single_line``: the text on one line; ``on_lines``: where it may have line ends of its own."""
+    assert words.safe_text(text) == single_line
+    assert words.safe_text(text, lines=True) == on_lines
 
 
-def test_plurals_and_ranges_within_a_sentence():
-    """A range is (least, most); a least of 0 is not written."""
-    assert [words.plural(number, "frame") for number in (0, 1, 1200)] == ["0 frames", "1 frame", "1,200 frames"]
-    assert [words.plural(number, "body", "bodies") for number in (1, 2)] == ["1 body", "2 bodies"]
-    assert [words.count_words(counts) for counts in ((0, 1), (1, 3), (3, 3))] == ["up to 1", "1 to 3", "3"]
+@pytest.mark.parametrize(
+    ("number", "frames", "bodies"),
+    [(0, "0 frames", "0 bodies"), (1, "1 frame", "1 body"), (1200, "1,200 frames", "1,200 bodies")],
+)
+def test_plural_is_written_for_every_number_but_1(number, frames, bodies):
+    """The plural has an s behind, unless another word is given."""
+    assert words.plural(number, "frame") == frames
+    assert words.plural(number, "body", "bodies") == bodies
+
+
+@pytest.mark.parametrize(("counts", "text"), [((0, 1), "up to 1"), ((1, 3), "1 to 3"), ((3, 3), "3")])
+def test_range_within_a_sentence_has_no_least_of_0(counts, text):
+    """``counts``: least and most; one number where they are equal."""
+    assert words.count_words(counts) == text

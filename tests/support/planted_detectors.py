@@ -36,15 +36,17 @@ class Planted:
         verdict[detection.verdict == Verdict.NO_POSE] = Verdict.NO_POSE
         return replace(detection, detector=self.name, verdict=verdict)
 
-    def spoil(self, contact):
-        """Takes and gives (T, P) bool."""
+    @staticmethod
+    def spoil(contact):
+        """What the detector reports where this is true: contact of (T, P), frames by pairs."""
         return contact
 
 
 class Dropping(Planted):
     """Loses every 7th frame of contact of each pair."""
 
-    def spoil(self, contact):
+    @staticmethod
+    def spoil(contact):
         for column in contact.T:
             column[np.flatnonzero(column)[6::7]] = False
         return contact
@@ -53,7 +55,8 @@ class Dropping(Planted):
 class Late(Planted):
     """Says everything three frames late."""
 
-    def spoil(self, contact):
+    @staticmethod
+    def spoil(contact):
         late = np.zeros_like(contact)
         late[3:] = contact[:-3]
         return late
@@ -62,7 +65,8 @@ class Late(Planted):
 class Inventing(Planted):
     """Adds a contact of two frames at frames 100, 200, ... of the first pair, where there is none within a frame."""
 
-    def spoil(self, contact):
+    @staticmethod
+    def spoil(contact):
         near = contact[:, 0].copy()
         for frame in range(100, len(contact) - 3, 100):
             if not near[frame - 1 : frame + 3].any():
@@ -71,9 +75,10 @@ class Inventing(Planted):
 
 
 class Blind(Planted):
-    """Never looks at the last pair."""
+    """Reports no contact of the last pair."""
 
-    def spoil(self, contact):
+    @staticmethod
+    def spoil(contact):
         contact[:, -1] = False
         return contact
 
@@ -96,7 +101,8 @@ class Blamed(Planted):
         "search": Explanation(sample_meets=True, found_with_more=False),
     }
 
-    def spoil(self, contact):
+    @staticmethod
+    def spoil(contact):
         return np.zeros_like(contact)
 
     def explain(self, motion, frame, pair, faces):
@@ -106,7 +112,8 @@ class Blamed(Planted):
 class Distracted(Planted):
     """Never looks at the first pair where there are others."""
 
-    def spoil(self, contact):
+    @staticmethod
+    def spoil(contact):
         contact[:, 0] &= contact.shape[1] == 1
         return contact
 

@@ -1,6 +1,7 @@
 import re
 
 import numpy as np
+import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -8,14 +9,17 @@ from support.small_worlds import verdict_column, verdicts
 
 from replay.auditing.episodes import column_runs, episodes
 from replay.auditing.outcome import Episode
-from replay.prepare.frame_times import frame_ends
 
 tables = hnp.arrays(np.bool_, st.tuples(st.integers(0, 30), st.integers(0, 4)))
+"""Truth values of up to 30 frames by 4 columns."""
 
 
 @given(tables)
 def test_runs_are_maximal_and_cover_exactly_the_true_frames(mask):
-    """``mask``: frames by columns. Runs (column, first, last frame) never overlap or join, and give it again."""
+    """Runs are (column, first, last frame) of ``mask``, frames by columns.
+
+    No two overlap, the frames before and after a run are false, and together they are the true frames.
+    """
     rebuilt = np.zeros_like(mask)
     for column, first, last in column_runs(mask.T):
         assert not rebuilt[first : last + 1, column].any()
@@ -27,7 +31,7 @@ def test_runs_are_maximal_and_cover_exactly_the_true_frames(mask):
 
 @given(tables)
 def test_runs_are_in_order_of_time_then_column(mask):
-    """Runs are (column, first, last frame)."""
+    """Runs are (column, first, last frame); their order is that of (first, column)."""
     order = [(first, column) for column, first, _ in column_runs(mask.T).tolist()]
     assert order == sorted(order)
 
@@ -35,42 +39,63 @@ def test_runs_are_in_order_of_time_then_column(mask):
 def test_episode_ends_at_the_first_frame_without_contact():
     """Each text is a frame of two pairs: C contact, I contained and ? candidate count as contact, . is clear.
 
-    Episodes are (pair, first frame, last frame, start and end in seconds); frames are 0.5 s apart.
+    Frames are 0.5 s apart: contact in frames 0 and 1 of pair 0 is from 0.0 to 1.0 s, the time of frame 2.
     """
     detection = verdicts(["C.", "CC", ".I", "C?", "C.", ".C"], step=0.5)
-    actual = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
-    assert actual == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]
+    actual = [{"pair": e.pair, "frames": (e.first, e.last), "seconds": (e.start, e.end)} for e in episodes(detection)]
+    assert actual == [
+        {"pair": 0, "frames": (0, 1), "seconds": (0.0, 1.0)},
+        {"pair": 1, "frames": (1, 3), "seconds": (0.5, 2.0)},
+        {"pair": 0, "frames": (3, 4), "seconds": (1.5, 2.5)},
+        {"pair": 1, "frames": (5, 5), "seconds": (2.5, 3.0)},
+    ]
 
 
 @example("C--C-CC")
 @given(st.text(alphabet="C.-u", min_size=1, max_size=40))
 def test_lost_poses_do_not_split_a_contact(letters):
-    """A letter a frame: C contact, - lost pose, u undecided. A contact goes from C to C over C and - alone.
+    """A letter a frame: C contact, - lost pose, u undecided, . clear. A contact goes from C to C over C and - alone.
 
-    ``frames`` are those in contact; ``cuts`` the stretches of lost poses within a contact and next to it.
+    Its ``frames`` are those in contact; its ``cuts`` the segments of lost poses within it or next to it.
     """
-    expected = [
-        (contact.start(1), contact.end(1) - 1, contact[1].count("C"), len(re.findall("-+", contact[0])))
-        for contact in re.finditer("-*(C(?:[C-]*C)?)-*", letters)
-    ]
+    expected = []
+    for contact in re.finditer("-*(C(?:[C-]*C)?)-*", letters):
+        first, last = contact.start(1), contact.end(1) - 1
+        frames, cuts = contact[1].count("C"), len(re.findall("-+", contact[0]))
+        expected.append((first, last, frames, cuts))
     assert [(e.first, e.last, e.frames, e.cuts) for e in episodes(verdict_column(letters))] == expected
 
 
-def test_a_jump_between_known_poses_joins_no_contacts():
-    """A detector of intervals says NO_POSE of the way across a jump, though both bodies have a pose at its end."""
-    known = np.ones((3, 2), dtype=bool)
-    assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 0, 0), (2, 2, 0)]
-    known[1, 0] = False
-    assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 2, 1)]
+@pytest.mark.parametrize(
+    ("second_body_has_pose", "expected"),
+    [
+        pytest.param(True, [(0, 0, 0), (2, 2, 0)], id="a jump"),
+        pytest.param(False, [(0, 2, 1)], id="a lost pose"),
+    ],
+)
+def test_a_jump_between_known_poses_joins_no_contacts(second_body_has_pose, expected):
+    """Contact, no pose (-) and contact: one contact with one cut, from frame 0 to 2, where a body lost its pose.
+
+    A detector of intervals says - of the way across a jump too, though both bodies have a pose there: two contacts.
+    """
+    frames, bodies = 3, 2
+    known = np.ones((frames, bodies), dtype=bool)
+    known[1, 1] = second_body_has_pose
+    assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == expected
 
 
-def test_a_frame_before_a_gap_lasts_the_median_step():
-    """Steps of 1.0, 1.5 and 6.5 s: the frame before the gap, and the last, last the median, 1.5 s."""
-    assert frame_ends(np.array([0.0, 1.0, 2.5, 9.0])).tolist() == [1.0, 2.5, 4.0, 10.5]
-
-
-def test_lost_frames_within_a_segment_of_a_contact_are_counted():
-    """Poses are lost in frames 3 to 5 and 8; the segments hold all of them, some, one and none."""
+@pytest.mark.parametrize(
+    ("first", "last", "lost"),
+    [
+        pytest.param(0, 9, 4, id="all"),
+        pytest.param(4, 8, 3, id="4, 5 and 8"),
+        pytest.param(5, 5, 1, id="5"),
+        pytest.param(0, 2, 0, id="none before"),
+        pytest.param(6, 7, 0, id="none between"),
+    ],
+)
+def test_lost_frames_within_a_segment_of_a_contact_are_counted(first, last, lost):
+    """A contact of ten frames has lost poses in frames 3 to 5 and 8; so many are in frames ``first`` to ``last``."""
     contact = Episode(pair=0, first=0, last=9, start=0.0, end=0.1, lost=((3, 5), (8, 8)), cuts=2)
-    assert [contact.lost_within(*segment) for segment in ((0, 9), (4, 8), (5, 5), (0, 2), (6, 7))] == [4, 3, 1, 0, 0]
-    assert (contact.frames_lost, contact.frames) == (4, 6)
+    assert contact.lost_within(first, last) == lost
+    assert (contact.frames_lost, contact.frames) == (4, 10 - 4)

@@ -31,9 +31,9 @@ def miss(pair, first, last, start=0.0):
 
 
 def measured_misses(assembly, detector, segments, *, between=False):
-    """Misses of these frames by a detector that explains nothing, examined, and how many frames were queried at a time.
+    """Misses of these (pair, first, last frame), measured, and how many frames each query of the detector had.
 
-    Evidence and cause come from the same queries: a second one of the same frames would be seen here.
+    ``between``: the detector is one of intervals. Every miss gets a cause, which needs no query of its own.
     """
     frames_per_query = []
 
@@ -53,7 +53,7 @@ def measured_misses(assembly, detector, segments, *, between=False):
 
 
 def measured_cuts(session, segments):
-    """Misses of these (pair, first, last frame), measured, and how many frames were queried at a time."""
+    """Misses of these (pair, first, last frame), measured, and how many frames each query had."""
     assembly = assemble(session)
     return measured_misses(assembly, create_detector("hybrid", assembly.bodies, pairs=assembly.pairs), segments)
 
@@ -72,7 +72,8 @@ def offset_cubes(positions):
 def test_the_longest_curve_has_a_normal_toward_the_second_body():
     """Small cube b crosses a's face at x = 0.5 m, half of it in frame 2 and less before and after.
 
-    Its intersection curve (``metres``) is the longest in frame 2 of frames 0 to 4, in frame 1 of frames 0 to 1.
+    The curve in which the surfaces cross (``metres``) is the longest in frame 2 of frames 0 to 4, in frame 1 of frames
+    0 to 1. Its point is on that face, the normal points along x to b; frames of both misses are queried once.
     """
     session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
     (whole, beginning), frames_per_query = measured_cuts(session, [(0, 0, 4), (0, 0, 1)])
@@ -81,67 +82,99 @@ def test_the_longest_curve_has_a_normal_toward_the_second_body():
     assert beginning.evidence.face_pairs > 0
     assert beginning.point[0] == pytest.approx(0.5, abs=1e-12)
     assert beginning.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
-    assert frames_per_query == [5], "the frames of both misses are queried once"
+    assert frames_per_query == [5]
 
 
 def test_a_contained_body_has_a_point_and_no_curve():
-    """A cube of 0.1 m is inside one of 1 m; the point is midway between their centres, at x = 5 and 4.8 m."""
+    """A cube of 0.1 m is inside one of 1 m: no faces meet, and the first of the frames, 0, is taken.
+
+    The point is midway between the centres at x = 5 and 4.8 m; the normal points from the first to the second.
+    """
     poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(edge=0.1)}
-    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
-    assert (cut.frame, cut.metres, cut.evidence.face_pairs) == (0, 0.0, 0)
-    assert cut.point == pytest.approx((4.9, 0, 0)) and cut.evidence.normal == pytest.approx((-1, 0, 0))
-
-
-def test_long_misses_are_sampled_evenly_with_both_ends():
-    """All frames where they are few, the middle if one is allowed, else steps that differ by a frame at most."""
-    assert spread_frames(first=3, last=9, most_frames=10).tolist() == list(range(3, 10))
-    assert spread_frames(first=4, last=10, most_frames=1).tolist() == [7]
-    many = spread_frames(first=0, last=10_000, most_frames=EVIDENCE_BUDGET.per_miss)
-    assert (len(many), many[0], many[-1]) == (EVIDENCE_BUDGET.per_miss, 0, 10_000) and np.ptp(np.diff(many)) <= 1
-
-
-def test_groups_keep_the_order_and_their_limit():
-    """Sizes add up to at most 6 in a group; a larger one is alone."""
-    assert [*grouped_by_size([3, 4, 2, 9, 1, 1, 5], size=int, most_size=6)] == [[3], [4, 2], [9], [1, 1], [5]]
+    (contained,), _ = measured_cuts(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
+    assert (contained.frame, contained.metres, contained.evidence.face_pairs) == (0, 0.0, 0)
+    assert contained.point == pytest.approx((4.9, 0, 0))
+    assert contained.evidence.normal == pytest.approx((-1, 0, 0))
 
 
 @pytest.mark.parametrize(
-    ("other", "normal"),
+    ("first", "last", "most_frames", "frames"),
     [
-        # The other triangle stands across the first, in a plane through X: they cut along X.
-        ([[0.1, -1, 0.5], [0.9, -1, 0.5], [0.5, 2, 0.5]], (0, 0.5**0.5, 0.5**0.5)),
-        # The middles lie along the line: any normal across it would be as good, and the way between them is kept.
-        ([[-1, -1, 0.0], [2.6, -1, 0.0], [0.8, 1, 0.0]], (1, 0, 0)),
+        pytest.param(3, 9, 10, [3, 4, 5, 6, 7, 8, 9], id="all where they are few"),
+        pytest.param(4, 10, 1, [7], id="the middle if one is allowed"),
+        pytest.param(0, 20, 5, [0, 5, 10, 15, 20], id="even steps with both ends"),
     ],
 )
-def test_normal_of_a_straight_cut_is_perpendicular_to_the_cut(other, normal):
-    """A triangle in the plane y = 0 is cut along X. The normal is the way to the middle of ``b`` less its part along X.
+def test_frames_of_a_miss_are_spread_evenly(first, last, most_frames, frames):
+    """A miss from frame ``first`` to ``last``, of which at most so many frames may be queried."""
+    assert spread_frames(first=first, last=last, most_frames=most_frames).tolist() == frames
 
-    Middles are those of bounding boxes. Frame 0 alone is missed; in frame 1 ``b`` is 9 m away.
+
+def test_long_misses_are_sampled_evenly_with_both_ends():
+    """Of 10,001 frames as many are queried as are allowed, both ends among them; steps differ by one frame at most."""
+    frames = spread_frames(first=0, last=10_000, most_frames=EVIDENCE_BUDGET.per_miss)
+    assert len(frames) == EVIDENCE_BUDGET.per_miss
+    assert (frames[0], frames[-1]) == (0, 10_000)
+    assert np.ptp(np.diff(frames)) <= 1
+
+
+def test_groups_keep_the_order_and_their_limit():
+    """Numbers are their own size here; sizes add up to at most 6 in a group, and a larger one is alone."""
+    groups = [*grouped_by_size([3, 4, 2, 9, 1, 1, 5], size=int, most_size=6)]
+    assert groups == [[3], [4, 2], [9], [1, 1], [5]]
+
+
+@pytest.mark.parametrize(
+    ("corners_of_b", "normal"),
+    [
+        # From the middle of a, (0.5, 0, 0), to that of b, (0.55, 0.5, 0.5): less its part along X, (0, 0.5, 0.5).
+        pytest.param([[0.1, -1, 0.5], [0.9, -1, 0.5], [0.5, 2, 0.5]], (0, 0.5**0.5, 0.5**0.5), id="across"),
+        # From (0.5, 0, 0) to (0.85, 0, 0): nothing but X, any normal across it would be as good, and X is kept.
+        pytest.param([[-1, -1, 0.0], [2.6, -1, 0.0], [0.8, 1, 0.0]], (1, 0, 0), id="middles along the cut"),
+    ],
+)
+def test_normal_of_a_straight_cut_is_perpendicular_to_the_cut(corners_of_b, normal):
+    """Triangle a, in the plane y = 0, is cut along X by triangle b, in a plane of constant z, shifted by 0.05 m in x.
+
+    The normal is the way from the middle of a's bounding box to that of b's, less its part along the cut.
     """
-    flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
-    across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
-    poses = {"a": along_x([0, 0]), "b": along_x([0.05, 9])}
-    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
+    a = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
+    b = MeshData(np.array(corners_of_b, dtype=float), np.array([[0, 1, 2]]))
+    far_away = 9.0
+    poses = {"a": along_x([0, 0]), "b": along_x([0.05, far_away])}
+    frame_0_of_the_pair = (0, 0, 0)
+    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": a, "b": b}), [frame_0_of_the_pair])
     assert cut.evidence.face_pairs == 1 and cut.metres > 0.0
     assert cut.evidence.normal == pytest.approx(normal, abs=1e-9)
 
 
 def test_a_curve_is_as_long_as_its_segments():
-    """Three triangles cut a floor in -10 to -6, -6 to -5 and -5 to -4 m: 6 m, whose middle is at -7 m.
+    """Three upright triangles cut a floor along x from -10 to -6, -6 to -5 and -5 to -4 m: 6 m, its middle at -7 m.
 
-    The middle of the first segment, -8 m, is the nearest to that.
+    The middles of the segments are -8, -5.5 and -4.5 m; the nearest to -7 m is the point of the curve.
     """
-    corners = [[(c - long, 0, -1), (c + long, 0, -1), (c, 0, 1)] for c, long in ((2, 4), (4.5, 1), (5.5, 1))]
-    wall = MeshData(np.reshape(corners, (-1, 3)).astype(float), np.arange(9).reshape(-1, 3))
+    wall_x = -10.0
+    segments = [(-10.0, -6.0), (-6.0, -5.0), (-5.0, -4.0)]
+    corners = []
+    for start, end in segments:
+        # At half its height, z = 0, a triangle is half as wide as at its foot.
+        middle, width = (start + end) / 2 - wall_x, end - start
+        corners += [(middle - width, 0, -1), (middle + width, 0, -1), (middle, 0, 1)]
+    wall = MeshData(np.array(corners, dtype=float), np.arange(9).reshape(-1, 3))
     floor = MeshData(np.array([[-20.0, -5, 0], [20, -5, 0], [0, 20, 0]]), np.array([[0, 1, 2]]))
-    poses = {"a": along_x([-10, -10]), "b": along_x([0, 1])}
-    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), [(0, 0, 0)])
-    assert cut.evidence.face_pairs == 3 and cut.metres == pytest.approx(6.0) and cut.point == pytest.approx((-8, 0, 0))
+    poses = {"a": along_x([wall_x, wall_x]), "b": along_x([0, 1])}
+    frame_0_of_the_pair = (0, 0, 0)
+    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), [frame_0_of_the_pair])
+    assert cut.evidence.face_pairs == 3
+    assert cut.metres == pytest.approx(6.0)
+    assert cut.point == pytest.approx((-8, 0, 0))
 
 
 def misses_between_frames(positions, *segments):
-    """Measured misses (pair, first, last) of cube b, at these places on X, which flies through cube a at the origin."""
+    """Measured misses (pair, first, last frame) of a reference that tests the way between frames, 10 ms apart.
+
+    Unit cube b is at these places on x, cube a at the origin: they touch from x = 1 m down.
+    """
     session = unit_cubes_on_x({"a": [0.0] * len(positions), "b": positions})
     assembly = assemble(session)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
@@ -149,24 +182,32 @@ def misses_between_frames(positions, *segments):
 
 
 def test_a_contact_between_frames_has_moment_faces_and_point():
-    """Frames 10 ms apart: b flies from x = 3 m to -3 m in frame 1 to 2 and touches at x = 1 m, after a third of it."""
+    """b flies from x = 3 m to -3 m between frames 1 and 2, 10 ms, and touches a at x = 1 m, after a third of it.
+
+    The evidence in frame 2 is that of the first touch: its two faces, its point at a's face x = 0.5 m, its normal.
+    """
     (cut,) = misses_between_frames([3.0, 3.0, -3.0, -3.0], (0, 2, 2))
-    assert cut.evidence.touch.moment == pytest.approx(0.01 + 0.01 * 2 / 6, abs=1e-6)
-    assert (cut.frame, cut.evidence.face_pairs, cut.evidence.faces.tolist()) == (2, 1, [list(cut.evidence.touch.faces)])
-    assert (cut.point, cut.evidence.normal) == (cut.evidence.touch.point, cut.evidence.touch.normal)
+    touch = cut.evidence.touch
+    assert touch.moment == pytest.approx(0.01 + 0.01 / 3, abs=1e-6)
+    assert cut.frame == 2
+    assert (cut.evidence.face_pairs, cut.evidence.faces.tolist()) == (1, [list(touch.faces)])
+    assert (cut.point, cut.evidence.normal) == (touch.point, touch.normal)
     assert cut.point[0] == pytest.approx(0.5, abs=1e-3)
 
 
-@pytest.mark.parametrize(("position", "faces"), [(0.8, True), (2.0, False)])
-def test_frame_with_visible_contact_is_measured(position, faces):
-    """``position``: x of b in frame 2. At 0.8 m the unit cubes' faces meet; at 2 m none, and the point is midway."""
+@pytest.mark.parametrize(
+    ("position", "faces_meet"), [pytest.param(0.8, True, id="in contact"), pytest.param(2.0, False, id="apart")]
+)
+def test_miss_without_a_jump_is_measured_at_its_frame(position, faces_meet):
+    """Unit cube b goes from x = 3 m to ``position`` in frame 2 and back: the frame is measured, no moment before it.
+
+    At 0.8 m faces meet, in a curve; at 2 m none do, and the point is midway between the centres, at x = 1 m.
+    """
     (cut,) = misses_between_frames([3.0, 3.0, position, 3.0], (0, 2, 2))
-    assert (
-        cut.evidence.touch is None
-        and cut.evidence.face_pairs == len(cut.evidence.faces)
-        and (cut.evidence.face_pairs > 1) == (cut.metres > 0) == faces
-    )
-    assert faces or cut.point == pytest.approx((1.0, 0, 0))
+    assert cut.evidence.touch is None
+    assert cut.evidence.face_pairs == len(cut.evidence.faces)
+    assert (cut.evidence.face_pairs > 1) == (cut.metres > 0) == faces_meet
+    assert faces_meet or cut.point == pytest.approx((1.0, 0, 0))
 
 
 def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
@@ -177,16 +218,22 @@ def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
 
 
 def test_fault_begins_at_its_first_touch_between_frames():
-    """Frames 4 to 6, of 10 ms; the bodies first touch 2 ms after frame 3, and 1 ms before they were free.
+    """A miss of frames 4 to 6, 10 ms each; its bodies touch 2 ms after frame 3, and 1 ms earlier they were apart.
 
-    ``moment``: a frame and nanoseconds after it; ``begin_within``: a second, and by how much it is uncertain.
+    ``moment``: a frame and nanoseconds after it. ``begin_within``: seconds of the begin, and of its uncertainty.
     """
-    of_frames = miss(0, first=4, last=6, start=0.04)
+    of_frames = miss(pair=0, first=4, last=6, start=0.04)
     touch = FirstTouch(
-        3, free=0.031, moment=0.032, later_ns=2_000_000, faces=(0, 0), point=(0.0,) * 3, normal=(0.0,) * 3
+        frame=3,
+        free=0.031,
+        moment=0.032,
+        later_ns=2_000_000,
+        faces=(0, 0),
+        point=(0.0, 0.0, 0.0),
+        normal=(0.0, 0.0, 0.0),
     )
     between_frames = replace(of_frames, evidence=Evidence(touch=touch))
-    assert of_frames.frames == 3
+    assert of_frames.frames == between_frames.frames == 3
     assert of_frames.moment == (4, 0) and of_frames.begin_within == (0.04, 0.0)
     assert between_frames.moment == (3, 2_000_000)
     assert between_frames.begin_within == pytest.approx((0.032, 0.001))

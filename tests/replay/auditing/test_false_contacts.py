@@ -21,7 +21,10 @@ NEITHER, BOTH, MISSED, FALSE, GRASPED = map(
 
 
 def cubes_and_outcomes(outcomes, gaps=None):
-    """Two cubes of 2 m, apart by ``gaps`` metres frame by frame, and what was said of them."""
+    """Two cubes of 2 m, faces ``gaps`` metres apart frame by frame (else 1 m), and a detector with these outcomes.
+
+    Frames are 10 ms each; cube a is about the origin, with a face at x = 1 m towards b.
+    """
     frames = len(outcomes)
     positions = np.zeros((frames, 2, 3))
     positions[:, 1, 0] = 2.0 + (np.ones(frames) if gaps is None else np.array(gaps))
@@ -34,27 +37,30 @@ def cubes_and_outcomes(outcomes, gaps=None):
 
 
 def false_of(outcomes, gaps=None, detector=None):
-    """False contacts of a detector that may explain itself."""
-    assembly, note = cubes_and_outcomes(outcomes, gaps)
+    """False contacts of a detector with these outcomes, frame by frame, of two cubes these ``gaps`` in metres apart.
+
+    ``detector`` may explain them; ``None`` explains nothing.
+    """
+    assembly, comparison = cubes_and_outcomes(outcomes, gaps)
     subject, oracle = (
         verdict_column(["C" if item in reported else "." for item in outcomes])
         for reported in ((BOTH, FALSE), (BOTH, MISSED))
     )
-    return false_contacts(assembly, note, Audited(assembly.motion, detector, subject, oracle))
+    return false_contacts(assembly, comparison, Audited(assembly.motion, detector, subject, oracle))
 
 
 @pytest.mark.parametrize(
     ("outcomes", "kinds"),
     [
-        ([NEITHER, FALSE, FALSE, NEITHER], ["nothing there"]),
-        ([FALSE, FALSE], ["nothing there"]),
-        ([NEITHER, FALSE, BOTH, NEITHER], ["starts early"]),
-        ([NEITHER, BOTH, FALSE, NEITHER], ["ends late"]),
-        ([BOTH, FALSE, BOTH], ["joins two contacts"]),
-        ([FALSE, BOTH, FALSE], ["starts early", "ends late"]),
-        ([BOTH, NEITHER, FALSE, NEITHER, BOTH], ["nothing there"]),
-        ([BOTH, MISSED, FALSE, NEITHER], ["nothing there"]),
-        ([NEITHER, BOTH, MISSED], []),
+        pytest.param([NEITHER, FALSE, FALSE, NEITHER], ["nothing there"], id="alone"),
+        pytest.param([FALSE, FALSE], ["nothing there"], id="all frames"),
+        pytest.param([NEITHER, FALSE, BOTH, NEITHER], ["starts early"], id="before a contact"),
+        pytest.param([NEITHER, BOTH, FALSE, NEITHER], ["ends late"], id="after a contact"),
+        pytest.param([BOTH, FALSE, BOTH], ["joins two contacts"], id="between contacts"),
+        pytest.param([FALSE, BOTH, FALSE], ["starts early", "ends late"], id="around a contact"),
+        pytest.param([BOTH, NEITHER, FALSE, NEITHER, BOTH], ["nothing there"], id="next to no contact"),
+        pytest.param([BOTH, MISSED, FALSE, NEITHER], ["nothing there"], id="after a missed frame"),
+        pytest.param([NEITHER, BOTH, MISSED], [], id="none false"),
     ],
 )
 def test_false_contact_kind_follows_from_true_contact_around(outcomes, kinds):
@@ -67,15 +73,24 @@ def test_false_contact_kind_follows_from_true_contact_around(outcomes, kinds):
 
 def test_interval_is_displayed_at_its_largest_gap():
     """Frames of 10 ms; the gap is 0.7 m in frame 2, and its middle 0.35 m beyond the face at x = 1 m."""
-    (item,) = false_of([NEITHER, FALSE, FALSE, FALSE, NEITHER], [9.0, 0.1, 0.7, 0.2, 9.0])
-    assert (item.number, item.bodies, item.first, item.last, item.frames) == (1, ("a", "b"), 1, 3, 3)
-    assert (item.start, item.end, item.frame) == (0.01, 0.04, 2)
-    assert item.metres == pytest.approx(0.7) and item.point[0] == pytest.approx(1.0 + 0.35)
+    (item,) = false_of([NEITHER, FALSE, FALSE, FALSE, NEITHER], gaps=[9.0, 0.1, 0.7, 0.2, 9.0])
+    assert (item.number, item.bodies) == (1, ("a", "b"))
+    assert (item.first, item.last, item.frames) == (1, 3, 3)
+    assert (item.start, item.end) == (0.01, 0.04)
+    assert item.frame == 2
+    assert item.metres == pytest.approx(0.7)
+    assert item.point[0] == pytest.approx(1.0 + 0.35)
 
 
-def test_false_contacts_are_numbered_by_time_and_not_while_grasped():
-    """Pairs are (number, first frame)."""
-    assert [(item.number, item.first) for item in false_of([FALSE, NEITHER, FALSE, FALSE])] == [(1, 0), (2, 2)]
+def test_false_contacts_are_numbered_by_time():
+    """Frame 0 is a false contact, frames 2 and 3 are another."""
+    first, second = false_of([FALSE, NEITHER, FALSE, FALSE])
+    assert (first.number, first.first) == (1, 0)
+    assert (second.number, second.first) == (2, 2)
+
+
+def test_contact_while_a_hand_holds_the_body_is_not_false():
+    """Both frames are of a body in a hand."""
     assert false_of([GRASPED, GRASPED]) == ()
 
 
@@ -90,84 +105,123 @@ def test_false_contacts_are_ordered_by_gap_and_not_by_length():
 
 
 def test_of_too_many_the_longest_are_measured(monkeypatch):
-    """The gap of one frame may be measured: the contact of two frames gets it, that of one frame does not."""
+    """Contacts of one frame and of two, at a gap of 0.5 m; the gap of a single frame may be measured: the longer's."""
     monkeypatch.setattr(module, "GAP_FRAMES_TOTAL", 1)
-    short, long = false_of([FALSE, NEITHER, FALSE, FALSE], [0.5, 1, 0.5, 0.5])
+    short, long = false_of([FALSE, NEITHER, FALSE, FALSE], gaps=[0.5, 1, 0.5, 0.5])
     assert np.isnan(short.metres) and long.metres == pytest.approx(0.5)
 
 
-@pytest.mark.slow
-def test_the_cause_is_the_solid_before_the_rate():
-    """Boxes 0.5 m apart, or 0.01 m deep in each other; at 1 Hz the answer of frame 0 is kept over all three frames.
+BODIES = cubes_and_outcomes([NEITHER])[0].bodies
+"""Two cubes of 2 m."""
 
-    Colliders that meet are named as the cause even where a rate of 1 Hz would explain the report too.
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "settings", "gap_m", "cause"),
+    [
+        pytest.param("collider", {"shape": "sphere"}, 0.5, Cause.UNEXPLAINED, id="balls 0.5 m apart"),
+        pytest.param("discrete", {"rate_hz": 1.0}, 0.5, Cause.LAST_ANSWER, id="a sample a second"),
+        pytest.param("collider", {"shape": "box", "rate_hz": 1.0}, -0.01, Cause.COLLIDERS_MEET, id="boxes 1 cm deep"),
+    ],
+)
+def test_the_cause_is_the_solid_before_the_rate(name, settings, gap_m, cause):
+    """Three frames; the cubes are 9 m apart, then ``gap_m``, and the last two frames are false contact.
+
+    At 1 Hz the answer of the sample before lasts. Colliders that meet are the cause even where such a rate is one too.
     """
-    bodies, pairs = cubes_and_outcomes([NEITHER])[0].bodies, np.array([[0, 1]])
-    ball = create_detector("collider", bodies, pairs=pairs, shape="sphere")
-    slow = create_detector("discrete", bodies, pairs=pairs, rate_hz=1.0)
-    box = create_detector("collider", bodies, pairs=pairs, shape="box", rate_hz=1.0)
-    for gap, detector, cause in (
-        (0.5, ball, Cause.UNEXPLAINED),
-        (0.5, slow, Cause.LAST_ANSWER),
-        (0.5, None, Cause.UNEXPLAINED),
-        (-0.01, box, Cause.COLLIDERS_MEET),
-    ):
-        assert false_of([NEITHER, FALSE, FALSE], [9.0, gap, gap], detector)[0].cause == cause
+    detector = create_detector(name, BODIES, pairs=np.array([[0, 1]]), **settings)
+    (contact,) = false_of([NEITHER, FALSE, FALSE], gaps=[9.0, gap_m, gap_m], detector=detector)
+    assert contact.cause == cause
+
+
+def test_detector_that_explains_nothing_leaves_a_contact_unexplained():
+    """Two frames of false contact at a gap of 0.5 m."""
+    (contact,) = false_of([NEITHER, FALSE, FALSE], gaps=[9.0, 0.5, 0.5], detector=None)
+    assert contact.cause == Cause.UNEXPLAINED
 
 
 @pytest.mark.parametrize(
     ("outcomes", "causes"),
     [
-        (
+        pytest.param(
             [NEITHER, NEITHER, MISSED, MISSED, BOTH, FALSE, FALSE, *[NEITHER] * 9, FALSE],
             [Cause.LATE, Cause.UNEXPLAINED],
+            id="two frames late",
         ),
-        (
+        pytest.param(
             [FALSE, *[NEITHER] * 9, FALSE, FALSE, BOTH, MISSED, MISSED, NEITHER, NEITHER],
             [Cause.UNEXPLAINED, Cause.EARLY],
+            id="two frames early",
         ),
-        ([NEITHER, NEITHER, BOTH, BOTH, FALSE, NEITHER, NEITHER, BOTH, BOTH, NEITHER, NEITHER], [Cause.UNEXPLAINED]),
+        pytest.param(
+            [NEITHER, NEITHER, BOTH, BOTH, FALSE, NEITHER, NEITHER, BOTH, BOTH, NEITHER, NEITHER],
+            [Cause.UNEXPLAINED],
+            id="in time",
+        ),
     ],
 )
 def test_constant_delay_is_the_cause_only_of_contacts_it_moved(outcomes, causes):
-    """Two frames late, two frames early, each with a false contact far from any true contact; and no delay."""
+    """A contact of three frames is reported two frames late, or early; a false contact far from it is unexplained.
+
+    Where contacts are reported in time, a false frame after one of them is unexplained too.
+    """
     assert [item.cause for item in false_of(outcomes)] == causes
 
 
 STEP = "between physics steps"
-REPORTS = [
-    # What frames of 10 ms are: true, or false; when an engine of 50 steps a second says begin and end; and why.
-    ("...FFBBBBF...", (0.02, 0.10), ["early", STEP]),
-    ("....BBBBFFFF.", (0.04, 0.12), ["late"]),
-    ("....BFFB.....", (0.04, 0.08), ["unexplained"]),
-    ("....BFBBB....", (0.04, 0.08), [STEP]),
-    ("....FFF......", (0.04, 0.06), ["unexplained"]),
-    ("....BBBFFF...", (0.04, None), ["late"]),
-]
+"""Cause of a frame that is false because the engine's next step is still to come."""
 
 
-@pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
-@pytest.mark.parametrize("steps", [50.0, None])
-def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes, steps):
-    """Frames: both touch (B), a false contact (F) or none (.); only a known step rate can explain one of its steps."""
+@pytest.mark.parametrize(
+    ("frames", "begin_s", "end_s", "causes", "causes_of_unknown_rate"),
+    [
+        pytest.param(
+            "...FFBBBBF...", 0.02, 0.10, ["early", STEP], ["early", "late"], id="two frames early, ends a frame late"
+        ),
+        pytest.param("....BBBBFFFF.", 0.04, 0.12, ["late"], ["late"], id="four frames late"),
+        pytest.param("....BFFB.....", 0.04, 0.08, ["unexplained"], ["unexplained"], id="two false frames within"),
+        pytest.param("....BFBBB....", 0.04, 0.08, [STEP], ["unexplained"], id="one false frame within"),
+        pytest.param("....FFF......", 0.04, 0.06, ["unexplained"], ["unexplained"], id="nothing there"),
+        pytest.param("....BBBFFF...", 0.04, None, ["late"], ["late"], id="never ends"),
+    ],
+)
+@pytest.mark.parametrize("rate_hz", [50.0, None], ids=["50 steps a second", "rate unknown"])
+def test_an_engine_reports_early_late_or_at_its_next_step(
+    frames, begin_s, end_s, causes, causes_of_unknown_rate, rate_hz
+):
+    """Frames of 10 ms: both touch (B), a false contact (F) or none (.); the engine reports a begin and an end.
+
+    A false frame that its next step, up to 20 ms later, ends is between steps; only a known rate can say so.
+    """
     outcomes = [{".": NEITHER, "B": BOTH, "F": FALSE}[item] for item in frames]
     assembly, _ = cubes_and_outcomes(outcomes)
-    stamps = zip(("enter", "exit"), report, strict=True)
-    contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
-    known = {} if steps is None else {"rate_hz": steps}
-    engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, first_ns=0, residual=0.0, settings=known)
-    late = [item if steps else item.replace(STEP, "late" if "F." in frames else "unexplained") for item in causes]
-    assert [item.cause for item in false_of(outcomes, gaps=None, detector=engine)] == late
+    contacts = [LiveContact(round(begin_s * 1e9), "a", "b", "enter")]
+    if end_s is not None:
+        contacts.append(LiveContact(round(end_s * 1e9), "a", "b", "exit"))
+    settings = {} if rate_hz is None else {"rate_hz": rate_hz}
+    engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, first_ns=0, residual=0.0, settings=settings)
+    expected = causes_of_unknown_rate if rate_hz is None else causes
+    assert [item.cause for item in false_of(outcomes, detector=engine)] == expected
 
 
-def test_false_contact_is_blamed_on_clock_before_late_report():
-    """``residual``: s by which the engine's clock is uncertain; ``gap``: m between its colliders, below 0 they meet."""
+@pytest.mark.parametrize(
+    ("clock_uncertainty_s", "gap_m", "settings", "cause"),
+    [
+        pytest.param(0.0, 0.5, {}, "late", id="exact clock"),
+        pytest.param(0.001, 0.5, {}, "clock", id="uncertain clock"),
+        pytest.param(0.0, 0.5, {"shape": "box"}, "late", id="colliders apart"),
+        pytest.param(0.0, -0.1, {"shape": "box"}, Cause.COLLIDERS_MEET, id="colliders meet"),
+    ],
+)
+def test_false_contact_is_blamed_on_clock_before_late_report(clock_uncertainty_s, gap_m, settings, cause):
+    """Frames of 10 ms: a true contact in frame 1, reported from 10 to 20 ms, and a false one in frame 2.
+
+    ``gap_m``: metres between the colliders, below 0 they meet.
+    """
     assembly, _ = cubes_and_outcomes([NEITHER])
-    contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
-
-    def cause(residual, gap=0.5, **known):
-        engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, residual, known)
-        return false_of([NEITHER, BOTH, FALSE, NEITHER], [gap] * 4, engine)[0].cause
-
-    assert [cause(0.0), cause(0.001), cause(0.0, shape="box")] == ["late", "clock", "late"]
-    assert cause(0.0, -0.1, shape="box") == Cause.COLLIDERS_MEET
+    reports = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
+    engine = recorded_detector(
+        assembly.bodies, assembly.pairs, reports, first_ns=0, residual=clock_uncertainty_s, settings=settings
+    )
+    (contact,) = false_of([NEITHER, BOTH, FALSE, NEITHER], gaps=[gap_m] * 4, detector=engine)
+    assert contact.cause == cause

@@ -7,7 +7,6 @@ from rich.console import Console
 from support.small_worlds import unit_cubes_on_x
 
 from cdcore import Verdict
-from cdcore.protocol import counts_as_contact
 from replay.auditing.flicker import interruptions_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
@@ -19,11 +18,17 @@ from replay.errors import DetectorSpecError
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text
 
-DEEP, CLEAR = -0.0002, 0.05
-"""Metres between the cubes while they touch, and far from each other."""
+DEEP = -0.0002
+"""Metres of gap between the cubes while they touch: 0.2 mm deep in each other."""
 
-BOUNCES = [CLEAR] * 20 + [DEEP, DEEP, 0.0003, DEEP, 0.00046, 0.0001, DEEP, 0.0002, DEEP] + [CLEAR] * 20
-"""One contact, interrupted three times by half a millimetre."""
+FAR = 0.05
+"""Metres of gap between the cubes far from each other."""
+
+BOUNCES = [FAR] * 20 + [DEEP, DEEP, 0.0003, DEEP, 0.00046, 0.0001, DEEP, 0.0002, DEEP] + [FAR] * 20
+"""Metres of gap, frame by frame of 10 ms: one contact of nine frames, four of them gaps of up to 0.46 mm.
+
+The gaps interrupt it three times: by one, two and one frames.
+"""
 
 
 def cubes_at_gaps(metres, **more):
@@ -32,13 +37,17 @@ def cubes_at_gaps(metres, **more):
 
 
 def flicker(session, label="exact", **settings):
-    """The interrupted contacts of a detector, and the whole run."""
+    """What is counted of the interrupted contacts of a detector, and the whole run."""
     result = compute(session, **{"detectors": "exact,mesh=discrete", "oracle": "exact"} | settings)
     return result.document.detectors[label].flicker, result
 
 
 def test_bounces_within_half_a_millimetre_count_as_one_contact():
-    """Release at 0.5 mm counts the four frames between the bounces as contact, 4 of 9 frames: 44 % false contact."""
+    """BOUNCES are four reported contacts, which are one, interrupted three times by at most 0.46 mm.
+
+    A contact that lasts up to a gap of 0.5 mm ("release") joins them: 4 of its 9 frames are false, 44 %. The note of
+    the run says the same.
+    """
     counted, result = flicker(cubes_at_gaps(BOUNCES))
     assert (counted.reported, counted.contacts, counted.joined, counted.interruptions) == (4, 4, 1, 3)
     assert counted.widest == pytest.approx(0.00046)
@@ -55,17 +64,20 @@ def test_bounces_within_half_a_millimetre_count_as_one_contact():
 @pytest.mark.parametrize(
     ("frames_away", "metres", "flickers"),
     [
-        (1, 0.0049, True),
-        (10, 0.0049, True),
-        (11, 0.0049, False),
-        (1, 0.0051, False),
-        (5, 0.02, False),
-        (30, 1.0, False),
+        pytest.param(1, 0.0049, True, id="a frame, 4.9 mm"),
+        pytest.param(10, 0.0049, True, id="ten frames, 4.9 mm"),
+        pytest.param(11, 0.0049, False, id="eleven frames"),
+        pytest.param(1, 0.0051, False, id="5.1 mm"),
+        pytest.param(5, 0.02, False, id="20 mm"),
+        pytest.param(30, 1.0, False, id="long and far"),
     ],
 )
 def test_body_that_leaves_far_or_long_does_not_flicker(frames_away, metres, flickers):
-    """Up to ten frames (100 ms) and 5 mm away, two contacts are joined."""
-    counted, result = flicker(cubes_at_gaps([CLEAR, DEEP, DEEP, *[metres] * frames_away, DEEP, DEEP, CLEAR]))
+    """Two contacts of two frames; between them the cube is so far away for so many frames of 10 ms.
+
+    Up to ten frames (100 ms) and 5 mm away, they are one contact that flickers, joined by a release distance of 5 mm.
+    """
+    counted, result = flicker(cubes_at_gaps([FAR, DEEP, DEEP, *[metres] * frames_away, DEEP, DEEP, FAR]))
     assert (counted is not None) == flickers == bool(flicker_notes(result))
     if flickers:
         assert (counted.contacts, counted.joined, counted.release.metres) == (2, 1, 0.005)
@@ -74,55 +86,76 @@ def test_body_that_leaves_far_or_long_does_not_flicker(frames_away, metres, flic
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
-    """Gaps scatter by 0.14 mm about a touch; the release distance is the largest of them, rounded up to 0.1 mm."""
+    """120 gaps scatter by 0.14 mm about a touch: a loop counts contacts, without and with a release distance.
+
+    A contact begins at a gap of 0 and lasts up to the release distance, which is the largest of the gaps, rounded up to
+    0.1 mm.
+    """
     noise = np.random.default_rng(seed).normal(0.0, 0.00014, 120)
-    metres = [*[CLEAR] * 3, *noise.tolist(), *[CLEAR] * 3]
+    metres = [*[FAR] * 3, *noise.tolist(), *[FAR] * 3]
     counted, _ = flicker(cubes_at_gaps(metres))
-    touching, lasting, contacts, joined = False, False, 0, 0
+    assert counted.release.metres == pytest.approx(np.ceil(1e4 * max(noise)) / 1e4)
+    was_touching, is_lasting, contacts, joined_contacts = False, False, 0, 0
     for gap in metres:
-        contacts += gap <= 0.0 and not touching
-        touching = gap <= 0.0
-        begins = touching and not lasting
-        lasting = touching or (lasting and gap <= counted.release.metres)
-        joined += begins
+        is_touching = gap <= 0.0
+        contacts += is_touching and not was_touching
+        joined_contacts += is_touching and not is_lasting
+        is_lasting = is_touching or (is_lasting and gap <= counted.release.metres)
+        was_touching = is_touching
     assert counted.reported == contacts > 10
-    assert counted.release.contacts == joined < contacts
-    within = noise[noise < 0.005]
-    assert counted.release.metres == pytest.approx(np.ceil(1e4 * max(within)) / 1e4)
+    assert counted.release.contacts == joined_contacts < contacts
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("detector", ["mesh=discrete[rate_hz=40]", "mesh=collider[skin_m=0.00005]"])
+@pytest.mark.parametrize(
+    "detector",
+    [
+        pytest.param("mesh=discrete[rate_hz=40]", id="samples at 40 Hz"),
+        pytest.param("mesh=collider[skin_m=0.00005]", id="a skin of 0.05 mm"),
+    ],
+)
 def test_proposed_release_distance_has_the_predicted_effect(detector):
-    """Gaps of 0.1 mm, with 0.2 mm of noise, flicker; the proposal of the first run is the detector of the second."""
+    """120 gaps of 0.1 mm, with 0.2 mm of noise, flicker; a first run proposes a release distance and predicts figures.
+
+    The second run is of the detector with that distance: false contact, contacts and interruptions are as predicted,
+    and its row says that contact is "off at" that distance.
+    """
     noise = np.random.default_rng(1).normal(0.0001, 0.0002, 120)
-    session = cubes_at_gaps([*[CLEAR] * 3, *noise.tolist(), *[CLEAR] * 3])
+    session = cubes_at_gaps([*[FAR] * 3, *noise.tolist(), *[FAR] * 3])
     counted, first = flicker(session, "mesh", detectors=f"exact,{detector}")
-    again, second = flicker(session, "mesh", detectors=f"exact,mesh={counted.release.setting}")
-    without, with_release = (
+    predicted = counted.release
+    counted_again, second = flicker(session, "mesh", detectors=f"exact,mesh={predicted.setting}")
+    without_release, with_release = (
         next(rank for rank in result.ranking if rank.label == "mesh") for result in (first, second)
     )
-    assert without.false.value == counted.release.false_contact_without
-    assert with_release.false.value == counted.release.false_contact
-    assert second.document.detectors["mesh"].contacts == counted.release.contacts < counted.reported
-    assert (0 if again is None else again.interruptions) == counted.release.interruptions
+    assert without_release.false.value == predicted.false_contact_without
+    assert with_release.false.value == predicted.false_contact
+    measured = second.document.detectors["mesh"]
+    assert measured.release == predicted.metres
+    assert measured.contacts == predicted.contacts < counted.reported
+    assert (0 if counted_again is None else counted_again.interruptions) == predicted.interruptions
     assert "off at" in with_release.what
-    assert second.document.detectors["mesh"].release == counted.release.metres
 
 
 def test_false_contact_within_a_release_distance_has_that_cause():
-    """BOUNCES has gaps of up to 0.46 mm, so a release distance of 0.5 mm keeps the contact in them."""
-    result = compute(cubes_at_gaps(BOUNCES), detectors="held=discrete[release_m=0.0005]", oracle="exact")
-    assert {fault.cause.value for fault in result.false["held"]} == {"within its release distance"}
-    assert result.false["held"][0].why.endswith(
-        "a contact lasts until the shapes are farther apart than its release distance."
-    )
+    """BOUNCES has gaps of up to 0.46 mm, so a release distance of 0.5 mm makes the contact last in them.
+
+    That is the cause of all false contact, each sentence says so, and the fix is to take the distance away.
+    """
+    result = compute(cubes_at_gaps(BOUNCES), detectors="lasting=discrete[release_m=0.0005]", oracle="exact")
+    false_contacts = result.false["lasting"]
+    assert {fault.cause.value for fault in false_contacts} == {"within its release distance"}
+    for fault in false_contacts:
+        assert fault.why.endswith("a contact lasts until the shapes are farther apart than its release distance.")
     assert result.answers[0].fix.text.startswith("No release distance")
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_band_prolongs_as_a_plain_loop_does(seed):
-    """Random verdicts of three pairs in 60 frames; ``near``: within the release distance."""
+    """Random verdicts of three pairs in 60 frames, four in five of which are sampled; ``near``: within the distance.
+
+    A contact lasts through clear samples while they are near. A lost pose changes nothing; any other answer ends it.
+    """
     rng = np.random.default_rng(seed)
     verdict = rng.choice(
         np.array([Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE, Verdict.UNRESOLVED, Verdict.NOT_FOUND], np.uint8),
@@ -130,24 +163,24 @@ def test_band_prolongs_as_a_plain_loop_does(seed):
         p=[0.5, 0.15, 0.1, 0.05, 0.2],
     )
     near, sampled = rng.random((60, 3)) < 0.7, rng.random(60) < 0.8
-    lasting = ReleaseBand(near).prolonged_verdicts(verdict[sampled], sampled)
+    prolonged = ReleaseBand(near).prolonged_verdicts(verdict[sampled], sampled)
     expected = verdict[sampled].copy()
-    for column in range(3):
-        on = False
+    for pair in range(3):
+        is_lasting = False
         for row, frame in enumerate(np.flatnonzero(sampled).tolist()):
-            own = Verdict(verdict[frame, column])
-            if own == Verdict.NO_POSE:
+            answer = Verdict(verdict[frame, pair])
+            if answer == Verdict.NO_POSE:
                 continue
-            parted = own in (Verdict.CLEAR, Verdict.NOT_FOUND)
-            on = own == Verdict.CONTACT or (on and parted and near[frame, column])
-            if on and parted:
-                expected[row, column] = Verdict.CONTACT
-    assert np.array_equal(lasting, expected)
-    assert (counts_as_contact(lasting) != counts_as_contact(verdict[sampled])).any()
+            is_clear = answer in (Verdict.CLEAR, Verdict.NOT_FOUND)
+            is_lasting = answer == Verdict.CONTACT or (is_lasting and is_clear and near[frame, pair])
+            if is_lasting and is_clear:
+                expected[row, pair] = Verdict.CONTACT
+    assert np.array_equal(prolonged, expected)
+    assert (expected != verdict[sampled]).any(), "some contact was prolonged"
 
 
 def test_contact_of_another_pair_is_no_flicker_interruption():
-    """a and b touch in frame 0, c and d in frame 2."""
+    """a and b touch in frame 0, c and d, 20 m away, in frame 2: no contact is interrupted by the pause between them."""
     session = unit_cubes_on_x({"a": [0.0] * 5, "b": [0.9, 3, 3, 3, 3], "c": [20.0] * 5, "d": [23, 23, 20.95, 23, 23]})
     result = compute(session, detectors="exact", oracle="none")
     contacts = result.episodes["exact"]
@@ -156,11 +189,9 @@ def test_contact_of_another_pair_is_no_flicker_interruption():
 
 
 def test_flicker_sentence_is_the_same_on_every_screen():
-    """The terminal, Markdown, the report and the picture have it word by word; JSON brings the same figures back."""
+    """The terminal, Markdown, the report and the text of the viewer have the note on BOUNCES word by word."""
     _, result = flicker(cubes_at_gaps(BOUNCES))
     (sentence, *_) = flicker_notes(result)
-    document = msgspec.json.decode(msgspec.json.encode(result.document), type=RunDocument)
-    assert document.detectors["exact"].flicker == result.document.detectors["exact"].flicker
     console = Console(width=200)
     with console.capture() as captured:
         console.print(run_screen(result))
@@ -173,8 +204,15 @@ def test_flicker_sentence_is_the_same_on_every_screen():
     assert [name for name, page in pages.items() if sentence not in page] == []
 
 
+def test_json_brings_back_the_figures_of_flicker():
+    """The document of a run of BOUNCES, written as JSON and read again."""
+    counted, result = flicker(cubes_at_gaps(BOUNCES))
+    document = msgspec.json.decode(msgspec.json.encode(result.document), type=RunDocument)
+    assert counted is not None and document.detectors["exact"].flicker == counted
+
+
 def test_reference_takes_no_release_distance():
-    """The reference is exact with a release distance of 1 mm."""
+    """The reference is exact with a release distance of 1 mm: it would call gaps contact."""
     with pytest.raises(DetectorSpecError, match="the reference has no release distance"):
         compute(cubes_at_gaps(BOUNCES), detectors="mesh=discrete", oracle="exact[release_m=0.001]")
 
@@ -190,6 +228,6 @@ def test_reference_takes_no_release_distance():
     ],
 )
 def test_release_distance_outside_0_to_1_metre_is_refused(metres):
-    """``metres``: as text, behind release_m= in a detector's settings."""
+    """``metres``: as text, behind release_m= in a detector's settings; the error names that setting."""
     with pytest.raises(DetectorSpecError, match="release_m="):
         compute(cubes_at_gaps(BOUNCES), detectors=f"discrete[release_m={metres}]")

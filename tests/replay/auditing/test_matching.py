@@ -15,51 +15,65 @@ from replay.auditing.matching import match_episodes
 
 
 def matched(subject, oracle, within=None, reach=0):
-    """Contacts of a detector matched with those of the reference."""
+    """Contacts of a detector matched with those of the reference.
+
+    ``within``: frames and pairs that are within tolerance. ``reach``: frames after its last that a report still covers.
+    """
     comparison, truth = compare(subject, oracle, within=within), episodes(oracle)
     return match_episodes(comparison, truth, episodes(subject), count_contacts(comparison, truth), reach)
 
 
 ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8"))["match"]
+"""Verdicts of a detector (``subject``) and the reference (``oracle``), a letter a frame, and how contacts are matched.
+
+Contacts of each side are numbered from 1. ``matched`` lists [true contact, reported contact, frames in common, seconds
+by which it begins late, seconds by which it lasts too long]; the other keys list numbers of contacts.
+"""
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["why"])
 def test_coded_frames_have_their_matches(row):
-    """A row of letters.toml: verdicts of subject and oracle, a letter a frame, and how contacts are matched."""
+    """What a row of ROWS says of matches must come out; what it does not mention is not tested by it."""
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
-    actual = matched(*sides, lambda frames, _: np.isin(frames, row.get("within", [])), row.get("reach", 0))
-    assert row.keys() <= vars(actual).keys() | {"why", "subject", "oracle", "covers", "within", "reach"}
-    for item, reported in zip(actual.matched, row.get("matched", actual.matched), strict=True):
-        figures = [item.truth, item.reported, item.overlap, item.onset_error, item.duration_error]
-        assert reported is item or figures == pytest.approx(reported)
-    rest = row.keys() & vars(actual).keys() - {"matched"}
-    assert {name: list(getattr(actual, name)) for name in rest} == {name: row[name] for name in rest}
+    frames_within_tolerance = row.get("within", [])
+    actual = matched(*sides, lambda frames, _: np.isin(frames, frames_within_tolerance), row.get("reach", 0))
+
+    expected = {key: row[key] for key in row.keys() - {"why", "subject", "oracle", "covers", "within", "reach"}}
+    assert expected, "the row says what comes out"
+    for pair, figures in zip(actual.matched, expected.pop("matched", ()), strict="matched" in row):
+        actual_figures = [pair.truth, pair.reported, pair.overlap, pair.onset_error, pair.duration_error]
+        assert actual_figures == pytest.approx(figures)
+    assert {name: list(getattr(actual, name)) for name in expected} == expected
 
 
 def test_each_report_of_a_split_contact_has_its_word():
-    """A contact of seven frames is reported in three parts of 1, 3 and 1 frames: the longest is matched."""
-    result = matched(verdict_column(".C.CCC.C."), verdict_column(".CCCCCCC."))
+    """A contact of seven frames is reported in three pieces of 1, 3 and 1 frames: the longest, report 2, is matched."""
+    result = matched(subject=verdict_column(".C.CCC.C."), oracle=verdict_column(".CCCCCCC."))
     assert result.status() == {1: "piece", 2: "matched", 3: "piece"}
 
 
-codes = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
+LETTERS = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
+"""A letter a frame: C contact, two in three, or . clear."""
 
 
-@given(codes, codes)
+@given(LETTERS, LETTERS)
 def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
-    """A report is matched to at most one contact, and each of either is counted once."""
+    """Matches share as many frames in all as SciPy's best assignment; each contact of either side is counted once."""
     size = min(len(left), len(right))
     subject, oracle = verdict_column(left[:size]), verdict_column(right[:size])
-    truth, result = episodes(oracle), episodes(subject)
-    weight = np.array(
-        [[max(0, min(a.last, b.last) - max(a.first, b.first) + 1) for b in result] for a in truth]
-    ).reshape(len(truth), len(result))
-    rows, partners = linear_sum_assignment(weight, maximize=True)
+    contacts, reports = episodes(oracle), episodes(subject)
+    frames_in_common = np.zeros((len(contacts), len(reports)), dtype=int)
+    for row, contact in enumerate(contacts):
+        for column, report in enumerate(reports):
+            last, first = min(contact.last, report.last), max(contact.first, report.first)
+            frames_in_common[row, column] = max(0, last - first + 1)
+    rows, columns = linear_sum_assignment(frames_in_common, maximize=True)
+
     actual = matched(subject, oracle)
-    assert sum(m.overlap for m in actual.matched) == weight[rows, partners].sum()
-    assert len({m.truth for m in actual.matched}) == len({m.reported for m in actual.matched}) == len(actual.matched)
-    assert len(actual.matched) + len(actual.missed) + len(actual.absorbed) + len(actual.excused_truth) == len(truth)
-    assert len(actual.matched) + len(actual.false_contacts) + len(actual.pieces) + len(actual.excused_reports) == len(
-        result
-    )
+    assert sum(match.overlap for match in actual.matched) == frames_in_common[rows, columns].sum()
+    matched_contacts, matched_reports = ([getattr(m, side) for m in actual.matched] for side in ("truth", "reported"))
+    contact_numbers = [*matched_contacts, *actual.missed, *actual.absorbed, *actual.excused_truth]
+    report_numbers = [*matched_reports, *actual.false_contacts, *actual.pieces, *actual.excused_reports]
+    assert sorted(contact_numbers) == list(range(1, len(contacts) + 1))
+    assert sorted(report_numbers) == list(range(1, len(reports) + 1))

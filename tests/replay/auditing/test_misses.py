@@ -16,12 +16,16 @@ KINDS = {
     (True, False): FaultKind.LOST_EARLY,
     (True, True): FaultKind.INTERRUPTED,
 }
-"""Whether the contact is found before a miss, and after it."""
+"""The kind of a miss by whether the same contact is reported before it, and after it."""
 
 
 @given(st.lists(st.tuples(st.sampled_from(".CCC"), st.sampled_from(".C-")), min_size=1, max_size=40))
 def test_misses_are_the_missed_frames_of_each_contact(contact_letters):
-    """Frames left out part a miss and change no kind."""
+    """A letter a frame, of the reference and the detector: C contact, . clear, - no pose.
+
+    Each segment of clear frames within a true contact is a miss; frames without a pose part a miss in two and change
+    no kind (KINDS).
+    """
     truth, reported = map("".join, zip(*contact_letters, strict=True))
     expected = []
     for number, contact in enumerate(re.finditer("C+", truth), 1):
@@ -35,22 +39,27 @@ def test_misses_are_the_missed_frames_of_each_contact(contact_letters):
 
 
 def test_misses_are_numbered_by_time_and_name_their_bodies():
-    """Each text is a frame of two pairs, C contact.
+    """Two pairs of bodies; each text is a frame of 10 ms, a letter a pair: C contact.
 
-    The first pair touches in frames 0 and 1, the second in 1 and 2; the detector reports the second, a frame late.
+    Rod and glass touch in frames 0 and 1, rod and jar in 1 and 2; the detector reports the jar alone, a frame late.
     """
     oracle, subject = verdicts(["C.", "CC", ".C"]), verdicts(["..", "..", ".C"])
     names = [("rod", "glass"), ("rod", "jar")]
-    first, second = missed_faults(compare(subject, oracle), episodes(oracle), names, oracle.times)
-    assert (first.number, first.bodies, first.start, first.end) == (1, ("rod", "glass"), 0.0, 0.02)
-    assert (second.number, second.pair, second.kind, second.contact) == (2, 1, FaultKind.REPORTED_LATE, 2)
-    assert first.kind.category is second.kind.category is FaultCategory.MISS
+    glass, jar = missed_faults(compare(subject, oracle), episodes(oracle), names, oracle.times)
+    assert (glass.number, glass.pair, glass.bodies, glass.contact) == (1, 0, ("rod", "glass"), 1)
+    assert (glass.start, glass.end, glass.kind) == (0.0, 0.02, FaultKind.NEVER_REPORTED)
+    assert (jar.number, jar.pair, jar.bodies, jar.contact) == (2, 1, ("rod", "jar"), 2)
+    assert (jar.start, jar.end, jar.kind) == (0.01, 0.02, FaultKind.REPORTED_LATE)
+    assert glass.kind.category is jar.kind.category is FaultCategory.MISS
 
 
 def test_a_miss_that_no_frame_shows_comes_last():
-    """``lengths``: metres of the curve in which the surfaces meet; where they only touch there is none to see."""
+    """Three contacts of a frame each are missed; only in the second do surfaces cross, in a curve of 0.01 m.
+
+    The other two have nothing to show: they come after it, in order of time.
+    """
     oracle, subject = verdict_column("C.C.C"), verdict_column(".....")
     misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
-    lengths = [0.0, 0.01, 0.0]
-    measured = [replace(miss, metres=metres) for miss, metres in zip(misses, lengths, strict=True)]
+    curve_lengths = [0.0, 0.01, 0.0]
+    measured = [replace(miss, metres=metres) for miss, metres in zip(misses, curve_lengths, strict=True)]
     assert [miss.number for miss in worst_first(measured)] == [2, 1, 3]

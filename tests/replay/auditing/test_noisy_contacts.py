@@ -4,23 +4,27 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, unit_cubes_on_x
+from support.small_worlds import STEP_NS, along_x, cube, unit_cubes_on_x
 
 from replay import run
 from replay.auditing import noisy_contacts as module
 from replay.document.gates import Gates
 from replay.document.headline import notes_of
 from replay.engine import compute
-from sessions import Session
+from sessions import MeshData, Session
 
 SIZE = "1 mm, 0 deg, 1 ms"
-"""Along one axis 1 mm over the root of three; frames 10 ms apart do not correlate."""
+"""Noise of a tracker: root mean square of the errors in position and rotation, and the time over which they correlate.
 
-SIGMA = 1e-3 / np.sqrt(3.0)
+Errors of frames, 10 ms apart, do not correlate."""
+
+SIGMA_MM = 1.0 / np.sqrt(3.0)
+"""Standard deviation along one of three axes of a position error of 1 mm in the root mean square: 0.58 mm."""
 
 FAR = [9.0] * 20
+"""A gap of 9 mm for 20 frames of 10 ms: more than the noise reaches, for long enough to part two contacts."""
 WAVERING = [*FAR, *[0.3, -0.2, 0.1, -0.5] * 10, *FAR, -0.4, *FAR, 0.5, *FAR]
-"""Gaps that noise of this size closes and opens: a glass at rest, a contact, and a near pass."""
+"""Gaps in mm that noise of this size closes and opens: a glass at rest, a contact, and a near pass."""
 
 
 def cubes_at_gaps_mm(millimetres, names="ab"):
@@ -30,26 +34,37 @@ def cubes_at_gaps_mm(millimetres, names="ab"):
 
 
 def noisy_run(session, **more):
-    """A run of ``slow``, which samples at 25 Hz, with noise of SIZE added to the poses."""
+    """A run of ``slow``, which samples at 25 Hz, with noise of SIZE added to the poses of both bodies, in 64 copies."""
     more = {"detectors": "slow=discrete[rate_hz=25]", "noise": [SIZE]} | more
     return compute(session, **more)
 
 
 @pytest.mark.slow
-def test_copies_with_contact_follow_the_normal_distribution():
-    """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
-    wide = [-0.4, 0.0, 0.7, 0.8]
-    session = cubes_at_gaps_mm([*FAR, *(item for gap in wide for item in (gap, *FAR))])
-    for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
-        noise = noisy_run(session, noise=sizes, noise_copies=4000).noise
-        fraction = [item.fraction for item in (*noise.contacts, *noise.near)]
-        assert fraction == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
+@pytest.mark.parametrize(
+    ("noise_of", "sigma_mm"),
+    [
+        pytest.param(SIZE, np.sqrt(2.0) * SIGMA_MM, id="both bodies"),
+        pytest.param(f"b={SIZE}", SIGMA_MM, id="one body"),
+    ],
+)
+def test_copies_with_contact_follow_the_normal_distribution(noise_of, sigma_mm):
+    """Parallel faces are -0.4, 0, 0.7 and 0.8 mm apart in a frame each; noise along one axis closes or opens the gap.
+
+    The fraction of copies with contact is the probability that an error is at least the gap, to 3 points: four standard
+    errors of 4000 copies.
+    """
+    gaps_mm = [-0.4, 0.0, 0.7, 0.8]
+    session = cubes_at_gaps_mm([*FAR, *(item for gap in gaps_mm for item in (gap, *FAR))])
+    noise = noisy_run(session, noise=[noise_of], noise_copies=4000).noise
+    fractions = [item.fraction for item in (*noise.contacts, *noise.near)]
+    assert fractions == pytest.approx([NormalDist(0, sigma_mm).cdf(-gap) for gap in gaps_mm], abs=0.03)
 
 
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable(monkeypatch):
     """6 mm deep for 120 frames, 0.1 mm deep once, 0.5 mm apart in frames 181 and 223; noise has 0.6 mm along the gap.
 
-    The 244 frames are drawn in three blocks; queried are these 123 and not those 6 mm apart.
+    The deep contact holds in all copies; of the other three some copies have a contact and some do not. Queried are
+    these 123 frames and not those 6 mm apart. The 244 frames are drawn in three blocks.
     """
     monkeypatch.setattr(module, "BLOCK_FRAMES", 90)
     result = noisy_run(cubes_at_gaps_mm([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR, 0.5, *FAR]))
@@ -57,78 +72,120 @@ def test_deep_contacts_hold_and_grazing_contacts_are_undecidable(monkeypatch):
     assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.labels)
     assert [(near.first, near.last) for near in noise.near] == [(181, 181), (223, 223)]
     assert all(0.05 < near.fraction < 0.95 for near in noise.near)
-    assert noise.resting == () and noise.queried == 123
-    settings = result.document.noise
-    assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
+    assert noise.resting == () and noise.queried == 120 + 1 + 2
+
+
+def test_document_has_the_settings_of_the_noise():
+    """The number of copies and the size of the noise stand in the document of the run."""
+    settings = noisy_run(cubes_at_gaps_mm([9.0, -1.0, 9.0]), noise_copies=8).document.noise
+    assert settings.copies == 8
+    assert settings.sizes == {"a": pytest.approx((1.0, 0.0, 1e-3)), "b": pytest.approx((1.0, 0.0, 1e-3))}
 
 
 def test_noise_of_a_distant_body_undoes_no_contact():
-    """a and b meet in frame 4; only c has noise, 50 m away."""
+    """Unit cubes a and b meet in frame 4 alone; only c has noise, 50 m away: all copies have the contact."""
     positions = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
     (contact,) = noisy_run(unit_cubes_on_x(positions), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.fraction, contact.word) == (1.0, module.HOLDS)
 
 
-def test_contact_in_95_percent_of_noisy_copies_holds():
-    """61 of 64 copies are 95.3 %, 60 are 93.8 %; likewise a contact in at most 5 % of copies (3, not 4) is absent."""
-    spans = [module.NoisySpan(0, 0, 0, fraction / 64) for fraction in (0, 3, 4, 60, 61, 64)]
-    states = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
-    assert [item.word for item in spans] == states
+@pytest.mark.parametrize(
+    ("copies_with_contact", "word"),
+    [
+        pytest.param(0, module.ABSENT, id="none"),
+        pytest.param(3, module.ABSENT, id="4.7 %"),
+        pytest.param(4, module.UNDECIDABLE, id="6.3 %"),
+        pytest.param(60, module.UNDECIDABLE, id="93.8 %"),
+        pytest.param(61, module.HOLDS, id="95.3 %"),
+        pytest.param(64, module.HOLDS, id="all"),
+    ],
+)
+def test_contact_in_95_percent_of_noisy_copies_holds(copies_with_contact, word):
+    """Of 64 copies; a contact in at most 5 % of them is absent."""
+    assert module.NoisySpan(pair=0, first=0, last=0, fraction=copies_with_contact / 64).word == word
 
 
 def test_contacts_of_a_glass_at_rest_are_undecidable():
-    """Frames 62 to 211 rest at gaps of -0.1 to 0.3 mm, which noise of 0.6 mm closes and opens."""
+    """Frames 62 to 211 rest at gaps of -0.1 to 0.3 mm, which noise of 0.6 mm closes and opens.
+
+    They are one interval at rest, within 12 frames, and no near passes. The contact of 6 mm in frames 20 and 21 holds;
+    each of the many short contacts at rest is undecidable, and a note says so of the pair.
+    """
     rest = 0.1 + 0.2 * np.sin(np.arange(150))
     result = noisy_run(cubes_at_gaps_mm([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]), noise_copies=32)
     (interval,) = result.noise.resting
-    assert (interval.first, interval.last) == pytest.approx((62, 211), abs=12) and result.noise.near == ()
-    before, *text = result.noise.labels
-    assert before == module.HOLDS and len(text) > 10 and set(text) == {module.UNDECIDABLE}
+    assert (interval.first, interval.last) == pytest.approx((62, 211), abs=12)
+    assert result.noise.near == ()
+    deep, *at_rest = result.noise.labels
+    assert deep == module.HOLDS
+    assert len(at_rest) > 10 and set(at_rest) == {module.UNDECIDABLE}
     assert "Noise leaves open whether the bodies of 1 pair at rest touch." in " ".join(notes_of(result))
 
 
 @pytest.mark.slow
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
-    """Neither size of blocks nor number of threads nor names of bodies do."""
+    """Neither the size of blocks nor the number of threads nor the order of the bodies does."""
     session = cubes_at_gaps_mm(WAVERING)
-    whole = noisy_run(session, noise_copies=16).noise
+    usual = noisy_run(session, noise_copies=16).noise
+    assert noisy_run(session, noise_copies=16, seed=1).noise != usual
     monkeypatch.setattr(module, "BLOCK_FRAMES", 7)
     for threads in (1, 5):
         monkeypatch.setattr(module.os, "cpu_count", lambda threads=threads: threads)
-        assert noisy_run(session, noise_copies=16).noise == whole
-    assert noisy_run(cubes_at_gaps_mm(WAVERING, names="ba"), noise_copies=16).noise == whole
-    assert noisy_run(session, noise_copies=16, seed=1).noise != whole
+        assert noisy_run(session, noise_copies=16).noise == usual
+    assert noisy_run(cubes_at_gaps_mm(WAVERING, names="ba"), noise_copies=16).noise == usual
 
 
-def test_gates_count_only_contacts_that_hold_despite_noise(tmp_path):
-    """Three contacts, all missed at 7 Hz: one 6 mm deep, which holds, and two of 0.1 mm, which noise may undo."""
+@pytest.fixture(scope="module")
+def run_of_three_misses(tmp_path_factory):
+    """A run and its folder: three contacts are missed at 7 Hz, one of 6 mm and two of 0.1 mm, which noise may undo."""
     session = cubes_at_gaps_mm([*FAR, -6.0, -6.0, *FAR, -0.1, *FAR, -0.1, *FAR])
-    result = run(session, detectors="slow=discrete[rate_hz=7]", noise=SIZE, out=tmp_path / "run", picture=False)
-    tables = result.tables
-    assert tables["episodes"].where(detector="exact").column("noise") == ["holds", *["undecidable"] * 2]
-    misses = zip(*(tables["misses"].column(name) for name in ("noise", "noise_share")), strict=True)
-    assert {(word, fraction == 1.0) for word, fraction in misses} == {("holds", True), ("undecidable", False)}
-    assert "With tracker noise: holds." in (tmp_path / "run" / "report.html").read_text()
-    figures = result.document.audit["slow"]
-    assert figures.contacts_missed == 3 and figures.noise_proof.contacts == figures.noise_proof.contacts_missed == 1
+    folder = tmp_path_factory.mktemp("noise") / "run"
+    result = run(session, detectors="slow=discrete[rate_hz=7]", noise=SIZE, out=folder, picture=False)
+    assert result.document.audit["slow"].contacts_missed == 3
+    return result, folder
+
+
+def test_gates_count_only_contacts_that_hold_despite_noise(run_of_three_misses):
+    """Only the deep contact holds: 1 of 1 is missed, more than the limit of half, and the gate says what is counted."""
+    result, _ = run_of_three_misses
+    noise_proof = result.document.audit["slow"].noise_proof
+    assert (noise_proof.contacts, noise_proof.contacts_missed) == (1, 1)
     (text, *_) = Gates(max_missed=0.5).broken_limits(result.document.audit, [])
     assert "slow missed" in text and " of 1" in text and text.endswith("counted is what holds in spite of the noise")
 
 
+def test_tables_and_report_say_which_contacts_hold(run_of_three_misses):
+    """The deep contact and its miss are in all copies (``noise_share`` 1), the two others only in some."""
+    result, folder = run_of_three_misses
+    contacts = result.tables["episodes"].where(detector="exact").column("noise")
+    assert contacts == ["holds", "undecidable", "undecidable"]
+    misses = zip(*(result.tables["misses"].column(name) for name in ("noise", "noise_share")), strict=True)
+    assert {(word, fraction == 1.0) for word, fraction in misses} == {("holds", True), ("undecidable", False)}
+    assert "With tracker noise: holds." in (folder / "report.html").read_text()
+
+
 def test_run_without_noise_reports_nothing_about_noise():
-    """Cubes overlap by 1 mm in the second of three frames."""
+    """Cubes overlap by 1 mm in the second of three frames, and no noise is requested."""
     result = compute(cubes_at_gaps_mm([9.0, -1.0, 9.0]), detectors="hybrid")
-    assert result.noise is None is result.document.noise and result.document.audit["hybrid"].noise_proof is None
+    assert result.noise is None
+    assert result.document.noise is None
+    assert result.document.audit["hybrid"].noise_proof is None
     assert not any("noise" in line for line in notes_of(result))
 
 
 def test_noise_of_a_rotation_reaches_as_far_as_its_lever():
-    """A rod of 2 m: half a degree moves its end by 9 mm, which closes a gap of 3 mm in some copies."""
-    rod = cube()
-    long = type(rod)(rod.vertices * [0.02, 2.0, 0.02], rod.faces)
-    poses = {"rod": along_x([0.063] * 30), "cube": along_x([0.0] * 30)}
-    poses["rod"][0][:, 1], poses["cube"][0][:, 1] = 0.2, 1.1
-    poses["cube"][0][0, 1] = 1.15
-    session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(edge=0.1)})
-    result = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s")
-    assert result.noise.queried == 30 and (result.noise.near or result.noise.resting)
+    """Beside the upper end of a rod of 2 m rests a cube, 3 mm away: half a degree moves that end by 9 mm.
+
+    So every frame is queried, and in some copies rod and cube touch; without a lever, noise of 0 mm reaches nothing.
+    """
+    frames, rod_end_y, gap_m = 30, 1.0, 0.003
+    rod = MeshData(cube().vertices * [0.02, 2.0, 0.02], cube().faces)
+    small_cube = cube(edge=0.1)
+    rod_x = small_cube.vertices[:, 0].max() + gap_m + rod.vertices[:, 0].max()
+    poses = {"rod": along_x([rod_x] * frames), "cube": along_x([0.0] * frames)}
+    poses["cube"][0][:, 1] = rod_end_y - 0.1
+    poses["cube"][0][0, 1] = rod_end_y - 0.05  # without a move neither of the two would be a moving body
+    session = Session.from_arrays(np.arange(frames) * STEP_NS, poses, {"rod": rod, "cube": small_cube})
+    noise = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s").noise
+    assert noise.queried == frames
+    assert noise.near or noise.resting

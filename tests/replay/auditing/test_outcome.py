@@ -9,6 +9,7 @@ OUTCOMES = {
     ".": Outcome.NEITHER, "B": Outcome.BOTH, "M": Outcome.MISSED, "F": Outcome.FALSE_CONTACT,
     "t": Outcome.WITHIN_TOLERANCE, "b": Outcome.BETWEEN_FRAMES, "-": Outcome.LEFT_OUT, "g": Outcome.GRASPED,
 }  # fmt: skip
+"""What a detector and the reference say of a pair in a frame: neither or both report contact, it is missed, ..."""
 
 
 def outcome_row(outcomes):
@@ -24,26 +25,40 @@ def outcome_row(outcomes):
     ],
 )  # fmt: skip
 def test_members_of_a_group_have_a_joint_outcome(members, joined):
-    """A frame in which one member is missed and another reported falsely is a contact of both."""
+    """Two bodies count as one against a third: a letter of OUTCOMES a member, in either order, and that of the group.
+
+    Where one member is missed (M) and another reported falsely (F) both sides say contact of the group (B).
+    """
     for outcomes in (members, members[::-1]):
         assert joined_outcome(outcome_row(outcomes)).tolist() == [OUTCOMES[joined]]
 
 
 @pytest.mark.parametrize(
-    ("contact_columns", "by_contact"), [([0, 1, 0], "BF."), ([0, 1, 2], "MFB"), ([0, 0, 0], "B.."), (None, "MFB")]
+    ("first_pair_of_group", "by_contact"),
+    [
+        pytest.param([0, 1, 0], "BF.", id="first and third are a group"),
+        pytest.param([0, 1, 2], "MFB", id="each alone"),
+        pytest.param([0, 0, 0], "B..", id="all are a group"),
+        pytest.param(None, "MFB", id="no groups"),
+    ],
 )
-def test_contacts_of_a_group_stand_in_its_first_column(contact_columns, by_contact):
-    """Three pairs are missed, false and both. ``contact_columns``: for each pair the first of its group.
+def test_contacts_of_a_group_stand_in_its_first_column(first_pair_of_group, by_contact):
+    """In a frame the first of three pairs is missed (M), the second false (F), and both say contact of the third (B).
 
-    With [0, 1, 0] the first and third are a group: both (B) in column 0, and column 2 is empty.
+    A group has its joint outcome in the column of its first pair, and nothing (.) in those of the others.
     """
-    columns = None if contact_columns is None else np.array(contact_columns)
+    columns = None if first_pair_of_group is None else np.array(first_pair_of_group)
     comparison = Comparison("subject", "oracle", outcome_row("MFB"), columns)
     assert comparison.by_contact.tolist() == outcome_row(by_contact).tolist()
 
 
 def test_frames_without_a_pose_are_no_frames_of_contact():
-    """Contact from frame 2 to 9; poses are lost in frames 3 and 4, and from 8 to 12."""
+    """A contact of frames 2 to 9; poses are lost in frames 3 and 4, and from 8 to 12, of which 8 and 9 are in it.
+
+    Frames 4 to 8 of it hold two lost ones, 4 and 8; frames 5 to 7 none; frame 3 one.
+    """
     contact = Episode(pair=0, first=2, last=9, start=0.0, end=1.0, lost=((3, 4), (8, 12)))
-    assert (contact.frames_lost, contact.frames) == (4, 4)
-    assert [contact.lost_within(*frames) for frames in ((4, 8), (5, 7), (3, 3))] == [2, 0, 1]
+    assert (contact.frames_lost, contact.frames) == (2 + 2, 8 - 4)
+    assert contact.lost_within(4, 8) == 2
+    assert contact.lost_within(5, 7) == 0
+    assert contact.lost_within(3, 3) == 1

@@ -16,7 +16,7 @@ from replay.engine import compute
 
 
 def bumps(seed, frames=120):
-    """Two cubes that meet now and then for one to six frames."""
+    """Two unit cubes that overlap by 0.1 m eight times, for one to six frames of 10 ms, and else are 2 m apart."""
     rng = np.random.default_rng(seed)
     positions = np.full(frames, 3.0)
     for first in np.cumsum(rng.integers(7, 20, 8)):
@@ -26,56 +26,63 @@ def bumps(seed, frames=120):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
-    ("detector", "seed"),
+    ("detector", "rate_hz", "seed"),
     [
-        ("discrete", 0),
-        ("collider[shape=hull]", 1),
-        ("collider[shape=box]", 2),
-        ("collider[shape=hull]", 3),
-        ("collider[shape=box]", 4),
-        ("discrete", 5),
+        ("discrete", 12.0, 0),
+        ("collider[shape=hull]", 20.0, 1),
+        ("collider[shape=box]", 33.0, 2),
+        ("collider[shape=hull]", 12.0, 3),
+        ("collider[shape=box]", 20.0, 4),
+        ("discrete", 33.0, 5),
     ],
 )
-def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, seed):
-    """No offset that shows the fault is nearer the mean in missed frames, missed contacts and false fraction alike."""
-    rate = (12.0, 20.0, 33.0)[seed % 3]
-    name, _, settings = detector.rstrip("]").partition("[")
-    requested = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"
-    result = compute(bumps(seed), detectors=requested)
+def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, rate_hz, seed):
+    """A detector of a low rate is counted at 16 offsets of its first sample; the run displays what happens at one.
+
+    No offset that shows the larger fault (missed or false contact) is nearer the mean over all in missed frames, missed
+    contacts and false fraction alike; and a detector with a fault has a sentence why, and a moment that shows it.
+    """
+    settings = detector.removesuffix("]") + (",rate_hz=" if "[" in detector else "[rate_hz=") + f"{rate_hz}]"
+    result = compute(bumps(seed), detectors=f"slow={settings}")
     offsets, audit = result.phases["slow"], result.document.audit["slow"]
-    displayed = result.document.detectors["slow"].settings["sampling_offset_s"]
-    number = int(np.flatnonzero(offsets.seconds == displayed)[0])
+    displayed_offset_s = result.document.detectors["slow"].settings["sampling_offset_s"]
+    displayed = int(np.flatnonzero(offsets.seconds == displayed_offset_s)[0])
     assert len(offsets.seconds) == OFFSET_COUNT
     # What the run shows and what was counted at that offset are the same frames.
-    assert np.array_equal(result.counts["slow"].frames_by_outcome, offsets.frames_by_outcome[number])
-    assert audit.false_contact.value == pytest.approx(offsets.false_fractions[number])
-    (answer,), rank = result.answers, result.ranking[0]
-    missed, never = (
-        offsets.frames_by_outcome.sum(axis=1)[:, Outcome.MISSED],
-        offsets.faults["contacts_missed"].sum(axis=1),
-    )
-    away = np.abs([counts - counts.mean() for counts in (missed, never, offsets.false_fractions)])
-    shows = offsets.false_fractions > 0 if rank.leads_false else missed > 0
-    assert shows[number] or not shows.any()
-    nearer = (away < away[:, [number]] - 1e-12).all(axis=0) & shows
-    assert not nearer.any(), "another offset that shows the fault is nearer the mean in every count"
+    assert np.array_equal(result.counts["slow"].frames_by_outcome, offsets.frames_by_outcome[displayed])
+    assert audit.false_contact.value == pytest.approx(offsets.false_fractions[displayed])
+
+    missed_frames = offsets.frames_by_outcome.sum(axis=1)[:, Outcome.MISSED]
+    missed_contacts = offsets.faults["contacts_missed"].sum(axis=1)
+    counts_at_offsets = np.stack([missed_frames, missed_contacts, offsets.false_fractions])
+    from_the_mean = np.abs(counts_at_offsets - counts_at_offsets.mean(axis=1, keepdims=True))
+    rank = result.ranking[0]
+    shows_fault = offsets.false_fractions > 0 if rank.leads_false else missed_frames > 0
+    assert shows_fault[displayed] or not shows_fault.any()
+    is_nearer = (from_the_mean < from_the_mean[:, [displayed]] - 1e-12).all(axis=0)
+    assert not (is_nearer & shows_fault).any(), "another offset that shows the fault is nearer the mean in every count"
+
+    (answer,) = result.answers
     assert bool(answer.why) == bool(rank.loss) == (answer.moment is not None)
     if rank.loss:
         assert answer.moment.kind == ("false" if rank.leads_false else "miss")
 
 
 @pytest.mark.slow
-def test_requested_offset_is_kept():
-    """Sampled at 20 Hz from ``offset`` on (to 1 us), every frame has the exact answer of the last sample."""
-    for offset in (0.0, 0.013):
-        result = compute(bumps(seed=1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")
-        assert result.document.detectors["slow"].settings["sampling_offset_s"] == offset
-        times = result.assembly.motion.times
-        ticks = np.floor((times - offset + 1e-6) * 20.0)
-        sampled = np.flatnonzero(np.diff(ticks, prepend=-np.inf) > 0)
-        last = sampled[np.searchsorted(sampled, np.arange(len(times)), side="right") - 1]
-        verdict = result.detections["slow"].verdict
-        assert np.array_equal(verdict, result.detections["exact"].verdict[last])
+@pytest.mark.parametrize("offset_s", [0.0, 0.013])
+def test_requested_offset_is_kept(offset_s):
+    """A detector samples at 20 Hz from ``offset_s`` on; every frame has the exact answer of the last sample.
+
+    Samples are the first frames at or after each multiple of 50 ms, to a microsecond.
+    """
+    result = compute(bumps(seed=1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset_s}]")
+    assert result.document.detectors["slow"].settings["sampling_offset_s"] == offset_s
+    times = result.assembly.motion.times
+    ticks = np.floor((times - offset_s + 1e-6) * 20.0)
+    sampled = np.flatnonzero(np.diff(ticks, prepend=-np.inf) > 0)
+    last_sample = sampled[np.searchsorted(sampled, np.arange(len(times)), side="right") - 1]
+    verdict = result.detections["slow"].verdict
+    assert np.array_equal(verdict, result.detections["exact"].verdict[last_sample])
 
 
 def test_false_contacts_of_each_offset_are_counted():
@@ -85,47 +92,68 @@ def test_false_contacts_of_each_offset_are_counted():
     """
     truth, reported = verdict_column("........C."), verdict_column("CC..CC..C.")
     reference = SimpleNamespace(contacts=(), compare=lambda subject: compare(subject, truth))
-    counts = offset_counts(100.0, reported, reference)
+    rate_of_the_frames_hz = 100.0
+    counts = offset_counts(rate_of_the_frames_hz, reported, reference)
     assert counts.false_contacts.tolist() == [2] * OFFSET_COUNT
     assert counts.false_fractions == pytest.approx([4 / 5] * OFFSET_COUNT)
-    assert (counts.false_contact.count, counts.false_contact.of, counts.false_contact.clusters) == (64, 80, 3)
+    false_contact = counts.false_contact
+    assert (false_contact.count, false_contact.of, false_contact.clusters) == (4 * 16, 5 * 16, 3)
 
 
 def counts_at_offsets(missed, both, false_fractions):
     """Counts of one contact: frames missed and reported at each offset; the offsets are 0, 1, 2, ... seconds."""
     frames_by_outcome = np.zeros((len(missed), 1, len(Outcome)), dtype=int)
     frames_by_outcome[:, 0, Outcome.MISSED], frames_by_outcome[:, 0, Outcome.BOTH] = missed, both
-    offsets = np.arange(len(missed))
-    return OffsetCounts(frames_by_outcome, proportion(0, 1), offsets, np.array(false_fractions), offsets.astype(float))
+    number = np.arange(len(missed))
+    return OffsetCounts(
+        frames_by_outcome=frames_by_outcome,
+        false_contact=proportion(0, 1),
+        false_contacts=np.zeros_like(number),
+        false_fractions=np.array(false_fractions),
+        seconds=number.astype(float),
+    )
 
 
 @pytest.mark.parametrize(
     ("missed", "both", "false_fractions", "typical"),
     [
         # Missed are 0.5, 0.6 and 0.2 of the contact, 0.43 in the mean.
-        ((5, 3, 2), (5, 2, 8), (0.0, 0.0, 0.0), 0),
+        pytest.param((5, 3, 2), (5, 2, 8), (0.0, 0.0, 0.0), 0, id="time missed"),
         # The mean of what is false is 0.43.
-        ((0, 0, 0), (9, 9, 9), (0.1, 0.4, 0.8), 1),
+        pytest.param((0, 0, 0), (9, 9, 9), (0.1, 0.4, 0.8), 1, id="time false"),
         # The mean is nearest to no fault, and a fault is displayed.
-        ((0, 0, 0, 4), (4, 4, 4, 0), (0.0, 0.0, 0.0, 0.0), 3),
-        ((0, 0, 0, 0), (4, 4, 4, 4), (0.0, 0.0, 0.4, 0.0), 2),
-        # A quarter of the contacts and of their time is missed, more than the 0.3 of the reports that are false.
-        ((0, 0, 0, 4), (4, 4, 4, 0), (0.4, 0.4, 0.4, 0.0), 3),
+        pytest.param((0, 0, 0, 4), (4, 4, 4, 0), (0.0, 0.0, 0.0, 0.0), 3, id="missed at one offset"),
+        pytest.param((0, 0, 0, 0), (4, 4, 4, 4), (0.0, 0.0, 0.4, 0.0), 2, id="false at one offset"),
+        # A quarter of the contacts and a quarter of their time, 0.5, is more than the 0.3 of the reports that is false.
+        pytest.param((0, 0, 0, 4), (4, 4, 4, 0), (0.4, 0.4, 0.4, 0.0), 3, id="more missed than false"),
         # More is false, 0.6, than missed.
-        ((0, 0, 0, 4), (4, 4, 4, 0), (0.8, 0.8, 0.8, 0.0), 0),
-        ((0, 0), (4, 4), (0.0, 0.0), 0),
+        pytest.param((0, 0, 0, 4), (4, 4, 4, 0), (0.8, 0.8, 0.8, 0.0), 0, id="more false than missed"),
+        pytest.param((0, 0), (4, 4), (0.0, 0.0), 0, id="no fault"),
     ],
 )
 def test_typical_offset_displays_the_larger_fault_nearest_its_mean(missed, both, false_fractions, typical):
-    """``missed``, ``both``: frames of a contact at each offset; ``typical``: number of the offset that a run shows."""
-    counts = counts_at_offsets(missed, both, false_fractions)
-    assert counts.typical_offset == typical
-    assert counts.proportions()["missed"].value == pytest.approx(sum(missed) / sum(missed + both))
+    """``missed``, ``both``: frames of one contact that are missed, and reported, at each of some sampling offsets.
+
+    ``false_fractions``: of what is reported at each. ``typical``: number of the offset that a run shows.
+    """
+    assert counts_at_offsets(missed, both, false_fractions).typical_offset == typical
 
 
-def test_only_detectors_of_a_rate_are_counted_at_offsets():
-    """A detector that is none of the table and a recording of more than an hour keep the offset they have."""
-    rated, hour = {"rate_hz": 20.0}, MOST_FRAMES_IN_MEMORY
-    requests = [("discrete", rated, hour), ("discrete", rated, hour + 1), ("discrete", {}, 9), ("own.Own", rated, 9)]
-    answers = [has_offsets(DetectorSpec("slow", name, settings), frames) for name, settings, frames in requests]
-    assert answers == [True, False, False, False]
+def test_missed_time_is_counted_over_all_offsets():
+    """Of one contact 5 of 10, 3 of 5 and 2 of 10 frames are missed at three sampling offsets: 10 of 25."""
+    counts = counts_at_offsets(missed=(5, 3, 2), both=(5, 2, 8), false_fractions=(0.0, 0.0, 0.0))
+    assert counts.proportions()["missed"].value == pytest.approx(10 / 25)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "frames", "is_counted"),
+    [
+        pytest.param("discrete", {"rate_hz": 20.0}, MOST_FRAMES_IN_MEMORY, True, id="a rate"),
+        pytest.param("discrete", {}, 9, False, id="every frame"),
+        pytest.param("discrete", {"rate_hz": 20.0}, MOST_FRAMES_IN_MEMORY + 1, False, id="more than an hour"),
+        pytest.param("own.Own", {"rate_hz": 20.0}, 9, False, id="a user's own detector"),
+    ],
+)
+def test_only_detectors_of_a_rate_are_counted_at_offsets(name, settings, frames, is_counted):
+    """A user's own detector and one of a recording of more than an hour keep the offset they have, rate or not."""
+    assert has_offsets(DetectorSpec("slow", name, settings), frames) == is_counted

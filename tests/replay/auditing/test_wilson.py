@@ -7,8 +7,8 @@ from replay.auditing.wilson import Proportion, pooled_proportion, proportion, pr
 
 @pytest.mark.parametrize(("count", "of"), [(0, 5), (5, 5), (1, 7), (865, 1000), (3, 100_000)])
 def test_interval_equals_scipys(count, of):
-    """The interval is that of 95 %."""
-    expected = binomtest(count, of).proportion_ci(0.95, method="wilson")
+    """Wilson's interval at 95 % of ``count`` of ``of``, none and all of them included."""
+    expected = binomtest(count, of).proportion_ci(confidence_level=0.95, method="wilson")
     assert wilson_interval(count, of) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
@@ -23,57 +23,81 @@ def bounds_of(part):
     return part.lower, part.upper
 
 
+def missed_of_contacts(missed_frames, frames):
+    """The proportion of contact frames that are missed, frames drawn in contacts: missed and all frames of each."""
+    return proportion_of_clusters(counts=missed_frames, cluster_wholes=frames)
+
+
 @pytest.mark.parametrize("frames", [1, 40])
 def test_confidence_interval_counts_contacts_and_not_their_frames(frames):
-    """0 of 18 contacts has Wilson's interval 0 to 17.6 %, whether each lasts 1 or 40 frames.
+    """0 of 18 contacts missed has Wilson's interval of 0 of 18, 0 to 17.6 %, whether each lasts 1 or 40 frames.
 
-    All 18 of 18 have that of 18 trials too; a 19th contact of no frames changes nothing.
+    All 18 missed has that of 18 of 18 trials too.
     """
-    none, whole = proportion_of_clusters([0] * 18, [frames] * 18), proportion_of_clusters([frames] * 18, [frames] * 18)
-    assert bounds_of(none) == wilson_interval(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
-    assert bounds_of(whole) == wilson_interval(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
-    assert bounds_of(proportion_of_clusters([0] * 19, [frames] * 18 + [0])) == wilson_interval(0, 18)
+    none_missed = missed_of_contacts([0] * 18, [frames] * 18)
+    all_missed = missed_of_contacts([frames] * 18, [frames] * 18)
+    assert bounds_of(none_missed) == wilson_interval(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
+    assert bounds_of(all_missed) == wilson_interval(18, 18)
+    assert (none_missed.count, none_missed.of, none_missed.clusters) == (0, 18 * frames, 18)
+
+
+def test_contact_without_frames_changes_no_interval():
+    """A 19th contact, of no frames, beside 18 of 40 frames each, none of them missed."""
+    assert bounds_of(missed_of_contacts([0] * 19, [40] * 18 + [0])) == wilson_interval(0, 18)
 
 
 def test_equal_fractions_in_every_contact_count_as_independent_frames():
-    """10 % of each of three contacts, of 180 frames in all."""
-    assert bounds_of(proportion_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(
-        wilson_interval(18, 180), abs=1e-9
-    )
+    """10 % of each of three contacts is missed: contacts do not differ, so the 180 frames count one by one."""
+    proportion_missed = missed_of_contacts([3, 6, 9], [30, 60, 90])
+    assert bounds_of(proportion_missed) == pytest.approx(wilson_interval(18, 180), abs=1e-9)
 
 
 def test_interval_of_wholly_missed_contacts_is_about_wilsons():
-    """3 of 20 contacts are missed in all of their 10 frames."""
-    lower, upper = bounds_of(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
-    few_lower, few_upper = wilson_interval(3, 20)
-    assert lower < few_lower and few_upper < upper < few_upper + 0.05
+    """3 of 20 contacts of 10 frames are missed whole: Wilson's interval of 3 of 20, a little wider at both ends."""
+    lower, upper = bounds_of(missed_of_contacts([10] * 3 + [0] * 17, [10] * 20))
+    wilsons_lower, wilsons_upper = wilson_interval(3, 20)
+    a_little = 0.05
+    assert wilsons_lower - a_little < lower < wilsons_lower
+    assert wilsons_upper < upper < wilsons_upper + a_little
 
 
 def test_equal_contacts_widen_the_interval_by_students_quantile():
-    """3 of 20 equal contacts are missed whole: 19 degrees of freedom, and the mean over 19 of 20 contacts."""
-    widening = t.ppf(0.975, df=19) / norm.ppf(0.975)
-    draws = 19**2 / 20 / widening**2
-    missed = proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20)
-    assert bounds_of(missed) == pytest.approx(wilson_interval(0.15 * draws, draws), rel=1e-6)
+    """3 of 20 equal contacts are missed whole: the interval is wider than Wilson's as Student's t is than the normal.
+
+    By Rao and Scott's formula 20 contacts, each compared with the mean of the other 19, count as 19^2 / 20 draws; t has
+    19 degrees of freedom.
+    """
+    t_over_normal = t.ppf(0.975, df=19) / norm.ppf(0.975)
+    draws = 19**2 / 20 / t_over_normal**2
+    missed = missed_of_contacts([10] * 3 + [0] * 17, [10] * 20)
+    assert bounds_of(missed) == pytest.approx(wilson_interval(3 / 20 * draws, draws), rel=1e-6)
 
 
 def test_single_or_dominating_contact_counts_as_a_single_draw():
-    """Half of one contact is missed: as wide as half of a sample of one."""
-    assert bounds_of(proportion_of_clusters([5], [10])) == wilson_interval(0.5, 1)
-    assert bounds_of(proportion_of_clusters([500, 0], [1000, 1])) == pytest.approx(wilson_interval(0.5, 1), abs=1e-3)
+    """Half of one contact is missed, alone or beside a contact of a single frame: as wide as half of a sample of 1."""
+    assert bounds_of(missed_of_contacts([5], [10])) == wilson_interval(0.5, 1)
+    beside_a_tap = missed_of_contacts([500, 0], [1000, 1])
+    assert bounds_of(beside_a_tap) == pytest.approx(wilson_interval(0.5, 1), abs=1e-3)
 
 
 def test_face_pairs_of_an_hour_do_not_overflow():
-    """Counts of up to 3e10, whose squares exceed 64 bits, have the interval of counts of 3,000."""
-    ends_of = [bounds_of(proportion_of_clusters([size, 0, 2 * size], [3 * size] * 3)) for size in (10**3, 10**10)]
-    assert ends_of[0] == pytest.approx(ends_of[1])
+    """Three contacts of which a third, nothing and two thirds is missed have one interval for counts of any size.
+
+    The squares of counts of up to 3e10 exceed 64 bits; those of up to 3,000 do not.
+    """
+    few, many = (missed_of_contacts([size, 0, 2 * size], [3 * size] * 3) for size in (10**3, 10**10))
+    assert bounds_of(few) == pytest.approx(bounds_of(many))
 
 
 def test_intervals_pooled_over_sessions_equal_one_over_all():
-    """30 contacts in one session, or 11 in a first and 19 in a second."""
+    """30 random contacts, 30 % of their frames missed: of one session, or 11 of a first and 19 of a second."""
     random = np.random.default_rng(2)
-    of = random.integers(1, 50, 30)
-    counts = random.binomial(of, 0.3)
-    pieces = [proportion_of_clusters(counts[a:b], of[a:b]) for a, b in ((0, 11), (11, 30))]
-    assert pooled_proportion(pieces) == proportion_of_clusters(counts, of)
+    frames = random.integers(1, 50, 30)
+    missed = random.binomial(frames, 0.3)
+    sessions = [missed_of_contacts(missed[:11], frames[:11]), missed_of_contacts(missed[11:], frames[11:])]
+    assert pooled_proportion(sessions) == missed_of_contacts(missed, frames)
+
+
+def test_counts_without_clusters_are_pooled_by_their_sums():
+    """1 of 4 and 2 of 5 are 3 of 9."""
     assert pooled_proportion([proportion(1, 4), proportion(2, 5)]) == proportion(3, 9)

@@ -11,39 +11,60 @@ def test_every_policy_kind_is_a_doctor_code():
 
 
 def test_every_kind_has_its_default_without_a_policy():
-    """The default is the first action of a kind; an action without seconds has DEFAULT_LIMIT_S."""
+    """The default is the first action of a kind: an open mesh is kept as it is."""
     policy = parse_policy()
     assert policy.as_json() == {kind: actions[0] for kind, actions in ACTIONS_BY_KIND.items()}
     assert policy.rule("mesh-open").action == "keep"
+
+
+def test_action_without_seconds_has_the_default_limit():
+    """Holding the last pose of a lost body for no stated time."""
     assert parse_policy(["tracking-lost=hold"]).rule("tracking-lost").limit == DEFAULT_LIMIT_S
 
 
 @pytest.mark.parametrize(
-    "text", [["frozen=interpolate:0.2", "gap=refuse"], {"frozen": "interpolate:0.2", "gap": "refuse"}]
+    "policy_as_given",
+    [
+        pytest.param(["frozen=interpolate:0.2", "gap=refuse"], id="strings"),
+        pytest.param({"frozen": "interpolate:0.2", "gap": "refuse"}, id="mapping"),
+    ],
 )
-def test_strings_and_mappings_change_the_kinds_they_name(text):
+def test_strings_and_mappings_change_the_kinds_they_name(policy_as_given):
     """Frozen poses are interpolated over at most 0.2 s, and gaps refused; a teleport keeps its default."""
-    policy = parse_policy(text)
-    assert policy.rule("frozen") == PolicyRule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
+    policy = parse_policy(policy_as_given)
+    assert policy.rule("frozen") == PolicyRule("interpolate", 0.2)
+    assert policy.rule("gap").action == "refuse"
     assert policy.rule("teleport").action == "keep"
-    assert parse_policy(policy) is policy and parse_policy(policy.as_json()) == policy
+
+
+def test_policy_is_read_from_itself_and_from_its_json():
+    """A policy that is one already stays; its JSON gives an equal one."""
+    policy = parse_policy(["frozen=interpolate:0.2", "gap=refuse"])
+    assert parse_policy(policy) is policy
+    assert parse_policy(policy.as_json()) == policy
 
 
 @pytest.mark.parametrize(
     ("override", "reason"),
     [
-        ("frozen", "policy 'frozen' is not KIND=ACTION"),
-        ("frozen=hold:0", "frozen=hold:0: a limit is a positive number of seconds"),
-        ("frozen=hold:-1", "frozen=hold:-1: a limit is a positive number of seconds"),
-        ("frozen=hold:86401", "frozen=hold:86401: a limit is .* up to a day"),
-        ("frozen=hold:soon", "frozen=hold:soon: a limit is a positive number of seconds"),
-        ("frozen=drop:1", "frozen=drop:1: a limit is .* after hold: or interpolate:"),
-        ("x=keep", "no kind of finding 'x'; there are: "),
-        ("gap=1", "gap cannot be met with '1'; it can with: "),
+        pytest.param("frozen", "policy 'frozen' is not KIND=ACTION", id="no action"),
+        pytest.param("frozen=hold:0", "frozen=hold:0: a limit is a positive number of seconds", id="0 s"),
+        pytest.param("frozen=hold:-1", "frozen=hold:-1: a limit is a positive number of seconds", id="negative"),
+        pytest.param("frozen=hold:86401", "frozen=hold:86401: a limit is .* up to a day", id="more than a day"),
+        pytest.param("frozen=hold:soon", "frozen=hold:soon: a limit is a positive number of seconds", id="a word"),
+        pytest.param(
+            "frozen=drop:1", "frozen=drop:1: a limit is .* after hold: or interpolate:", id="an action without limits"
+        ),
+        pytest.param("x=keep", "no kind of finding 'x'; there are: ", id="unknown kind"),
+        pytest.param("gap=1", "gap cannot be met with '1'; it can with: ", id="unknown action"),
     ],
 )
 def test_policy_with_a_wrong_kind_action_or_limit_is_refused(override, reason):
-    """Wrong are: no action, limits beyond 0 to 86,400 s (a day), a limit of ``drop``, an unknown kind or action."""
+    """The error says what is wrong, and what could stand there."""
     with pytest.raises(PolicyError, match=reason):
         parse_policy([override])
-    assert parse_policy(["frozen=hold:86400"]).rule("frozen").limit == 86400.0
+
+
+def test_limit_of_a_whole_day_is_accepted():
+    """86,400 s; one more is refused above."""
+    assert parse_policy(["frozen=hold:86400"]).rule("frozen").limit == 86_400.0
