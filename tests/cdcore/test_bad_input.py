@@ -33,8 +33,15 @@ CALLS = {
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: f"{row['of']}: {row['words']}")
 def test_invalid_arrays_are_refused_in_a_sentence(row):
-    """A row has the call (``of``), its arguments, and words of the refusal, which is one line."""
-    error, call = CALLS[row["of"]]
-    with pytest.raises(error, match=row["words"]) as refused:
-        call(**{name: value for name, value in row.items() if name not in ("of", "words")})
-    assert str(refused.value).isprintable()
+    """A row of bad_input.toml names a call in ``of``, a pattern of the error's text in ``words``; the rest are
+    arguments.
+
+    ``mesh`` with three vertices and faces [[0, 1, 3]], for instance: "there are only vertices 0 to 2". The text is one
+    line.
+    """
+    arguments = dict(row)
+    error, call = CALLS[arguments.pop("of")]
+    pattern = arguments.pop("words")
+    with pytest.raises(error, match=pattern) as refusal:
+        call(**arguments)
+    assert str(refusal.value).isprintable(), "a line break is not printable"

@@ -22,29 +22,38 @@ def lattice_pairs(seed, size):
 
 @pytest.mark.parametrize("size", [2, 3, 6])
 @pytest.mark.parametrize("scale", [1.0, 1 / 3, 2.0**-400])
-def test_reference_agrees_with_scalar_separating_axes(size, scale):
-    """Triangles have corners at whole numbers up to the size, so that many touch exactly."""
+def test_two_exact_tests_of_triangles_agree(size, scale):
+    """120 random triangle pairs on a lattice of ``size`` points a side, where many touch exactly.
+
+    The oracle decides in whole numbers (``meet_exactly``), or filters in floats before (``meet``); its equal shares no
+    code with it: separating axes in integers.
+    """
     pairs = lattice_pairs(seed=size, size=size) * scale
     expected = [bool(meets_by_axes(pair)) for pair in pairs]
-    assert 8 < sum(expected) < LATTICE_PAIRS - 2
+    assert 8 < sum(expected) < LATTICE_PAIRS - 2, "some pairs meet and some do not"
     assert meet_exactly(pairs).tolist() == expected
-    assert meet(pairs)[0].tolist() == expected
+    answers, _count_of_integer_tests = meet(pairs)
+    assert answers.tolist() == expected
 
 
 def test_scaled_integer_triangles_meet_as_the_unscaled():
-    """Coordinates from 0 to 2, and times 3^30, which doubles hold exactly."""
+    """Corners are 0, 1 or 2, and the same times 3^30 = 2e14: doubles hold both exactly, so that only size differs."""
     pairs = lattice_pairs(seed=1, size=3)
     assert meet_exactly(pairs).tolist() == meet_exactly(pairs * 3.0**30).tolist()
 
 
 def test_exact_detector_finds_faces_given_by_integer_arithmetic():
-    """Whole motions, with faces and without, and frame by frame; ``differences`` lists what integers deny."""
+    """``differences`` lists every answer of a detector, whole motion or frame by frame (``live``), that the integers
+    contradict: verdicts, and lists of faces that meet. A seed makes a world of three bodies in four frames.
+    """
     for seed in QUICK_SEEDS:
-        assert differences(world_of(seed), ["exact"], live=["exact"])[0] == [], seed
+        texts, _count_of_integer_tests = differences(world_of(seed), ["exact"], live=["exact"])
+        assert texts == [], seed
 
 
 @pytest.mark.slow
 def test_complete_detectors_find_faces_given_by_integer_arithmetic():
-    """COMPLETE: detectors that miss no contact; whole motions with faces and without, ``exact`` live too."""
+    """As above, with every detector that promises all faces that meet (COMPLETE)."""
     for seed in SLOW_SEEDS:
-        assert differences(world_of(seed), COMPLETE, live=["exact"])[0] == [], seed
+        texts, _count_of_integer_tests = differences(world_of(seed), COMPLETE, live=["exact"])
+        assert texts == [], seed

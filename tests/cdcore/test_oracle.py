@@ -16,13 +16,16 @@ from cdcore import Motion, Verdict, create_detector, join
 from cdcore.protocol import detect_live
 
 COMPLETE_DETECTORS = ("exact", "aabb", "obb", "rapid-style", "solid-style")
+"""Detectors that promise every pair of faces that meet."""
 WITHOUT_CONTAINMENT = {"containment": False}
+"""Whether a body is inside another, without touching it, is not asked."""
 FAR_AWAY_M = (1e7, 1e15, 1e60, 1e80, 1e160, 1e300)
 """Metres: from a pose that no room has to one whose square is no number."""
 QUICK_WORLDS = [(shape, 5) for shape in SHAPES]
+"""Shape of the first of three bodies, and seed of the others and of a motion of 13 frames."""
 SLOW_WORLDS = [(shape, seed) for shape in SHAPES for seed in range(6, 30)]
 FEW_WORLDS = [("soup", 5), ("plate", 6), ("ball", 7), ("corrupt", 1e15)]
-"""Drifting, resting and sliding bodies, and one that is gone for a frame."""
+"""Drifting, resting and sliding bodies, and one that is 1e15 m away in a frame."""
 
 
 def quick_and_slow(quick, slow):
@@ -31,7 +34,7 @@ def quick_and_slow(quick, slow):
 
 
 def corrupted(far):
-    """A world in which one body, then two, are that far away for a frame, and one loses its pose before."""
+    """Random bodies, 13 frames: body 0 is ``far`` metres away in frame 4, bodies 0 and 1 in frame 8; in 7 no poses."""
     world = random_world(seed=2, shape="soup")
     position, valid = world.motion.translations.copy(), world.motion.valid.copy()
     position[4, 0, 1], position[8, :2, 0] = far, -far
@@ -61,43 +64,63 @@ def faces_by_brute_force(key, frames):
     return answer
 
 
-def assert_answers_of_brute_force(key, name, frames=(0, 12)):
-    """Verdicts and faces of a detector are those of brute force; how many face pairs met."""
-    detection = create_detector(name, world_of(key).bodies, **WITHOUT_CONTAINMENT).detect(
-        world_of(key).motion, faces=True
-    )
-    count = 0
+def compare_with_brute_force(key, name, frames):
+    """Verdicts and faces of a detector that are not those of brute force, as texts; and how many face pairs met."""
+    world = world_of(key)
+    detection = create_detector(name, world.bodies, **WITHOUT_CONTAINMENT).detect(world.motion, faces=True)
+    differences, meeting = [], 0
     for (frame, column), faces in faces_by_brute_force(key, frames).items():
-        verdict, where = detection.verdict[frame, column], (key, name, frame, column)
+        verdict, label = detection.verdict[frame, column], f"{key} {name} frame {frame} pair {column}"
         if faces is None:
-            assert verdict == Verdict.NO_POSE, where
-            continue
-        assert verdict == (Verdict.CONTACT if len(faces) else Verdict.CLEAR), where
-        assert np.array_equal(detection.faces(frame, column), faces), where
-        count += len(faces)
-    return count
+            expected = Verdict.NO_POSE
+        else:
+            expected = Verdict.CONTACT if len(faces) else Verdict.CLEAR
+            meeting += len(faces)
+            if not np.array_equal(detection.faces(frame, column), faces):
+                differences.append(f"{label}: other faces")
+        if verdict != expected:
+            differences.append(f"{label}: {Verdict(verdict).name} instead of {expected.name}")
+    return differences, meeting
 
 
 @quick_and_slow(QUICK_WORLDS, SLOW_WORLDS)
 @pytest.mark.parametrize("name", COMPLETE_DETECTORS)
 def test_complete_detectors_list_exactly_the_meeting_faces(name, worlds):
-    """Brute force tests every pair of faces; more than 50 meet in all worlds together."""
+    """Worlds of three bodies; brute force tests every pair of faces in integers, in the last of 13 frames.
+
+    ``exact`` is compared in the first frame too.
+    """
     frames = (0, 12) if name == "exact" else (12,)
-    assert sum(assert_answers_of_brute_force(world, name, frames) for world in worlds) > 50
+    differences, meeting = [], 0
+    for world in worlds:
+        differences_here, meeting_here = compare_with_brute_force(world, name, frames)
+        differences += differences_here
+        meeting += meeting_here
+    assert differences == []
+    assert meeting > 50, "faces meet in these worlds"
 
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["exact", "aabb", "solid-style"])
 @pytest.mark.parametrize("far", FAR_AWAY_M)
 def test_a_corrupt_pose_changes_no_other_frame(name, far):
-    """``far``: metres from the origin; frames beside the corrupt one have the faces of an exhaustive test."""
-    assert assert_answers_of_brute_force(("corrupt", far), name, frames=(0, 3, 4, 5, 7, 8, 9, 12)) > 0
+    """Bodies are ``far`` metres away in frames 4 and 8, and have no poses in frame 7; all other frames stay right.
+
+    Truth is brute force over all pairs of faces.
+    """
+    frames = (0, 3, 4, 5, 7, 8, 9, 12)  # the first and the last, those frames, and their neighbours
+    differences, meeting = compare_with_brute_force(("corrupt", far), name, frames)
+    assert differences == []
+    assert meeting > 0, "faces meet in some of these frames"
 
 
 @quick_and_slow(FEW_WORLDS, [*QUICK_WORLDS, *SLOW_WORLDS, *(("corrupt", far) for far in FAR_AWAY_M)])
 @pytest.mark.parametrize("name", COMPLETE_DETECTORS)
 def test_detection_is_independent_of_blocks_and_pair_order(name, worlds):
-    """Frame by frame, in blocks of 5 frames, and with pairs in another order and bodies exchanged."""
+    """The answer to a motion of 13 frames is the same frame by frame, in blocks of 5, and for pairs in another order.
+
+    Digests hash verdicts (``digest``) and lists of faces (``faces_digest``), by the names of the bodies of a pair.
+    """
     for key in worlds:
         world = world_of(key)
         detector, motion = create_detector(name, world.bodies, **WITHOUT_CONTAINMENT), world.motion
@@ -105,9 +128,10 @@ def test_detection_is_independent_of_blocks_and_pair_order(name, worlds):
         assert detect_live(detector, motion).digest == whole.digest, key
         joined = join(detector.stream(motion.blocks(5), faces=True))
         assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest), key
-        rotated = create_detector(name, world.bodies, pairs=[(2, 1), (1, 0), (0, 2)], **WITHOUT_CONTAINMENT)
-        other = rotated.detect(motion, faces=True)
-        assert (other.digest, other.faces_digest) == (whole.digest, whole.faces_digest), key
+        reordered_pairs = [(2, 1), (1, 0), (0, 2)]  # by default (0, 1), (0, 2), (1, 2)
+        reordered = create_detector(name, world.bodies, pairs=reordered_pairs, **WITHOUT_CONTAINMENT)
+        answer = reordered.detect(motion, faces=True)
+        assert (answer.digest, answer.faces_digest) == (whole.digest, whole.faces_digest), key
 
 
 def long_motion(frames, away=0.0):
@@ -122,82 +146,99 @@ def long_motion(frames, away=0.0):
 
 @pytest.mark.parametrize("far", [1e9, 1e15, 1e80])
 def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
-    """One body is ``far`` metres away in frame 200 of 400; a fifth more tests, and 100, are allowed for that frame."""
+    """A soup of triangles wanders beside a ball for 400 frames; in frame 200 it is ``far`` metres away.
+
+    Tests of tree nodes, in a body's frame (``node_tests``) and in the world's (``world_tests``), are at most a fifth
+    more, and 100 for that frame.
+    """
     bodies, motion = long_motion(frames=400)
     position = motion.translations.copy()
     position[200, 0] = far
-    work = [
-        create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(recorded, faces=True).work
-        for recorded in (motion, Motion(motion.times, position, motion.rotations))
-    ]
-    assert work[1]["node_tests"] <= 1.2 * work[0]["node_tests"] + 100
-    assert work[1]["world_tests"] <= 1.2 * work[0]["world_tests"] + 100
+    corrupt_motion = Motion(motion.times, position, motion.rotations)
+    detector = create_detector("exact", bodies, **WITHOUT_CONTAINMENT)
+    work = detector.detect(motion, faces=True).work
+    corrupt_work = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(corrupt_motion, faces=True).work
+    for counter in ("node_tests", "world_tests"):
+        assert corrupt_work[counter] <= 1.2 * work[counter] + 100, counter
 
 
 def test_distant_bodies_are_skipped_while_paths_allow():
-    """Bodies 100 m apart: no frame is tested, and less than one distance per 30 frames computed."""
-    work = (
-        create_detector("exact", long_motion(frames=8)[0], **WITHOUT_CONTAINMENT)
-        .detect(long_motion(frames=8_192, away=100.0)[1])
-        .work
-    )
-    assert work["skipped"] == 8_192 and work["blocks"] == 0
-    assert work["gap_tests"] < 8_192 / 30
+    """Two bodies stay 100 m apart, while one of them wanders by a metre: no frame of 8,192 needs its trees searched.
+
+    A distance that was measured lasts for 30 frames and more.
+    """
+    frames = 8_192
+    bodies, motion = long_motion(frames=frames, away=100.0)
+    work = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion).work
+    assert work["skipped"] == frames
+    assert work["blocks"] == 0, "blocks of frames whose trees are searched"
+    assert work["gap_tests"] < frames / 30
 
 
 def test_small_fast_bodies_meet_in_the_right_frame():
-    """One plate falls through the other by 1/1024 m a frame and is level with it in frame 64."""
-    bodies = bodies_of([plate(None) / 512, plate(None) / 512])
-    position = np.zeros((129, 2, 3))
-    position[:, 0, 2] = (np.arange(129) - 64) / 1024
-    motion = unrotated_motion(position)
-    detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion)
-    assert np.flatnonzero(detection.verdict[:, 0] == Verdict.CONTACT).tolist() == [64]
-    assert detection.work["skipped"] > 64
+    """A plate falls through a parallel one by 1/1024 m a frame and is level with it in frame 64 of 129.
+
+    More than half of the frames are skipped: their bodies cannot have come together since the last test.
+    """
+    frames, level = 129, 64
+    plates = bodies_of([plate(None) / 512, plate(None) / 512])  # squares of 3/512 m
+    position = np.zeros((frames, 2, 3))
+    position[:, 0, 2] = (np.arange(frames) - level) / 1024
+    detection = create_detector("exact", plates, **WITHOUT_CONTAINMENT).detect(unrotated_motion(position))
+    assert np.flatnonzero(detection.verdict[:, 0] == Verdict.CONTACT).tolist() == [level]
+    assert detection.work["skipped"] > frames / 2
 
 
 def test_bodies_at_rest_are_tested_in_the_first_frame_only():
-    """499 of 500 frames reuse its answer, and share its set of faces."""
-    bodies = bodies_of([plate(None), plate(None)])
-    motion = unrotated_motion(np.zeros((500, 2, 3)))
-    detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion, faces=True)
-    assert detection.work["reused"] == 499 and detection.work["blocks"] == 1
-    assert (detection.face_counts == detection.face_counts[0]).all() and detection.face_counts[0, 0] > 0
-    assert len(detection.face_sets.faces) == detection.face_counts[0, 0]
+    """Two plates lie in each other for 500 frames: 499 frames reuse the answer of the first, and share its set of
+    faces.
+    """
+    plates = bodies_of([plate(None), plate(None)])
+    detector = create_detector("exact", plates, **WITHOUT_CONTAINMENT)
+    detection = detector.detect(unrotated_motion(np.zeros((500, 2, 3))), faces=True)
+    assert detection.work["reused"] == 499
+    assert detection.work["blocks"] == 1, "blocks of frames whose trees are searched"
+    (first_count, *later_counts) = detection.face_counts[:, 0].tolist()
+    assert first_count > 0
+    assert set(later_counts) == {first_count}
+    assert len(detection.face_sets.faces) == first_count, "stored once for all frames"
 
 
 def test_full_face_lists_lose_no_faces():
-    """Two soups meet alike in eight frames, and are apart in a ninth; a plate is far from both.
+    """Two soups of 80 triangles meet alike in 8 frames, shifted as a whole, and are apart in a ninth.
 
-    Of 1,200 draws this is one whose list of faces is full at the last leaves that meet.
+    A plate 20 m off meets neither. Of 1,200 seeds 26 is one whose list of faces is full at the last leaves that meet.
     """
     rng, frames = np.random.default_rng(26), 8
     soups = [rng.normal(size=(80, 1, 3)) * 0.6 + rng.normal(size=(80, 3, 3)) * 0.8 for _ in range(2)]
     position = np.zeros((frames + 1, 3, 3))
     position[:, :, 1] = np.arange(frames + 1)[:, None]
     position[-1, 0, 2], position[:, 2, 2] = 10.0, 20.0
-    motion = unrotated_motion(position)
     bodies = bodies_of([*soups, plate(None)])
-    detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(motion, faces=True)
-    assert np.array_equal(detection.faces(0, 0), meeting_faces(*soups))
-    assert (detection.face_counts[:-1, 0] == len(detection.faces(0, 0))).all()
-    assert not detection.face_counts[-1].any() and not detection.face_counts[:, 1:].any()
+    detection = create_detector("exact", bodies, **WITHOUT_CONTAINMENT).detect(unrotated_motion(position), faces=True)
+    meeting = meeting_faces(*soups)
+    assert np.array_equal(detection.faces(frame=0, pair=0), meeting)
+    of_both_soups, with_the_plate = detection.face_counts[:, 0], detection.face_counts[:, 1:]
+    assert of_both_soups.tolist() == frames * [len(meeting)] + [0]
+    assert not with_the_plate.any()
 
 
 def test_boolean_query_of_coplanar_grids_lists_no_faces():
-    """Two plates of 40 x 40 squares slide in one plane; without faces asked, memory stays below 2 MB.
+    """Two plates of 40 x 40 squares slide in one plane; only verdicts are asked, and memory stays below 2 MB.
 
-    Fewer than 600 exact tests a frame are made, of all the pairs that touch.
+    Thousands of face pairs touch in each of 24 frames; fewer than 600 a frame are tested exactly.
     """
+    frames = 24
     bodies = bodies_of([plate(None, size=40), plate(None, size=40)])
-    position = np.zeros((24, 2, 3))
-    position[:, 0, 0] = np.arange(24) / 64
+    position = np.zeros((frames, 2, 3))
+    position[:, 0, 0] = np.arange(frames) / 64
     motion = unrotated_motion(position)
     detector = create_detector("exact", bodies, **WITHOUT_CONTAINMENT)
-    detector.detect(motion.frames(0, 1))
+    detector.detect(motion.frames(0, 1))  # what is compiled or built once does not count
     tracemalloc.start()
     detection = detector.detect(motion)
-    peak = tracemalloc.get_traced_memory()[1]
+    _, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert (detection.verdict == Verdict.CONTACT).all()
-    assert peak < 2e6 and detection.work["exact_tests"] < 24 * 600
+    assert peak_bytes < 2e6
+    assert detection.work["exact_tests"] < 600 * frames

@@ -20,6 +20,7 @@ from cdcore.bounding.bounding_sphere import (
 from cdcore.tolerances import EPS
 
 BUILDERS = SPHERES["best"]
+"""All constructions of a ball about a mesh; ``sphere_best`` takes the smallest of their results."""
 
 
 def holds(sphere, points):
@@ -30,10 +31,11 @@ def holds(sphere, points):
 
 
 def test_bounding_sphere_of_a_box_has_half_its_diagonal():
-    """A box of 1 x 2 x 3 has the diagonal root of 14; the method is approximate, within 5 %."""
-    ball = sphere_by_farthest_steps(shift_mesh(box_mesh((1, 2, 3)), [5, -2, 1]))
-    assert np.allclose(ball.centre, [5, -2, 1], atol=0.1)
-    assert ball.radius == pytest.approx(np.sqrt(14) / 2, rel=0.05)
+    """A box of 1 x 2 x 3 m has the diagonal root of 14; the method is approximate, here within 5 %."""
+    middle = [5, -2, 1]
+    sphere = sphere_by_farthest_steps(box_mesh((1, 2, 3), middle))
+    assert np.allclose(sphere.centre, middle, atol=0.1)
+    assert sphere.radius == pytest.approx(np.sqrt(1 + 4 + 9) / 2, rel=0.05)
 
 
 meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=12).map(
@@ -47,41 +49,50 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @example(shift_mesh(box_mesh(), [1e6, -1e6, 1e6]))
 @example(beaker_mesh())
 def test_every_ball_holds_all_used_vertices_and_best_is_smallest(mesh):
-    """A vertex that no face uses may lie outside."""
+    """Of random triangles, of three equal points, of a box 1,700 km from its origin, and of a beaker."""
     balls = [build(mesh) for build in BUILDERS]
     assert all(holds(ball, mesh.referenced_vertices) for ball in balls)
     assert sphere_best(mesh).radius == min(ball.radius for ball in balls)
 
 
 def test_equation_21_is_the_mean_of_all_triangle_corners():
-    """Each face counts its three corners; the radius reaches the farthest vertex from that mean."""
+    """Each face counts its three corners, here in a loop; the radius reaches the farthest vertex from that mean."""
     mesh = shift_mesh(beaker_mesh(), [1, 2, 3])
     total = np.zeros(3)
     for a, b, c in mesh.triangles:
         total += a + b + c
-    expected = total / (3 * len(mesh.faces))
+    centre = total / (3 * len(mesh.faces))
+    radius = np.linalg.norm(mesh.vertices - centre, axis=1).max()
     sphere = sphere_by_triangle_mean(mesh)
-    assert np.abs(sphere.centre - expected).max() < 1e-13
-    assert sphere.radius == pytest.approx(np.linalg.norm(mesh.vertices - expected, axis=1).max(), rel=1e-12)
+    assert np.abs(sphere.centre - centre).max() < 1e-13
+    assert sphere.radius == pytest.approx(radius, rel=1e-12)
 
 
 TETRAHEDRON = TriangleMesh(
     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
 )
 TRIANGLE = TriangleMesh([[np.cos(angle), np.sin(angle), 0.0] for angle in np.radians([30, 150, 270])], [[0, 1, 2]])
-"""Regular: the smallest balls have the radii of the circles through their corners, root of 3 and 1."""
 
 
 @pytest.mark.parametrize("build", [sphere_by_farthest_steps, sphere_best])
-@pytest.mark.parametrize(("regular", "minimal"), [(TETRAHEDRON, np.sqrt(3)), (TRIANGLE, 1.0)])
-def test_tight_balls_are_within_two_percent_of_minimal(regular, minimal, build):
-    """``minimal``: radius of the smallest ball round a regular figure, at the origin and 1 km away."""
-    for mesh in (regular, shift_mesh(regular, [1000.0, -200.0, 30.0])):
-        assert minimal <= build(mesh).radius * (1 + 1e-12) <= 1.02 * minimal
+@pytest.mark.parametrize(
+    ("regular", "minimal"),
+    [pytest.param(TETRAHEDRON, np.sqrt(3), id="tetrahedron"), pytest.param(TRIANGLE, 1.0, id="triangle")],
+)
+@pytest.mark.parametrize("place", [[0.0, 0.0, 0.0], [1000.0, -200.0, 30.0]], ids=["origin", "1 km away"])
+def test_tight_balls_are_within_two_percent_of_minimal(regular, minimal, place, build):
+    """The smallest ball round a regular figure goes through its corners: a tetrahedron of (+-1, +-1, +-1) has the
+    radius root of 3, a triangle with its corners on the unit circle 1.
+    """
+    rounding = 1e-12
+    radius = build(shift_mesh(regular, place)).radius
+    assert minimal * (1 - rounding) <= radius <= 1.02 * minimal
 
 
 def test_unused_vertices_do_not_inflate_balls():
-    """A vertex 1,000 km away that no face uses changes no radius of a box's balls."""
+    """A vertex 1,000 km away that no face uses: every ball about the box has the radius that it has without that
+    vertex.
+    """
     box = box_mesh()
     stray = TriangleMesh([*box.vertices.tolist(), [1e6, 0, 0]], box.faces)
     for build in BUILDERS:
@@ -89,22 +100,34 @@ def test_unused_vertices_do_not_inflate_balls():
 
 
 def test_meshes_near_the_limits_of_float64_keep_their_balls():
-    """Edges of 1e-120 to 3e150 m, whose cubes are no doubles: the radius stays positive and finite."""
+    """Boxes with edges of 1e-120 and 3e150 m: cubes of these are no doubles, but the radii are positive and finite."""
     box = box_mesh((1, 2, 3))
-    small, large = (sphere_best(TriangleMesh(box.vertices * scale, box.faces)) for scale in (1e-120, 1e150))
-    assert small.radius > 0
-    assert np.isfinite(large.radius)
+    small = sphere_best(TriangleMesh(box.vertices * 1e-120, box.faces))
+    large = sphere_best(TriangleMesh(box.vertices * 1e150, box.faces))
+    assert 0 < small.radius < 1e-119
+    assert 1e150 < large.radius < np.inf
+
+
+def test_balls_are_cached_for_a_mesh(monkeypatch):
+    """Mode "paper" has one construction, equation (21): of two queries only the first calls it."""
+    built_for = []
+
+    def build(mesh):
+        built_for.append(mesh)
+        return sphere_by_triangle_mean(mesh)
+
+    monkeypatch.setitem(SPHERES, "paper", (build,))
+    mesh = box_mesh()
+    assert sphere_in_mode(mesh, "paper") is sphere_in_mode(mesh, "paper")
+    assert len(built_for) == 1
 
 
 @pytest.mark.slow
-def test_balls_are_cached_without_keeping_meshes_alive(monkeypatch):
-    """A second query builds no ball, the best ball is at most as large as the paper's, and nothing keeps the mesh."""
-    requested = []
-    monkeypatch.setitem(SPHERES, "paper", (lambda mesh: requested.append(1) or sphere_by_triangle_mean(mesh),))
+def test_cached_balls_do_not_keep_their_mesh_alive():
+    """Once nobody else has the mesh, a weak reference to it is dead."""
     mesh = box_mesh()
-    assert sphere_in_mode(mesh, "paper") is sphere_in_mode(mesh, "paper") and requested == [1]
-    assert sphere_in_mode(mesh, "best").radius <= sphere_in_mode(mesh, "paper").radius
-    gone = weakref.ref(mesh)
+    sphere_in_mode(mesh, "best")
+    mesh_if_alive = weakref.ref(mesh)
     del mesh
     gc.collect()
-    assert gone() is None
+    assert mesh_if_alive() is None

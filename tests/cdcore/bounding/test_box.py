@@ -15,9 +15,9 @@ BUILDERS = [box_by_body_axes, box_by_principal_axes, box_best]
 
 
 def slack(box, mesh):
-    """How far inside the box the outermost used vertex lies, in metres; negative: outside."""
-    along = np.abs((mesh.referenced_vertices - box.centre) @ box.axes)
-    return (box.half - along).min()
+    """How far inside the box the outermost vertex that a face uses lies, in metres; negative: outside."""
+    along_axes = np.abs((mesh.referenced_vertices - box.centre) @ box.axes)
+    return (box.half - along_axes).min()
 
 
 meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=12).map(
@@ -30,7 +30,9 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @example(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
 @example(shift_mesh(rod_mesh(), [1e3, 0, 0]))
 def test_box_is_orthonormal_and_holds_all_used_vertices(mesh):
-    """Slack: how far the outermost used vertex lies within the box."""
+    """Slack: how far inside the box its outermost vertex lies; half extents are not negative, and R^T R is the
+    identity.
+    """
     for build in BUILDERS:
         box = build(mesh)
         assert slack(box, mesh) >= 0
@@ -39,15 +41,17 @@ def test_box_is_orthonormal_and_holds_all_used_vertices(mesh):
 
 
 def test_the_box_of_a_box_is_that_box():
-    """Edges of 1, 2 and 3 m: half of them, and 2 (1 x 2 + 2 x 3 + 3 x 1) = 22 m2 of surface."""
-    box = box_by_body_axes(box_mesh((1, 2, 3), (5, 6, 7)))
+    """Edges of 1, 2 and 3 m about (5, 6, 7): half extents 0.5, 1 and 1.5 m, and a surface of 22 m2."""
+    box = box_by_body_axes(box_mesh((1, 2, 3), centre=(5, 6, 7)))
     assert np.allclose(box.half, [0.5, 1, 1.5])
     assert np.allclose(box.centre, [5, 6, 7])
-    assert box.surface == pytest.approx(22)
+    assert box.surface == pytest.approx(2 * (1 * 2 + 2 * 3 + 3 * 1))
 
 
 def test_box_by_principal_axes_fits_a_slanted_rod():
-    """The rod is 50 times as long as thick: a box along the axes of the body has over five times the surface."""
+    """A rod of 6 mm x 300 mm at a random angle: a box along the body's axes has over five times the surface of one
+    along the rod, which is the best.
+    """
     rod = rod_mesh(radius=0.003, length=0.3)
     slanted = TriangleMesh(rod.vertices @ random_rotations(np.random.default_rng(3)).T + [3, -2, 1], rod.faces)
     assert box_by_principal_axes(slanted).surface < 0.2 * box_by_body_axes(slanted).surface
@@ -57,67 +61,77 @@ def test_box_by_principal_axes_fits_a_slanted_rod():
 BEAKER = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 40)
 
 
-def volume(mesh):
-    """The volume of a closed mesh."""
+def signed_volume(mesh):
+    """The volume of a closed mesh, positive where its faces are wound outwards."""
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     return float((np.cross(a, b) * c).sum()) / 6
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_collider_is_closed_and_faces_outwards(shape):
-    """The signed volume of a closed mesh is positive where its faces are wound outwards."""
-    made = SHAPES[shape](BEAKER)
-    assert made.is_closed and volume(made) > 0
+    """Colliders (box, sphere, capsule, hull, ...) of a beaker; wound outwards a closed mesh has a positive volume."""
+    collider = SHAPES[shape](BEAKER)
+    assert collider.is_closed
+    assert signed_volume(collider) > 0
 
 
 def test_the_hull_holds_every_vertex():
-    """None of 60 random vertices lies before the plane of a face of the hull."""
+    """None of 60 random vertices lies in front of the plane of a face of the hull."""
     points = np.random.default_rng(1).normal(size=(60, 3))
-    mesh = TriangleMesh(points, np.arange(60).reshape(20, 3))
-    hull = hull_collider(mesh).triangles
-    normal = np.cross(hull[:, 1] - hull[:, 0], hull[:, 2] - hull[:, 0])
-    assert (((points[:, None] - hull[None, :, 0]) * normal).sum(axis=-1) < 1e-12).all()
+    a, b, c = np.moveaxis(hull_collider(TriangleMesh(points, np.arange(60).reshape(20, 3))).triangles, 1, 0)
+    normals = np.cross(b - a, c - a)
+    heights = ((points[:, None] - a) * normals).sum(axis=-1)  # of each point above each face, times the normal's length
+    assert heights.shape == (60, len(a))
+    assert heights.max() < 1e-12
 
 
 def test_hull_collider_of_a_flat_mesh_is_the_mesh():
-    """A single triangle has no volume to enclose."""
+    """A triangle has no hull with a volume: the mesh itself stands for it."""
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert hull_collider(flat) is flat
 
 
 def test_sphere_of_largest_half_extent_leaves_corners_outside():
-    """A box of 2 x 1 x 1 m: the sphere's radius is 1 m, a corner is root of 1.5 = 1.22 m from the middle."""
+    """A box of 2 x 1 x 1 m: the sphere's radius is 1 m, a corner is root(1 + 1/4 + 1/4) = 1.22 m from the middle."""
     middle = np.array([5.0, 0.0, 0.0])
     box = box_mesh((2.0, 1.0, 1.0), middle)
-    radii = np.linalg.norm(sphere_collider(box).referenced_vertices - middle, axis=1)
-    assert np.allclose(radii, 1.0)
-    assert (np.linalg.norm(box.vertices - middle, axis=1) > radii.max()).all()
+    sphere_radii = np.linalg.norm(sphere_collider(box).referenced_vertices - middle, axis=1)
+    box_radii = np.linalg.norm(box.vertices - middle, axis=1)
+    assert np.allclose(sphere_radii, 1.0)
+    assert (box_radii > sphere_radii.max()).all()
 
 
 def test_faces_of_a_sphere_lie_half_a_percent_within_it():
-    """The sphere collider of a box of side 2 has radius 1, half the longest side; its corners lie on that radius."""
+    """The sphere collider of a box of side 2 has radius 1, half the longest side.
+
+    Its corners lie on that radius, so that its faces lie within it.
+    """
     a, b, c = np.moveaxis(sphere_collider(box_mesh((2.0, 2.0, 2.0))).triangles, 1, 0)
-    normal = np.cross(b - a, c - a)
-    heights = (a * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
-    assert 0.995 < heights.min() < heights.max() < 1.0
+    normals = np.cross(b - a, c - a)
+    distances_of_planes = (a * normals).sum(axis=1) / np.linalg.norm(normals, axis=1)
+    assert distances_of_planes.min() > 0.995
+    assert distances_of_planes.max() < 1.0
 
 
 def test_box_collider_grows_by_its_margin_on_every_side():
-    """Edges of 1, 2 and 3 m about (5, 6, 7), and a margin of 0.25 m."""
-    box = box_collider(box_mesh((1.0, 2.0, 3.0), (5.0, 6.0, 7.0)), 0.25)
+    """Edges of 1, 2 and 3 m about (5, 6, 7) are bounds of (4.5, 5, 5.5) to (5.5, 7, 8.5); the margin is 0.25 m."""
+    box = box_collider(box_mesh((1.0, 2.0, 3.0), centre=(5.0, 6.0, 7.0)), grown=0.25)
     assert box.bounds.tolist() == [[4.25, 4.75, 5.25], [5.75, 7.25, 8.75]]
 
 
-@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("axis", [0, 1, 2], ids="xyz".__getitem__)
 def test_capsule_collider_lies_along_the_longest_side_of_a_box(axis):
-    """A box of 4 x 1 x 1: radius 0.5 about a segment of 3, whose volume the mesh fills to more than 95 %."""
-    size = np.full(3, 1.0)
+    """A box of 4 x 1 x 1 m has a capsule of radius 0.5 m about a segment of 3 m; its corners are 0.5 m from that.
+
+    A mesh with its corners on the capsule fills a little less than its volume, a cylinder and a ball.
+    """
+    size, middle = np.full(3, 1.0), np.array([1.0, 2.0, 3.0])
     size[axis] = 4.0
-    capsule = capsule_collider(box_mesh(size, (1.0, 2.0, 3.0)))
-    volume = np.einsum("ij,ij->", capsule.triangles[:, 0], np.cross(*np.moveaxis(capsule.triangles[:, 1:], 1, 0))) / 6.0
-    assert 0.95 < volume / (np.pi * 0.5**2 * 3.0 + np.pi / 6.0) < 1.0
-    assert np.allclose(np.diff(capsule.bounds, axis=0), size)
-    points = capsule.referenced_vertices - [1.0, 2.0, 3.0]
-    along = np.clip(points[:, axis], -1.5, 1.5)
-    points[:, axis] -= along
-    assert np.allclose(np.linalg.norm(points, axis=1), 0.5)
+    capsule = capsule_collider(box_mesh(size, middle))
+    cylinder, ball = np.pi * 0.5**2 * 3.0, 4 / 3 * np.pi * 0.5**3
+    assert 0.95 < signed_volume(capsule) / (cylinder + ball) < 1.0
+    lower, upper = capsule.bounds
+    assert np.allclose(upper - lower, size)
+    offsets = capsule.referenced_vertices - middle
+    offsets[:, axis] -= np.clip(offsets[:, axis], -1.5, 1.5)  # from the nearest point of the segment
+    assert np.allclose(np.linalg.norm(offsets, axis=1), 0.5)

@@ -1,4 +1,4 @@
-"""Looks at volumes name the pairs that the broad phase names, and paths never fall short of what a point moved."""
+"""Frame by frame, volumes name the pairs that the broad phase names, until points may have moved by a margin."""
 
 from time import perf_counter
 
@@ -9,6 +9,7 @@ from support.shapes import box_mesh, lab_bodies_and_motion, random_rotations
 from cdcore import Body, Motion, Verdict
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
+from cdcore.poses import place_points
 from cdcore.protocol import resolve_pairs
 
 
@@ -20,12 +21,12 @@ def lab_bodies_at_random_poses(seed, frames=60):
 
 
 def live_pairs_without_narrow_phase(broad_phase):
-    """Live pairs that nobody decides further: they name the candidates of a frame and keep verdicts."""
+    """The broad phase frame by frame: ``near`` names the pairs to be decided in a frame, ``verdict`` is kept a pair."""
     return LivePairs(broad_phase, decide=None, inside=None)
 
 
 def test_live_candidate_pairs_equal_the_offline_broad_phase():
-    """60 frames of bodies that lie anew in each: pairs whose volumes overlap, by frame and of the whole motion."""
+    """Five bodies lie anew in each of 60 frames: the pairs whose volumes overlap, live and of the whole motion."""
     bodies, motion = lab_bodies_at_random_poses(seed=0)
     broad_phase = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
     live = live_pairs_without_narrow_phase(broad_phase)
@@ -37,9 +38,9 @@ def test_live_candidate_pairs_equal_the_offline_broad_phase():
 
 
 def test_verdicts_stay_until_a_move_or_a_lost_pose():
-    """Six frames; the second body has no pose in frame 1, the first moves in frame 3 and turns in frame 4, by 1e-9.
+    """Two bodies whose boxes overlap are decided (pair 0) in the first of six frames, and again in three more.
 
-    In the end a frame without a pose is sampled once more: its verdict is NO_POSE.
+    Body 1 has no pose in frame 1; body 0 moves in frame 3 and turns in frame 4, by 1e-9 m and 1e-9 radians.
     """
     bodies, motion = lab_bodies_at_random_poses(seed=1, frames=1)
     positions, rotations = np.repeat(motion.translations, 6, axis=0) * 0.1, np.repeat(motion.rotations, 6, axis=0)
@@ -47,45 +48,63 @@ def test_verdicts_stay_until_a_move_or_a_lost_pose():
     rotations[4:, 0] = Rotation.from_rotvec([1e-9, 0.0, 0.0]).as_matrix() @ rotations[4, 0]
     valid = np.ones((6, len(bodies)), dtype=bool)
     valid[1, 1] = False
-    samples, still = (
-        live_pairs_without_narrow_phase(BroadPhase(bodies, np.array([[0, 1]]))),
-        Motion(np.arange(6), positions, rotations, valid),
-    )
-    # Pair 0 is asked in the first frame, after the lost pose of frame 1, and after the moves in frames 3 and 4.
-    assert [samples.near(still.frames(k, k + 1)) for k in range(6)] == [[0], [], [0], [0], [0], []]
-    samples.near(still.frames(1, 2))
-    assert samples.verdict.tolist() == [Verdict.NO_POSE]
+    motion = Motion(np.arange(6), positions, rotations, valid)
+    live = live_pairs_without_narrow_phase(BroadPhase(bodies, np.array([[0, 1]])))
+    pairs_to_decide = [live.near(motion.frames(frame, frame + 1)) for frame in range(6)]
+    assert pairs_to_decide == [
+        [0],  # the first frame
+        [],  # no pose
+        [0],  # after a lost pose
+        [0],  # moved
+        [0],  # turned
+        [],  # at rest
+    ]
+
+
+def test_live_verdict_of_a_lost_pose_is_no_pose():
+    """Two bodies with poses in frame 0; in frame 1 the second has none."""
+    bodies, motion = lab_bodies_at_random_poses(seed=1, frames=2)
+    valid = np.ones((2, len(bodies)), dtype=bool)
+    valid[1, 1] = False
+    motion = Motion(motion.times, motion.translations, motion.rotations, valid)
+    live = live_pairs_without_narrow_phase(BroadPhase(bodies, np.array([[0, 1]])))
+    live.near(motion.frames(0, 1))
+    assert live.verdict.tolist() == [Verdict.CLEAR], "until a narrow phase decides"
+    live.near(motion.frames(1, 2))
+    assert live.verdict.tolist() == [Verdict.NO_POSE]
 
 
 def test_pairs_are_tested_again_once_points_moved_by_the_margin():
-    """The margin kept is what the farthest corners of both bodies move in the next frame: that frame uses it up.
+    """A narrow phase that measured a margin lets the pair rest until points may have moved by it.
 
-    The boxes lie far from the origin of their bodies, so that a turn moves them as a shift does.
+    The margin here is what the farthest corners of both boxes move until the next frame, which uses it up. The boxes
+    lie 2 m from the origin of their bodies, so that a turn moves them as a shift does.
     """
     rng, pairs, frames = np.random.default_rng(2), np.array([[0, 1]]), 60
     bodies = [Body(name, box_mesh(centre=(2.0, 0.0, 0.0))) for name in "ab"]
     rotations = Rotation.from_rotvec(rng.normal(scale=0.01, size=(2 * frames, 3))).as_matrix().reshape(frames, 2, 3, 3)
-    close = Motion(np.arange(frames), rng.normal(scale=0.01, size=(frames, 2, 3)), rotations)
+    motion = Motion(np.arange(frames), rng.normal(scale=0.01, size=(frames, 2, 3)), rotations)
+    corners = np.stack(
+        [place_points(body.mesh.vertices, rotations[:, k], motion.translations[:, k]) for k, body in enumerate(bodies)]
+    )
+    moves = np.linalg.norm(np.diff(corners, axis=1), axis=3)  # (body, frame, corner), metres
+    longest_moves = moves.max(axis=2).sum(axis=0)  # of both bodies together
     for frame in range(1, frames):
-        samples = live_pairs_without_narrow_phase(BroadPhase(bodies, pairs))
-        samples.near(close.frames(frame - 1, frame))
-        ends = [
-            np.einsum("kij,vj->kvi", close.rotations[[frame - 1, frame], k], bodies[k].mesh.vertices)
-            + close.translations[[frame - 1, frame], k][:, None]
-            for k in (0, 1)
-        ]
-        moved = sum(np.linalg.norm(item[1] - item[0], axis=1).max() for item in ends)
-        samples.verdict[0] = Verdict.CLEAR
-        samples.skips.keep_margin(0, moved, True)
-        assert samples.near(close.frames(frame, frame + 1)) == [0]
+        live = live_pairs_without_narrow_phase(BroadPhase(bodies, pairs))
+        live.near(motion.frames(frame - 1, frame))
+        live.verdict[0] = Verdict.CLEAR
+        live.skips.keep_margin(pair=0, margin=longest_moves[frame - 1], separated=True)
+        assert live.near(motion.frames(frame, frame + 1)) == [0]
 
 
-def test_stage_seconds_of_a_look_fit_into_its_time():
-    """The narrow phase is a stand-in that says contact at once."""
+def test_stage_seconds_of_a_sample_fit_into_its_time():
+    """``seconds`` of a frame by stage (volumes, surfaces, containment); the narrow phase says contact at once."""
     bodies, motion = lab_bodies_at_random_poses(seed=0, frames=1)
     broad_phase = BroadPhase(bodies, resolve_pairs(bodies, pairs=None))
-    live = LivePairs(broad_phase, decide=lambda *_: (Verdict.CONTACT, False), inside=None)
-    begun = perf_counter()
+    contact, surfaces_separated = Verdict.CONTACT, False
+    live = LivePairs(broad_phase, decide=lambda *_: (contact, surfaces_separated), inside=None)
+    start = perf_counter()
     live.look(motion)
-    elapsed = perf_counter() - begun
-    assert min(live.seconds.values()) >= 0.0 and sum(live.seconds.values()) <= elapsed
+    elapsed = perf_counter() - start
+    assert min(live.seconds.values()) >= 0.0
+    assert 0.0 < sum(live.seconds.values()) <= elapsed

@@ -8,8 +8,8 @@ from cdcore.broad.live_skips import SKIPS, STEP_ULPS, LiveSkips, note_moves, pai
 from cdcore.tolerances import EPS
 
 
-def steps_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
-    """How far a body with a ball of 0.5 m about ``centre`` may have moved between two positions, unrotated."""
+def step_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
+    """How far a point of a body may have moved between two positions, unrotated: a ball of 0.5 m about ``centre``."""
     steps, no_rotation = np.zeros(1), np.eye(3)[None].copy()
     poses = no_rotation[None], np.array([[position]], dtype=float)
     spheres = np.array([centre], dtype=float), np.array([0.5]), np.array([0.5])
@@ -22,66 +22,84 @@ def steps_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 0.0), (1e6, -2e6, 3e6)])
 @pytest.mark.parametrize("length", [1e-3, 5e6])
 def test_step_is_the_move_and_its_rounding(length, centre):
-    """Rounding grows with the radius, 0.5 m, the coordinates of the position, 3e6 + 4e6 + 1e6 m, and of the centre."""
+    """Rounding is STEP_ULPS eps of a size: the body's radius and the coordinates of its position and of its centre."""
     position = np.array([3e6, -4e6, 1e6])
-    step = steps_of(position, position - np.array([length, 0.0, 0.0]), centre)
-    exact = position[0] - (position[0] - length)
-    rounding = STEP_ULPS * EPS * (0.5 + 8e6 + np.abs(centre).sum())
-    assert step >= exact + 0.99 * rounding
-    assert step == pytest.approx(exact + rounding, rel=1e-8)
+    last_position = position - np.array([length, 0.0, 0.0])
+    step = step_of(position, last_position, centre)
+    move = position[0] - last_position[0]  # not quite ``length``: at 3e6 m doubles are 0.5 nm apart
+    radius = 0.5
+    rounding = STEP_ULPS * EPS * (radius + np.abs(position).sum() + np.abs(centre).sum())
+    assert step >= move + 0.99 * rounding
+    assert step == pytest.approx(move + rounding, rel=1e-8)
 
 
 def test_step_is_zero_at_rest_and_infinite_at_first():
-    """A body without a pose takes no step; one without a last position (NaN) may come from anywhere."""
-    assert steps_of([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]) == 0.0
-    assert steps_of([1.0, 2.0, 3.0], [9.0, 2.0, 3.0], valid=False) == 0.0
-    assert steps_of([1.0, 2.0, 3.0], [np.nan] * 3) == np.inf
+    """A body at rest or without a pose takes no step; without a last position (NaN) it may come from anywhere."""
+    position, elsewhere, no_last_position = [1.0, 2.0, 3.0], [9.0, 2.0, 3.0], [np.nan] * 3
+    assert step_of(position, last_position=position) == 0.0
+    assert step_of(position, last_position=elsewhere, valid=False) == 0.0
+    assert step_of(position, last_position=no_last_position) == np.inf
 
 
 def test_steps_use_up_margin_and_clearance():
-    """A step of 0.75 m is taken off the margin of 1 m and the clearance of 5 m of pair 1, then one of 0.25 m."""
+    """Pair 1 is skipped until steps of its bodies use up its margin of 1 m: first 0.75 m of it, then the other 0.25 m.
+
+    Its clearance of 5 m loses as much; pair 0 loses nothing.
+    """
     margins, clearances, pair = np.array([9.0, 1.0]), np.array([9.0, 5.0]), 1
     assert pair_is_skipped(0.75, pair, margins, clearances)
-    assert (margins.tolist(), clearances.tolist()) == ([9.0, 0.25], [9.0, 4.25])
+    assert margins.tolist() == [9.0, 0.25]
+    assert clearances.tolist() == [9.0, 4.25]
     assert not pair_is_skipped(0.25, pair, margins, clearances), "a margin of 0 m is none"
     assert pair_is_skipped(0.0, pair, margins, clearances), "nothing moved"
 
 
-def skips_with_steps(*steps):
-    """Live skips of two bodies, one pair, whose last steps were so long."""
-    skips = LiveSkips(2, (np.array([0]), np.array([1])))
-    skips.memory[2][:] = steps
+def skips_with_steps(*steps_m):
+    """Live skips of two bodies, which are one pair, and which moved by so many metres in the last frame."""
+    skips = LiveSkips(bodies=2, ends=(np.array([0]), np.array([1])))
+    _, _, last_steps, *_ = skips.memory
+    last_steps[:] = steps_m
     return skips
 
 
 def test_margin_is_some_steps_of_both_bodies():
-    """Their last steps are 0.25 and 0.5 m; after an endless one they may be anywhere: no margin is worth a test."""
-    assert skips_with_steps(0.25, 0.5).margin(0) == 0.75 * SKIPS.first_reach
-    assert skips_with_steps(np.inf, 0.5).margin(0) == 0.0
+    """Steps of 0.25 and 0.5 m: a gap of 0.75 m lasts a frame, and the first test looks ``first_reach`` frames ahead.
+
+    After an endless step the bodies may be anywhere: no margin is worth a test.
+    """
+    assert skips_with_steps(0.25, 0.5).margin(pair=0) == (0.25 + 0.5) * SKIPS.first_reach
+    assert skips_with_steps(np.inf, 0.5).margin(pair=0) == 0.0
 
 
 def test_reach_doubles_after_successes_and_falls_after_failures():
-    """Both bodies move by 1 m a step in all, so that a margin in metres is a reach in steps.
+    """Both bodies together move by 1 m a frame, so that the margin in metres is how many frames a test looks ahead.
 
-    It begins at 4, doubles up to 16 and is quartered down to 1.5.
+    That begins at 4, doubles up to 16 where surfaces were as far apart, and else is quartered, down to 1.5.
     """
-    skips, reaches = skips_with_steps(0.25, 0.75), []
+    skips, margins = skips_with_steps(0.25, 0.75), []
     for separated in (True, True, True, False, False, False):
-        margin = skips.margin(0)
-        reaches.append(margin)
+        margin = skips.margin(pair=0)
+        margins.append(margin)
         skips.keep_margin(0, margin, separated)
-    assert reaches == [4.0, 8.0, 16.0, 16.0, 4.0, 1.5]
-    # the test at the least reach failed: three samples pass without a test
-    assert [skips.margin(0) for _ in range(4)] == [0.0, 0.0, 0.0, 1.5]
+    assert margins == [4.0, 8.0, 16.0, 16.0, 4.0, 1.5]
+
+
+def test_pair_waits_after_a_failure_at_the_least_reach():
+    """Both bodies together move by 1 m a frame; tests fail at 4 m and at the least, 1.5 m: three frames go without."""
+    skips = skips_with_steps(0.25, 0.75)
+    for _ in range(2):
+        skips.keep_margin(0, skips.margin(pair=0), separated=False)
+    assert [skips.margin(pair=0) for _ in range(4)] == [0.0, 0.0, 0.0, 1.5]
 
 
 def test_kept_margin_is_a_little_less_than_the_measured_gap():
-    """2 m, and for a mesh with holes no more than the clearance of 0.5 m."""
+    """A gap of 2 m; of a mesh with holes the margin is at most the clearance, 0.5 m to where holes could matter."""
     skips = skips_with_steps(1.0, 1.0)
     _, _, _, margins, *_ = skips.memory
-    skips.keep_margin(0, 2.0, True)
-    assert 2.0 * (1 - 2e-6) < margins[0] < 2.0
+    skips.keep_margin(pair=0, margin=2.0, separated=True)
+    margin_of_the_gap = margins[0]
+    assert 2.0 * (1 - 2e-6) < margin_of_the_gap < 2.0
     skips.keep_clearance(0, 0.5, holed=False)
-    assert margins[0] > 1.9
+    assert margins[0] == margin_of_the_gap
     skips.keep_clearance(0, 0.5, holed=True)
-    assert margins[0] == 0.5 and skips.clearances[0] == 0.5
+    assert margins[0] == skips.clearances[0] == 0.5

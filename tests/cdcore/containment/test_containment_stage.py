@@ -23,18 +23,19 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.poses import place_points
 
 INNER_AND_OUTER = np.array([[0, 1]])
+"""Bodies of the only pair."""
 
 
 def contained_frames(inner, outer, motion=None, enabled=True):
-    """Whether one body is inside the other, (T,), over the whole motion; frame by frame the answer is the same."""
+    """Whether one body is inside the other, in each frame; asserts that frame by frame the answer is the same.
+
+    Without a motion both are in a single frame at the origin.
+    """
     bodies = [Body("inner", inner), Body("outer", outer)]
     motion = motion_at_rest(bodies, np.zeros((2, 3))) if motion is None else motion
-    stage, frames, verdict = (
-        ContainmentStage(bodies, INNER_AND_OUTER, enabled=enabled),
-        np.arange(len(motion)),
-        np.zeros((len(motion), 1), "u1"),
-    )
-    assert stage.mark(motion, frames, 0 * frames, verdict) == enabled * len(motion)
+    stage = ContainmentStage(bodies, INNER_AND_OUTER, enabled=enabled)
+    frames, verdict = np.arange(len(motion)), np.full((len(motion), 1), Verdict.CLEAR, "u1")
+    assert stage.mark(motion, frames, 0 * frames, verdict) == enabled * len(motion), "frames that were tested"
     if enabled:
         live = [stage.question(motion.frames(frame, frame + 1), 0, 0.0)[0] for frame in frames]
         assert verdict[:, 0].tolist() == live
@@ -90,96 +91,118 @@ def shapes():
 
 
 @pytest.mark.parametrize("case", shapes())
-@pytest.mark.parametrize("backward", [False, True], ids=["forward", "backward"])
-def test_body_with_a_component_inside_is_contained(case, backward):
-    """Rows of ``shapes``, with the inner body as the first or as the second of the pair."""
+@pytest.mark.parametrize("inner_first", [True, False], ids=["inner first", "outer first"])
+def test_body_with_a_component_inside_is_contained(case, inner_first):
+    """``shapes``: two meshes at rest without contact, and whether a part of the first is inside the solid of the
+    second.
+
+    Either of them may be the first of the pair.
+    """
     inner, outer, expected = shapes()[case]
-    assert contained_frames(*((outer, inner) if backward else (inner, outer))).tolist() == [expected]
+    pair = (inner, outer) if inner_first else (outer, inner)
+    assert contained_frames(*pair).tolist() == [expected]
 
 
-@pytest.mark.parametrize("away", [0.0, 1e4])
+@pytest.mark.parametrize("away", [0.0, 1e4], ids="{:g} m from the origin".format)
 def test_random_relative_poses_agree_with_the_exact_answer(away):
-    """A ball of 4 mm in and around a beaker 10 cm high; both ``away`` metres from the origin.
+    """A ball of 4 mm at 250 places in and around a beaker with a wall of 1 cm; inside is inside the glass.
 
     Truth is the exact parity of a ray from one corner of the ball, where the surfaces do not meet.
     """
-    inner, outer = ball_mesh(0.004, rings=4, sides=6), beaker_mesh(radius=0.04, height=0.1, wall=0.01)
+    frames = 250
+    ball, beaker = ball_mesh(0.004, rings=4, sides=6), beaker_mesh(radius=0.04, height=0.1, wall=0.01)
     rng = np.random.default_rng(1)
-    rotation, position = random_rotations(rng, 250, 2), np.zeros((250, 2, 3))
-    position[:, 0] = np.einsum(
-        "kij,kj->ki", rotation[:, 1], rng.uniform([-0.05, -0.05, -0.01], [0.05, 0.05, 0.11], (250, 3))
-    )
-    motion = Motion(np.arange(250), position + away, rotation)
-    answers, inside = contained_frames(inner, outer, motion), []
-    for frame in range(250):
-        surfaces = [
+    rotation, position = random_rotations(rng, frames, 2), np.zeros((frames, 2, 3))
+    in_beaker_frame = rng.uniform([-0.05, -0.05, -0.01], [0.05, 0.05, 0.11], (frames, 3))
+    position[:, 0] = np.einsum("kij,kj->ki", rotation[:, 1], in_beaker_frame)
+    motion = Motion(np.arange(frames), position + away, rotation)
+    answers, inside = contained_frames(ball, beaker, motion), []
+    for frame in range(frames):
+        ball_faces, beaker_faces = (
             place_points(mesh.triangles, rotation[frame, k], motion.translations[frame, k])
-            for k, mesh in enumerate((inner, outer))
-        ]
-        # Where the surfaces meet the question does not apply.
-        if not len(meeting_faces_exhaustive(*surfaces)):
-            inside.append(point_inside(surfaces[0][0, 0], surfaces[1]))
-            assert answers[frame] == inside[-1]
-    assert 5 < sum(inside) < len(inside) - 5
+            for k, mesh in enumerate((ball, beaker))
+        )
+        if len(meeting_faces_exhaustive(ball_faces, beaker_faces)):
+            continue  # where the surfaces meet the question does not apply
+        inside.append(point_inside(ball_faces[0, 0], beaker_faces))
+        assert answers[frame] == inside[-1]
+    assert 5 < sum(inside) < len(inside) - 5, "both answers occur"
 
 
 def test_meshes_with_holes_are_named_in_order():
-    """``ajar`` lacks a triangle; names stand in alphabetical order, whichever body is the first of the pair."""
-    closed, ajar = box_mesh(), without_faces(box_mesh(), count=1)
+    """Two closed boxes are decided; of boxes that lack a triangle the sentence names each, in alphabetical order."""
+    closed, holed = box_mesh(), without_faces(box_mesh(), count=1)
     assert containment_word(Body("a", closed), Body("b", closed)) == "decided"
-    assert containment_word(Body("a", closed), Body("b", ajar)) == "partly: inside undecided: b has holes"
+    assert containment_word(Body("a", closed), Body("b", holed)) == "partly: inside undecided: b has holes"
     both = "partly: inside undecided: a has holes and b has holes"
-    assert containment_word(Body("b", ajar), Body("a", ajar)) == both
+    assert containment_word(Body("b", holed), Body("a", holed)) == both
 
 
-@pytest.mark.parametrize("reversed_", [False, True], ids=["doubled", "double-sided"])
-@pytest.mark.parametrize("count", [1, 12])
-def test_faces_drawn_twice_count_once(reversed_, count):
-    """A box whose first faces are drawn again has the ball in its middle inside, and one 0.7 m away not."""
-    box, ball = box_mesh(), Body("ball", ball_mesh(0.1))
-    again = box.faces[:count, ::-1] if reversed_ else box.faces[:count]
-    own = TriangleMesh(
+@pytest.mark.parametrize("other_side", [False, True], ids=["same winding", "from both sides"])
+@pytest.mark.parametrize("count", [1, 12], ids=["one face", "all 12 faces"])
+def test_faces_drawn_twice_count_once(other_side, count):
+    """A box of 1 m whose first faces are drawn again, with vertices of their own: whether a ball of 0.1 m is inside is
+    decided, in the middle yes, 0.7 m away from it no.
+    """
+    box, ball = box_mesh(), ball_mesh(0.1)
+    again = box.faces[:count, ::-1] if other_side else box.faces[:count]
+    doubled = TriangleMesh(
         np.concatenate([box.vertices, box.vertices]), np.concatenate([box.faces, again + len(box.vertices)])
     )
-    twice = Body("box", own)
-    assert contained_frames(ball.mesh, own).all()
-    assert not contained_frames(shift_mesh(ball.mesh, [0.7, 0.0, 0.0]), own).any()
-    assert containment_word(ball, twice) == containment_word(twice, Body("b", own)) == "decided"
+    assert containment_word(Body("ball", ball), Body("box", doubled)) == "decided"
+    assert contained_frames(ball, doubled).all()
+    assert not contained_frames(shift_mesh(ball, [0.7, 0.0, 0.0]), doubled).any()
 
 
-CROSSING = (box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2]))
+def test_containment_of_two_doubled_boxes_is_decided():
+    """Each of two boxes has all faces twice, once with the other winding."""
+    doubled = merge_meshes(box_mesh(), inside_out(box_mesh()))
+    assert containment_word(Body("a", doubled), Body("b", doubled)) == "decided"
+
+
+SHIFTED = shift_mesh(box_mesh(), [0.5, 0.3, 0.2])
+"""A box of 1 m that crosses the box of 1 m about the origin."""
+PARITY, WINDING, NEITHER = "parity", "winding", "neither"
 
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(
-    ("components", "by_parity", "always"),
+    ("components", "decided_by"),
     [
-        ((box_mesh(), shift_mesh(box_mesh(), [9, 0, 0])), True, True),  # far from each other
-        (CROSSING, False, True),  # crossing, wound alike
-        ((CROSSING[0], inside_out(CROSSING[1])), False, False),  # crossing, wound oppositely
-        ((box_mesh(), shift_mesh(box_mesh(), [1.0, 0.5, 0.25])), False, True),  # touching
-        ((ball_mesh(1.0), ball_mesh(0.5)), False, True),  # nested, wound alike
-        ((ball_mesh(0.5), box_mesh((9, 9, 9))), False, True),
-        ((ball_mesh(1.0), inside_out(ball_mesh(0.5))), True, True),  # hollow
-        ((inside_out(ball_mesh(1.0)), ball_mesh(0.5), inside_out(ball_mesh(0.2))), True, True),
-        ((ball_mesh(1.0), inside_out(ball_mesh(0.5)), inside_out(ball_mesh(0.2))), True, True),
-        ((ball_mesh(1.0), ball_mesh(0.7), inside_out(ball_mesh(0.4))), False, True),
+        pytest.param((box_mesh(), shift_mesh(box_mesh(), [9, 0, 0])), PARITY, id="far from each other"),
+        pytest.param((box_mesh(), SHIFTED), WINDING, id="crossing, wound alike"),
+        pytest.param((box_mesh(), inside_out(SHIFTED)), NEITHER, id="crossing, wound oppositely"),
+        pytest.param((box_mesh(), shift_mesh(box_mesh(), [1.0, 0.5, 0.25])), WINDING, id="touching"),
+        pytest.param((ball_mesh(1.0), ball_mesh(0.5)), WINDING, id="ball in ball, wound alike"),
+        pytest.param((ball_mesh(0.5), box_mesh((9, 9, 9))), WINDING, id="ball in box, wound alike"),
+        pytest.param((ball_mesh(1.0), inside_out(ball_mesh(0.5))), PARITY, id="hollow ball"),
+        pytest.param(
+            (inside_out(ball_mesh(1.0)), ball_mesh(0.5), inside_out(ball_mesh(0.2))), PARITY, id="alternating, inwards"
+        ),
+        pytest.param(
+            (ball_mesh(1.0), inside_out(ball_mesh(0.5)), inside_out(ball_mesh(0.2))),
+            PARITY,
+            id="two inner ones inwards",
+        ),
+        pytest.param(
+            (ball_mesh(1.0), ball_mesh(0.7), inside_out(ball_mesh(0.4))), WINDING, id="two outer ones outwards"
+        ),
     ],
 )
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e103, 1e-110])
-def test_winding_numbers_decide_containment_where_ray_parity_cannot(components, by_parity, always, size):
-    """Parity of crossings fails where parts overlap; winding fails only where overlapping parts are wound oppositely.
+def test_winding_numbers_decide_containment_where_ray_parity_cannot(components, decided_by, size):
+    """Parts of a mesh: parity of a ray's crossings fails where parts overlap that are wound alike.
 
-    ``by_parity``: whether parity decides; ``always``: whether winding or parity does.
+    Winding numbers fail only where parts cross that are wound oppositely; then the sentence says so. ``size``: scale.
     """
     whole = merge_meshes(*components)
     body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))
-    assert parity_decides(body.mesh) == by_parity
-    word = containment_word(Body("ball", ball_mesh(0.1)), body)
-    doubt = "partly: inside undecided: parts has crossing parts of opposite winding"
-    assert word == ("decided" if always else doubt)
+    assert parity_decides(body.mesh) == (decided_by is PARITY)
+    undecided = "partly: inside undecided: parts has crossing parts of opposite winding"
+    expected = undecided if decided_by is NEITHER else "decided"
+    assert containment_word(Body("ball", ball_mesh(0.1)), body) == expected
 
 
 def test_containment_that_is_switched_off_marks_nothing():
-    """A ball of 0.1 m in the middle of a box of 1 m."""
+    """A ball of 0.1 m in the middle of a box of 1 m, which it does not touch."""
     assert not contained_frames(ball_mesh(0.1), box_mesh(), enabled=False).any()

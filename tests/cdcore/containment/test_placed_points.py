@@ -11,7 +11,7 @@ TRANSLATIONS = np.array([[[9.0, 9.0, 9.0]] * 3, [[1.0, -2.0, 3.0], [9.0, 9.0, 9.
 
 
 def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
-    """1024 eps of the size and of the coordinates of both bodies, here (1, 2, 3) and (4, 5, 6)."""
+    """1024 eps of the size, 0.5 m, and of the coordinates of both bodies, here (1, -2, 3) and (-4, 5, -6) m."""
     frame, inner, outer, size = 1, 0, 2, 0.5
     expected = 1024 * np.finfo(float).eps * (size + (1 + 2 + 3) + (4 + 5 + 6))
     assert margin_at(TRANSLATIONS, frame, inner, outer, size) == pytest.approx(expected, rel=1e-15)
@@ -19,11 +19,11 @@ def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
 
 
 def test_point_in_the_outer_frame_is_that_of_matrix_products():
-    """Point 3 of body 0 in the axes of body 2, in frame 1."""
+    """Point 3 of body 0, placed in the world and seen from the axes of body 2, in frame 1 of two."""
     rng = np.random.default_rng(0)
     rotations, points = random_rotations(rng, 2, 3), rng.normal(size=(4, 3))
-    (inner, _, outer), (inner_position, _, outer_position) = rotations[1], TRANSLATIONS[1]
-    expected = outer.T @ (inner @ points[3] + inner_position - outer_position)
-    frame, inner_body, outer_body, point = 1, 0, 2, 3
-    placed = point_in_outer(rotations, TRANSLATIONS, frame, inner_body, outer_body, points, point)
+    frame, inner, outer, point = 1, 0, 2, 3
+    in_world = rotations[frame, inner] @ points[point] + TRANSLATIONS[frame, inner]
+    expected = rotations[frame, outer].T @ (in_world - TRANSLATIONS[frame, outer])
+    placed = point_in_outer(rotations, TRANSLATIONS, frame, inner, outer, points, point)
     assert placed == pytest.approx(expected)

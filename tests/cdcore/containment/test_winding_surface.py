@@ -1,4 +1,10 @@
-"""Lost faces are told from openings, faces drawn twice count once, and every hole is closed by its cap."""
+"""Lost faces are distinguished from openings, faces drawn twice count once, and every hole is closed by its cap.
+
+A winding surface has the components of a mesh that may enclose something, each with its kind (closed, with lost faces:
+HOLED, or OPEN), the sign of its winding, and caps: triangles that close its holes.
+"""
+
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -43,16 +49,20 @@ MESHES_WITH_KINDS = {
 
 @pytest.mark.parametrize("name", MESHES_WITH_KINDS)
 def test_lost_faces_are_distinguished_from_openings(name):
-    """Each mesh as it is, drawn twice, and inside out."""
+    """``MESHES_WITH_KINDS``: a box, ball or bowl with its kind, CLOSED, HOLED (by a lost triangle) or OPEN (by more).
+
+    The kind is the same for all faces drawn twice, and for the mesh inside out.
+    """
     mesh, kind = MESHES_WITH_KINDS[name]
+    inside_out = TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
     assert winding_surface(mesh).kinds.tolist() == [kind]
     assert winding_surface(merge_meshes(mesh, mesh)).kinds.tolist() == [kind]
-    assert winding_surface(TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])).kinds.tolist() == [kind]
+    assert winding_surface(inside_out).kinds.tolist() == [kind]
 
 
 @pytest.mark.parametrize("name", MESHES_WITH_KINDS)
-def test_lost_faces_are_distinguished_from_openings_at_any_size(name):
-    """Sizes scaled by powers of two from 2^-330 to 2^330, which round nothing."""
+def test_winding_surface_scales_with_its_mesh(name):
+    """Sizes scaled by powers of two from 2^-330 to 2^330, which round nothing: kinds, caps and faces scale exactly."""
     mesh, kind = MESHES_WITH_KINDS[name]
     surface = winding_surface(mesh)
     for exponent in (-330, -20, 20, 330):
@@ -64,41 +74,43 @@ def test_lost_faces_are_distinguished_from_openings_at_any_size(name):
 
 def test_up_to_three_flat_sheets_cannot_enclose_a_volume():
     """Four planes are the fewest that bound a volume (a tetrahedron); fewer sheets have no winding surface."""
-    side = TriangleMesh([[0, 0, 0], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    sheets = [shift_mesh(side, [0, 0, 3 * k]) for k in range(4)]
-    assert winding_surface(side).kinds.tolist() == winding_surface(merge_meshes(*sheets[:3])).kinds.tolist() == []
+    sheet = TriangleMesh([[0, 0, 0], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    sheets = [shift_mesh(sheet, [0, 0, 3 * k]) for k in range(4)]
+    assert winding_surface(sheet).kinds.tolist() == []
+    assert winding_surface(merge_meshes(*sheets[:3])).kinds.tolist() == []
     assert winding_surface(merge_meshes(*sheets)).kinds.tolist() == [ComponentKind.OPEN]
 
 
 def test_large_flat_sheet_off_the_origin_has_no_winding_surface():
-    """More than 10,000 corners, whose extents are taken from the eigenvalues of a 3 x 3 matrix."""
-    x, y = np.meshgrid(np.arange(42.0), np.arange(42.0))
+    """41 x 41 squares of two triangles at a height of 1 km: above 10,000 corners the extent is that of eigenvalues."""
+    n = 42
+    x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 1000.0)])
-    corner = np.arange(42 * 41)[np.arange(42 * 41) % 42 != 41]
-    faces = np.concatenate([[corner, corner + 1, corner + 43], [corner, corner + 43, corner + 42]], axis=1).T
+    in_a_row_but_the_last = np.arange(n * (n - 1)) % n != n - 1
+    corner = np.arange(n * (n - 1))[in_a_row_but_the_last]
+    lower, upper = [corner, corner + 1, corner + n + 1], [corner, corner + n + 1, corner + n]
+    faces = np.concatenate([lower, upper], axis=1).T
     assert 3 * len(faces) > 10_000
     assert winding_surface(TriangleMesh(points, faces)).kinds.tolist() == []
 
 
 def test_open_components_have_the_sign_they_agree_on():
-    """1 where all are wound outwards, -1 inwards, 0 where they differ."""
+    """Two bowls, one component of the surface: 1 where both are wound outwards, -1 inwards, 0 where they differ."""
     bowl = cut_sphere(height=0.7)
     inwards = TriangleMesh(bowl.vertices, bowl.faces[:, ::-1])
-    signs = [
-        winding_surface(merge_meshes(first, shift_mesh(second, [5, 0, 0]))).signs.tolist()
-        for first, second in ((bowl, bowl), (inwards, inwards), (bowl, inwards))
-    ]
-    assert signs == [[1], [-1], [0]]
+    for first, second, sign in ((bowl, bowl, 1), (inwards, inwards, -1), (bowl, inwards, 0)):
+        both = merge_meshes(first, shift_mesh(second, [5, 0, 0]))
+        assert winding_surface(both).signs.tolist() == [sign]
 
 
 def test_rims_too_many_to_follow_belong_to_their_components(monkeypatch):
-    """Two boxes that lack a face each, as a mesh of which no rims are followed: each keeps its own hole.
+    """Two boxes that lack a face each, where no rim of a hole may be followed: each box keeps its own hole.
 
     Holes ``first_hole[k]`` to ``first_hole[k + 1]`` are those of component k.
     """
     monkeypatch.setattr(module, "MOST_TRACED", 0)
-    box = without_faces(box_mesh(), 4)
-    surface = winding_surface(merge_meshes(box, shift_mesh(box, [3, 0, 0])))
+    holed = without_faces(box_mesh(), 4)  # any face
+    surface = winding_surface(merge_meshes(holed, shift_mesh(holed, [3, 0, 0])))
     assert surface.kinds.tolist() == [ComponentKind.HOLED] * 2
     assert surface.first_hole.tolist() == [0, 1, 2]
 
@@ -106,32 +118,38 @@ def test_rims_too_many_to_follow_belong_to_their_components(monkeypatch):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(20))
 def test_capped_components_are_closed_with_lost_or_reversed_faces(seed):
-    """A fifth of the faces lost, a third reversed, nine twice: caps use each edge equally in both directions."""
+    """A ball and a box that cross and a ball beside them: a fifth of their faces lost, of the rest a third reversed and
+    nine drawn twice.
+
+    With its caps a component is closed: its faces use each edge as often in one direction as in the other.
+    """
     rng = np.random.default_rng(seed)
     mesh = merge_meshes(
         icosphere_mesh(), shift_mesh(box_mesh(), [0.4, 0.1, 0.2]), shift_mesh(ball_mesh(0.3), [2, 0, 0])
     )
     faces = mesh.faces[rng.random(len(mesh.faces)) < 0.8].copy()
-    some = rng.random(len(faces)) < 0.3
-    faces[some] = faces[some, ::-1]
-    surface = winding_surface(TriangleMesh(mesh.vertices, np.concatenate([faces, faces[:5], faces[5:9, ::-1]])))
+    reversed_rows = rng.random(len(faces)) < 0.3
+    faces[reversed_rows] = faces[reversed_rows, ::-1]
+    nine_again = [faces[:5], faces[5:9, ::-1]]
+    surface = winding_surface(TriangleMesh(mesh.vertices, np.concatenate([faces, *nine_again])))
     assert len(surface.grid.triangles) == len(faces) + len(surface.caps)
     for component in np.unique(surface.component):
-        uses = {}
-        for corners in surface.grid.triangles[surface.component == component].tolist():
-            for k in range(3):
-                a, b = tuple(corners[k]), tuple(corners[(k + 1) % 3])
-                uses[a, b] = uses.get((a, b), 0) + 1
-                uses[b, a] = uses.get((b, a), 0) - 1
+        uses = Counter()
+        for triangle in surface.grid.triangles[surface.component == component].tolist():
+            corners = [tuple(corner) for corner in triangle]
+            for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+                uses[start, end] += 1
+                uses[end, start] -= 1
+        assert uses
         assert not any(uses.values())
 
 
 def test_faces_of_mixed_winding_are_turned_to_one_side():
-    """A box that lacks a face and has three faces reversed: one hole, and one orientation in the end."""
-    box = box_mesh()
-    faces = without_faces(box, 4).faces.copy()
+    """A box that lacks a triangle and has three reversed: it has one hole with one cap, and is wound outwards (1)."""
+    holed = without_faces(box_mesh(), 4)
+    faces = holed.faces.copy()
     faces[[0, 3, 5]] = faces[[0, 3, 5], ::-1]
-    surface = winding_surface(TriangleMesh(box.vertices, faces))
+    surface = winding_surface(TriangleMesh(holed.vertices, faces))
     assert surface.kinds.tolist() == [ComponentKind.HOLED]
     assert len(surface.caps) == 1
     assert surface.signs.tolist() == [1]
@@ -147,39 +165,50 @@ def from_both_sides(mesh, *faces):
     return TriangleMesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[list(faces), ::-1]]))
 
 
-@pytest.mark.parametrize("wound", ["outwards", "inwards", "mixed"])
-@pytest.mark.parametrize("exponent", [-330, 0, 330])
-@pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1), (3, 3, 3)])
+@pytest.mark.parametrize("wound", ["outwards", "inwards", "first face inwards"])
+@pytest.mark.parametrize("exponent", [-330, 0, 330], ids="scaled by 2^{}".format)
+@pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1), (3, 3, 3)], ids="{} boxes".format)
 def test_inner_walls_of_a_solid_of_cells_are_removed(counts, wound, exponent):
-    """A block of boxes side by side is closed; between neighbours lie two faces of two triangles each, 4 a wall."""
+    """A block of boxes side by side is closed, and wound outwards (1) or inwards (-1).
+
+    Each wall between two neighbours is drawn from both sides, two triangles each: these four are left out.
+    """
     mesh = lattice_of_boxes(counts)
     faces = mesh.faces.copy()
-    reversed_faces = {"outwards": slice(0), "inwards": slice(None), "mixed": slice(0, 1)}[wound]
-    faces[reversed_faces] = faces[reversed_faces, ::-1]
+    inwards = {"outwards": slice(0), "inwards": slice(None), "first face inwards": slice(0, 1)}[wound]
+    faces[inwards] = faces[inwards, ::-1]
     surface = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), faces))
     assert surface.kinds.tolist() == [ComponentKind.CLOSED]
     assert surface.signs.tolist() == [-1 if wound == "inwards" else 1]
-    walls = sum((counts[axis] - 1) * 4 * np.prod(counts) // counts[axis] for axis in range(3))
-    assert len(surface.grid.triangles) == len(mesh.faces) - walls
+    x, y, z = counts
+    walls = (x - 1) * y * z + x * (y - 1) * z + x * y * (z - 1)
+    assert len(surface.grid.triangles) == len(mesh.faces) - 4 * walls
 
 
-def test_two_sided_fin_inside_a_closed_box_is_ignored():
-    """A fin within the box leaves its 12 faces closed; a fin that sticks out is an open edge."""
-    box, corners = box_mesh(), [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5]]
-    for tip, kind, faces in (([0.0, 0.1, 0.1], ComponentKind.CLOSED, 12), ([0.0, -0.9, -0.9], ComponentKind.HOLED, 13)):
-        fin = TriangleMesh([*corners, tip], [[0, 1, 2], [2, 1, 0]])
-        surface = winding_surface(merge_meshes(box, fin))
-        assert surface.kinds.tolist() == [kind]
-        assert len(surface.grid.triangles) - len(surface.caps) == faces
+@pytest.mark.parametrize(
+    ("tip", "kind", "faces"),
+    [
+        pytest.param([0.0, 0.1, 0.1], ComponentKind.CLOSED, 12, id="inside the box"),
+        pytest.param([0.0, -0.9, -0.9], ComponentKind.HOLED, 12 + 1, id="sticks out"),
+    ],
+)
+def test_two_sided_fin_inside_a_closed_box_is_ignored(tip, kind, faces):
+    """A fin, one triangle drawn from both sides, hangs at an edge of a box of 12 faces: inside, the 12 stay closed.
+
+    One that sticks out counts once and has open edges.
+    """
+    fin = TriangleMesh([[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5], tip], [[0, 1, 2], [2, 1, 0]])
+    surface = winding_surface(merge_meshes(box_mesh(), fin))
+    assert surface.kinds.tolist() == [kind]
+    assert len(surface.grid.triangles) - len(surface.caps) == faces
 
 
-def test_box_faces_drawn_from_both_sides_count_once():
-    """One, two or all 12 faces of a box are drawn once more, reversed: 12 faces are left, and they are closed."""
-    box = box_mesh()
-    for faces in ([0], [0, 1], range(12)):
-        surface = winding_surface(from_both_sides(box, *faces))
-        assert surface.kinds.tolist() == [ComponentKind.CLOSED]
-        assert len(surface.grid.triangles) == 12
+@pytest.mark.parametrize("count", [1, 2, 12])
+def test_box_faces_drawn_from_both_sides_count_once(count):
+    """The first faces of a box are drawn once more, reversed: 12 faces remain, and they are closed."""
+    surface = winding_surface(from_both_sides(box_mesh(), *range(count)))
+    assert surface.kinds.tolist() == [ComponentKind.CLOSED]
+    assert len(surface.grid.triangles) == 12
 
 
 def test_two_sided_cell_beside_a_solid_is_not_lost():
@@ -187,18 +216,18 @@ def test_two_sided_cell_beside_a_solid_is_not_lost():
 
     Whether it is filled is open, as its wall to the solid leaves edges of three faces; it is never outside.
     """
-    double = lattice_of_boxes((2, 1, 1))
-    second = [face for face in range(12, 24) if not (double.triangles[face][:, 0] == 0.5).all()]
-    surface = winding_surface(from_both_sides(double, *second))
+    boxes = lattice_of_boxes((2, 1, 1))
+    wall_x = 0.5
+    second = [face for face in range(12, 24) if not (boxes.triangles[face][:, 0] == wall_x).all()]
+    surface = winding_surface(from_both_sides(boxes, *second))
     assert surface.kinds.tolist() == [ComponentKind.OPEN]
 
 
 def test_crossing_components_of_opposite_winding_are_noted():
-    """A box and a ball that cross, the ball once with reversed faces, and a box far away.
-
-    ``opposed``: 1 for a component that crosses another of the other winding.
+    """A box and a ball that cross, and a box far away: where the ball's faces are reversed both of them are
+    ``opposed``.
     """
-    box, ball = box_mesh(), shift_mesh(ball_mesh(0.3), [0.5, 0.3, 0.2])
-    backwards = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
-    assert winding_surface(merge_meshes(box, ball, shift_mesh(box, [5, 0, 0]))).opposed.tolist() == [0, 0, 0]
-    assert winding_surface(merge_meshes(box, backwards, shift_mesh(box, [5, 0, 0]))).opposed.tolist() == [1, 1, 0]
+    box, ball, far_box = box_mesh(), shift_mesh(ball_mesh(0.3), [0.5, 0.3, 0.2]), shift_mesh(box_mesh(), [5, 0, 0])
+    reversed_ball = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
+    assert winding_surface(merge_meshes(box, ball, far_box)).opposed.tolist() == [False, False, False]
+    assert winding_surface(merge_meshes(box, reversed_ball, far_box)).opposed.tolist() == [True, True, False]
