@@ -9,6 +9,7 @@ from collections import defaultdict
 from html.parser import HTMLParser
 from io import StringIO
 from itertools import combinations
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pyarrow.parquet as pq
@@ -290,7 +291,10 @@ QUICK_STATES = ("several", "undecided", "only false", "effects beside an audit")
     ],
 )
 def outputs(request, tmp_path_factory):
-    """Cells of each output, and sentences of each output."""
+    """``cells``: output -> cell (table, detector, row, column) -> its text. ``sentences``: output -> words -> numbers.
+
+    Both are read from what each output of one run prints or writes; a run a state.
+    """
     result = result_of(request.param)
     folder = tmp_path_factory.mktemp("run") / "run"
     write_run_folder(result, folder, picture=True)
@@ -300,7 +304,7 @@ def outputs(request, tmp_path_factory):
     page = (folder / "report.html").read_text(encoding="utf-8")
     picture = recording_text(folder / "run.rrd")
     texts = TablesOfPage(page).texts
-    facts = {
+    cells = {
         "first screen": facts_of(terminal_tables(first), labels),
         "terminal": facts_of(terminal_tables(terminal), labels),
         "Markdown": facts_of(markdown_tables(markdown), labels),
@@ -321,7 +325,7 @@ def outputs(request, tmp_path_factory):
         "picture": sentences_of(picture),
         "summary": sentences_of("\n".join(texts_in(json.loads((folder / "summary.json").read_text("utf-8"))))),
     }
-    return facts, sentences
+    return SimpleNamespace(cells=cells, sentences=sentences)
 
 
 def agrees(a, b):
@@ -340,45 +344,66 @@ def agrees(a, b):
 
 @pytest.mark.sampled(4)
 def test_a_cell_reads_the_same_in_every_output(outputs):
-    """Cells of any two outputs that have one; a number of a file is within the digits that a text shows."""
-    facts, _ = outputs
+    """A cell is known by table, detector, row and column, and has a text in each output that shows it.
+
+    Every two outputs are compared in the cells that both have: texts are equal, and a number of a file rounds to the
+    digits of the text.
+    """
+    cells = outputs.cells
     different = [
-        (cell, a, facts[a][cell], b, facts[b][cell])
-        for a, b in combinations(facts, 2)
-        for cell in facts[a].keys() & facts[b].keys()
-        if not agrees(facts[a][cell], facts[b][cell])
+        (cell, first, cells[first][cell], second, cells[second][cell])
+        for first, second in combinations(cells, 2)
+        for cell in cells[first].keys() & cells[second].keys()
+        if not agrees(cells[first][cell], cells[second][cell])
     ]
     assert different == []
 
 
 def test_a_sentence_has_the_same_numbers_in_every_output(outputs):
-    """Sentences of any two outputs that have the same words; a list that is cut short has some of the numbers."""
-    _, sentences = outputs
+    """A sentence is known by its words, and has a set of numbers in each output that prints it.
+
+    Of every two outputs with the same words both have the same numbers; where one cuts a list short, some of them.
+    """
+    sentences = outputs.sentences
     different = [
-        (words, a, sentences[a][words], b, sentences[b][words])
-        for a, b in combinations(sentences, 2)
-        for words in sentences[a].keys() & sentences[b].keys()
-        if not (sentences[a][words] <= sentences[b][words] or sentences[b][words] <= sentences[a][words])
+        (words, first, sentences[first][words], second, sentences[second][words])
+        for first, second in combinations(sentences, 2)
+        for words in sentences[first].keys() & sentences[second].keys()
+        if not (
+            sentences[first][words] <= sentences[second][words] or sentences[second][words] <= sentences[first][words]
+        )
     ]
     assert different == []
 
 
 @pytest.mark.parametrize("outputs", ["several"], indirect=True)
 def test_most_numbers_occur_in_more_than_two_outputs(outputs):
-    """So that the two tests above compare much: over 80 % of the cells, and half of the first screen's sentences."""
-    facts, sentences = outputs
-    cells = set().union(*facts.values())
-    several = {cell for cell in cells if sum(cell in known for known in facts.values()) > 2}
-    assert len(several) > 0.8 * len(cells), sorted(cells - several)
-    assert all(known.keys() & several for known in facts.values()), {name: len(known) for name, known in facts.items()}
-    shared = [words for words in sentences["first screen"] if words in sentences["report"]]
-    assert len(shared) > 0.5 * len(sentences["first screen"])
+    """The comparisons above compare much: over 80 % of all cells are in three outputs or more.
+
+    Every output has some of these, and over half of the first screen's sentences are in the report too.
+    """
+    cells_of_output, sentences_of_output = outputs.cells, outputs.sentences
+    cells = set().union(*cells_of_output.values())
+    shared_cells = {cell for cell in cells if sum(cell in own for own in cells_of_output.values()) > 2}
+    assert len(shared_cells) > 0.8 * len(cells), sorted(cells - shared_cells)
+    assert [output for output, own in cells_of_output.items() if not own.keys() & shared_cells] == []
+    first_screen, report = sentences_of_output["first screen"], sentences_of_output["report"]
+    assert len(first_screen.keys() & report.keys()) > 0.5 * len(first_screen)
 
 
 @pytest.mark.parametrize("outputs", ["several"], indirect=True)
 def test_another_number_in_a_single_output_is_noticed(outputs):
-    """77 is in no output; the cell is the one that most others hold as well."""
-    facts, _ = outputs
+    """77 stands in no cell of this run; the comparison would refuse it in any other output that has the cell.
+
+    Of each output the cell that most outputs have is taken.
+    """
+    cells_of_output = outputs.cells
     for output in ("terminal", "Markdown", "report", "picture", "Parquet", "summary"):
-        cell = max(facts[output], key=lambda cell: sum(cell in known for known in facts.values()))
-        assert not any(agrees("77", known[cell]) for name, known in facts.items() if name != output and cell in known)
+        shared_cell = max(
+            cells_of_output[output], key=lambda cell: sum(cell in own for own in cells_of_output.values())
+        )
+        other_texts = [
+            own[shared_cell] for name, own in cells_of_output.items() if name != output and shared_cell in own
+        ]
+        assert other_texts
+        assert not any(agrees("77", text) for text in other_texts)

@@ -8,6 +8,7 @@ from collections import Counter
 from html import unescape
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import pyarrow.parquet as pq
 import pytest
@@ -30,7 +31,6 @@ from replay.show.results.parquet import with_keys
 from replay.show.results.run_folder import write_run_folder
 from replay.show.sections import SectionName, section_of
 
-COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
 TOOL = f"{Path(replay.__file__).parent}{os.sep}"
 
 
@@ -42,85 +42,166 @@ def terminal_text(*displayed):
     return console.file.getvalue()
 
 
-def blocks(text, mark):
-    """The words of each line that begins with a mark."""
-    return [line.split() for line in text.splitlines() if line.startswith(mark)]
+def words_of_lines(text, beginning):
+    """The words of each line that begins so."""
+    return [line.split() for line in text.splitlines() if line.startswith(beginning)]
 
 
 QUICK_STATES = ("several", "undecided", "false at both ends", "more than a list holds")
 """Of all: late and missed contacts, undecided frames, false ones on both sides of a contact, and a cut list."""
 
+MOST_LISTED = 20
+"""Misses in a list of the terminal; the others are counted in a last line."""
 
-@pytest.mark.parametrize(
-    "state", [pytest.param(state, marks=() if state in QUICK_STATES else pytest.mark.slow) for state in STATES]
-)
-def test_every_output_of_a_run_has_the_same_numbers(state, tmp_path):
-    """Counted by hand from letters a frame, of reference (``truth``) and detector (``output``), one pair a and b.
 
-    Then looked up in tables, files, terminal, page, notebook and picture.
+def expected_counts(truth, answer):
+    """Counts made from letters a frame: ``truth`` of the reference, ``answer`` of the detector, of one pair of cubes.
+
+    ``C`` and ``c`` are contact, ``.`` and ``n`` none, ``u`` is undecided. A contact is missed if the detector says
+    ``n`` in all its frames, and late or cut short if it says ``n`` in some.
     """
-    (truth, output, headline), result = STATES[state], run(state)
-    write_run_folder(result, tmp_path / "run", picture=True)
-    page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
-    page, picture = page.read_text(encoding="utf-8"), recording_text(picture)
-    outcome, (contacts, lost) = outcomes(truth, output), missed(truth, output)
-    wrong = [(first, count) for first, count, word in runs_of(outcome) if word == "false"]
-    ends = [set(outcome[first : first + count]) for first, count, letter in runs_of(truth) if letter == "C"]
-    whole, late, open_ = (ends.count(sentence) for sentence in ({"MISSED"}, {"MISSED", "both"}, {"left out"}))
-    counts = [outcome.count(word) for word in COUNTED]
+    outcome = outcomes(truth, answer)
+    contact_count, misses = missed(truth, answer)
+    words_of_contact = [set(outcome[first : first + count]) for first, count, letter in runs_of(truth) if letter == "C"]
+    return SimpleNamespace(
+        contacts=contact_count,
+        contacts_missed=words_of_contact.count({"MISSED"}),
+        late_or_cut_short=words_of_contact.count({"MISSED", "both"}),
+        contacts_undecided=words_of_contact.count({"left out"}),
+        misses=misses,  # (number of the contact, first frame, frames)
+        false_contacts=[(first, count) for first, count, word in runs_of(outcome) if word == "false"],
+        frames={word: outcome.count(word) for word in ("both", "MISSED", "false", "within tolerance", "left out")},
+    )
 
-    # Tables and files.
-    rows = {name: table.plain() for name, table in result.tables.items()}
-    assert [(row["episode"], row["first"], row["frames"]) for row in rows["misses"]] == lost
-    assert [(row["first"], row["frames"]) for row in rows["false"]] == wrong
-    assert sum(row["missed_by"] == "it" for row in rows["episodes"]) == whole
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(state, marks=() if state in QUICK_STATES else pytest.mark.slow) for state in STATES],
+)
+def written_run(request, tmp_path_factory):
+    """A run of a detector ``it`` on one pair of cubes, a-b: its folder and texts, and counts made by hand.
+
+    The run follows letters, a frame each: contact of the reference, and what the detector says.
+    """
+    truth, answer, headline = STATES[request.param]
+    result, folder = run(request.param), tmp_path_factory.mktemp("run") / "run"
+    write_run_folder(result, folder, picture=True)
+    return SimpleNamespace(
+        result=result,
+        folder=folder,
+        headline=headline,
+        expected=expected_counts(truth, answer),
+        rows={name: table.plain() for name, table in result.tables.items()},
+        screen=terminal_text(run_screen(result)),
+        tables=terminal_text(run_tables(result)),
+        page=(folder / "report.html").read_text(encoding="utf-8"),
+        picture=recording_text(folder / "run.rrd"),
+        markdown=run_markdown(result, ()),
+        notebook=repr(replay.RunResult.of(result)),
+    )
+
+
+def test_tables_list_planted_misses_and_false_contacts(written_run):
+    """Expected are first frame and number of frames of each miss and false contact, by letters a frame.
+
+    ``missed_by`` names the detector in the row of each contact that it missed whole.
+    """
+    rows, expected = written_run.rows, written_run.expected
+    assert [(row["episode"], row["first"], row["frames"]) for row in rows["misses"]] == expected.misses
+    assert [(row["first"], row["frames"]) for row in rows["false"]] == expected.false_contacts
+    assert sum(row["missed_by"] == "it" for row in rows["episodes"]) == expected.contacts_missed
+
+
+def test_files_and_json_have_the_rows_of_the_tables(written_run):
+    """Each table in memory has a Parquet file; JSON has the misses and false contacts of the detector ``it``."""
+    rows, result = written_run.rows, written_run.result
     for name, table in result.tables.items():
-        assert pq.read_table(tmp_path / "run" / f"{name}.parquet").select(table.head).to_pylist() == rows[name]
+        assert pq.read_table(written_run.folder / f"{name}.parquet").select(table.head).to_pylist() == rows[name]
     assert [run_json(result)[name]["it"] for name in ("misses", "false")] == [rows["misses"], rows["false"]]
-    audit = json.loads((tmp_path / "run" / "summary.json").read_text())["audit"]["it"]
-    names = ("contacts", "contacts_missed", "late_or_cut_short", "contacts_undecided", "misses", "false_contacts")
-    assert [audit[name] for name in names] == [contacts, whole, late, open_, len(lost), len(wrong)]
-    assert list(audit["pair_frames"].values())[1:4] == counts[:3]
 
-    # The ranking: contacts missed, late, and undecided where there are any.
-    ranked = [str(count) for count in (whole, late, *([open_] if open_ else []))]
-    tables, screen = terminal_text(run_tables(result)), terminal_text(run_screen(result))
-    for text in (tables, screen):
-        assert re.split(r"\s{2,}", next(line for line in text.splitlines() if line.startswith("it ")))[2:][
-            : len(ranked)
-        ] == (ranked)
-    assert re.findall(r'"n(?: bad)?" data-l="(?:missed|late or cut short|undecided)">(\d+)<', page) == ranked
-    prompt = repr(replay.RunResult.of(result))
-    assert blocks(prompt, "it ")[0][1:3] == ranked[:2]
-    for text in (screen, page, picture, run_markdown(result, ()), prompt):
-        assert headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())
 
-    # The table of pairs, and the lists of faults by number.
-    of_pair = [["a-b", *map(str, (contacts, whole, late, *counts[:3]))]] if contacts or any(counts[:3]) else []
-    assert blocks(tables, "a-b ") == of_pair
+def test_summary_counts_planted_contacts(written_run):
+    """``summary.json`` has the counts that are made by hand from letters a frame."""
+    audit = json.loads((written_run.folder / "summary.json").read_text())["audit"]["it"]
+    expected = written_run.expected
+    for name in ("contacts", "contacts_missed", "late_or_cut_short", "contacts_undecided"):
+        assert audit[name] == getattr(expected, name), name
+    assert audit["misses"] == len(expected.misses)
+    assert audit["false_contacts"] == len(expected.false_contacts)
+    frames = audit["pair_frames"]
+    expected_frames = [expected.frames[word] for word in ("both", "MISSED", "false")]
+    assert [frames[name] for name in ("both", "missed", "false_contact")] == expected_frames
+
+
+def test_rankings_count_planted_contacts(written_run):
+    """Contacts missed, late or cut short and, where there are any, undecided, in the row of the detector ``it``.
+
+    The terminal (first screen and tables) and the page have all, the notebook the first two.
+    """
+    expected = written_run.expected
+    counts = [expected.contacts_missed, expected.late_or_cut_short]
+    if expected.contacts_undecided:
+        counts.append(expected.contacts_undecided)
+    ranked = [str(count) for count in counts]
+    for text in (written_run.tables, written_run.screen):
+        line = next(line for line in text.splitlines() if line.startswith("it "))
+        _label, _what, *cells = re.split(r"\s{2,}", line)
+        assert cells[: len(ranked)] == ranked
+    columns = "missed|late or cut short|undecided"
+    assert re.findall(rf'"n(?: bad)?" data-l="(?:{columns})">(\d+)<', written_run.page) == ranked
+    (_label, missed_cell, late_cell, *_), *_ = words_of_lines(written_run.notebook, "it ")
+    assert [missed_cell, late_cell] == ranked[:2]
+
+
+def test_headline_is_the_same_sentence_in_every_output(written_run):
+    """Terminal, page, picture, Markdown and notebook; tags of the page and line ends are left out."""
+    run = written_run
+    for text in (run.screen, run.page, run.picture, run.markdown, run.notebook):
+        assert run.headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())
+
+
+def test_pair_table_and_frame_counts_equal_planted_letters(written_run):
+    """The only pair, a-b, has a row where it touched or was said to: contacts, missed, late, and frames by outcome.
+
+    Frames by outcome have a line each in the terminal, and a row in the picture.
+    """
+    expected, tables = written_run.expected, written_run.tables
+    both_missed_false = [expected.frames[word] for word in ("both", "MISSED", "false")]
+    counts = [expected.contacts, expected.contacts_missed, expected.late_or_cut_short, *both_missed_false]
+    has_row = expected.contacts > 0 or any(both_missed_false)
+    assert words_of_lines(tables, "a-b ") == ([["a-b", *map(str, counts)]] if has_row else [])
+    lines = [line.strip().rsplit(maxsplit=1) for line in tables.splitlines() if line.strip()]
+    for word, count in expected.frames.items():
+        assert [word.lower(), str(count)] in lines
+    assert f"| pair-frames | {' | '.join(map(str, expected.frames.values()))} |" in written_run.picture
+
+
+def test_lists_of_faults_number_misses_and_false_contacts(written_run):
+    """The terminal lists (number, frames) of 20 misses at most and counts the others, then false contacts by gap.
+
+    The page has an anchor for each fault, miss-1 and so on, and the picture a line.
+    """
+    rows, tables = written_run.rows, written_run.tables
+    widest_first = sorted(rows["false"], key=lambda row: -(row["gap"] or 0.0))
     listed = re.findall(r"^ *(\d+) +[\d.]+ +a - b +(\d+) ", tables, re.MULTILINE)
-    widest = [
-        (str(row["number"]), str(row["frames"])) for row in sorted(rows["false"], key=lambda row: -(row["gap"] or 0.0))
-    ]
-    assert listed == [(str(row["number"]), str(row["frames"])) for row in rows["misses"][:20]] + widest
-    assert (f"… and {len(lost) - 20} more: see misses.parquet" in tables) == (len(lost) > 20)
-    faults = [("miss", str(row["number"])) for row in rows["misses"]] + [("false", name) for name, _ in widest]
-    assert sorted(re.findall(r' id="(miss|false)-(\d+)(?:-it)?"', page)) == sorted(faults)
-    names = "missed|late|short|interrupted|false"
-    in_list = {*re.findall(rf"^ *[\d.]+ s +it +({names}) (\d+) ", picture, re.MULTILINE)}
-    assert sorted(("false" if name == "false" else "miss", number) for name, number in in_list) == sorted(faults)
-    assert f"| pair-frames | {' | '.join(map(str, counts))} |" in picture
-    for word, count in zip(COUNTED, counts, strict=True):
-        assert [word.lower(), str(count)] in [
-            line.rsplit(maxsplit=1) for line in map(str.strip, tables.splitlines()) if line
-        ]
+    expected_list = [*rows["misses"][:MOST_LISTED], *widest_first]
+    assert listed == [(str(row["number"]), str(row["frames"])) for row in expected_list]
+    not_listed = len(written_run.expected.misses) - MOST_LISTED
+    assert (f"… and {not_listed} more: see misses.parquet" in tables) == (not_listed > 0)
+    misses = [("miss", str(row["number"])) for row in rows["misses"]]
+    false_contacts = [("false", str(row["number"])) for row in rows["false"]]
+    faults = sorted(misses + false_contacts)
+    assert sorted(re.findall(r' id="(miss|false)-(\d+)(?:-it)?"', written_run.page)) == faults
+    kinds_of_miss = "missed|late|short|interrupted"
+    in_picture = set(re.findall(rf"^ *[\d.]+ s +it +({kinds_of_miss}|false) (\d+) ", written_run.picture, re.MULTILINE))
+    assert sorted(("false" if kind == "false" else "miss", number) for kind, number in in_picture) == faults
 
 
-def entered(action):
-    """File of the tool -> names of its functions that are called meanwhile; a quantile of numpy counts as one."""
-    result = {}
+def called_functions(action):
+    """File of the tool -> how often each of its functions is called meanwhile; a quantile of numpy counts as one."""
+    calls = {}
 
-    def tell(frame, event, _):
+    def count_call(frame, event, _):
         if event != "call":
             return
         file, name = frame.f_code.co_filename, frame.f_code.co_name
@@ -129,17 +210,17 @@ def entered(action):
             # A picture is framed in still.py, and nothing counted.
             counts = not (frame.f_back and frame.f_back.f_code.co_filename.endswith("still.py"))
         if counts:
-            result.setdefault(file, Counter())[name] += 1
+            calls.setdefault(file, Counter())[name] += 1
 
-    sys.setprofile(tell)
+    sys.setprofile(count_call)
     try:
         action()
     finally:
         sys.setprofile(None)
-    return result
+    return calls
 
 
-WALKS = {
+RENDER_MISS = {
     "terminal": lambda result: terminal_text(stacked(*section_of(result, SectionName.FAULTS).tables)),
     "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
     "page": lambda result: cards(view_of(result), "it"),
@@ -147,13 +228,18 @@ WALKS = {
         RecordingWriter(rr.RecordingStream("walk"), RecordingClock.of(result.assembly)), result, key_moments(result)
     ),
 }
+"""Output -> what makes its list of misses."""
 
 
-@pytest.mark.parametrize("output", WALKS)
+@pytest.mark.parametrize("output", RENDER_MISS)
 def test_a_miss_is_rendered_through_at_most_thirteen_files(output):
-    """Files of the product whose functions are called, once templates and the like are in memory."""
-    WALKS[output](run("one"))
-    files = entered(lambda: WALKS[output](run("one")))
+    """Who changes how a miss is displayed must read few files: those of the product whose functions are called.
+
+    The run has a single miss. It is rendered twice, so that templates and the like are in memory the second time.
+    """
+    result = run("one")
+    RENDER_MISS[output](result)
+    files = called_functions(lambda: RENDER_MISS[output](result))
     assert 2 < len(files) <= 13, sorted(files)
 
 
@@ -162,21 +248,42 @@ OF_EACH = ("episodes", "sample_times")
 OF_AUDITED = ("audit_of_detector", "false_contacts", "match_episodes", "count_contacts", "count_reports")
 
 
-@pytest.mark.slow
-def test_facts_are_computed_once_and_outputs_compute_nothing(tmp_path):
-    """Calls are counted by name: once a run, once for each of 3 detectors, or of 2 that are audited.
+@pytest.fixture(scope="module")
+def counted_run():
+    """A run of three detectors, of which the reference (exact) judges two, and how often functions were called in it.
 
-    A contact is in one frame; two are over 0.5 m deep, of which one is cut by the end.
+    Two cubes touch for a frame, and twice are over 0.5 m deep in each other, the last time until the end.
     """
     session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.9, 3, 3, 3, 0.4, 0.4, 3, 3, 3, 0.4, 0.4]})
-    made = []
-    matches = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact")))
-    counts = sum(matches.values(), Counter())
-    for names, times in ((ONCE, 1), (OF_EACH, 3), (OF_AUDITED, 2)):
-        assert {name: counts[name] for name in names} == dict.fromkeys(names, times)
-    (result,) = made
+    results = []
+    calls = called_functions(lambda: results.append(replay.run(session, detectors="hybrid,slow=discrete,exact")))
+    (result,) = results
+    return SimpleNamespace(result=result, calls=sum(calls.values(), Counter()))
 
-    def all_outputs():
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("functions", "times"),
+    [
+        pytest.param(ONCE, 1, id="once a run"),
+        pytest.param(OF_EACH, 3, id="once for each of 3 detectors"),
+        pytest.param(OF_AUDITED, 2, id="once for each of 2 audited detectors"),
+    ],
+)
+def test_each_fact_of_a_run_is_computed_once(functions, times, counted_run):
+    """A run of three detectors, two of which are compared with the third; calls are counted by name of function."""
+    assert {name: counted_run.calls[name] for name in functions} == dict.fromkeys(functions, times)
+
+
+@pytest.mark.slow
+def test_outputs_compute_nothing(counted_run, tmp_path):
+    """Terminal, Markdown, JSON, notebook, page and folder call none of the functions that compute facts of a run.
+
+    Properties of the same names in ``show``, which only pass a fact on, are left out.
+    """
+    result = counted_run.result
+
+    def make_all_outputs():
         terminal_text(run_tables(result), run_screen(result))
         run_markdown(result, ())
         run_json(result)
@@ -184,7 +291,8 @@ def test_facts_are_computed_once_and_outputs_compute_nothing(tmp_path):
         report_html(result)
         write_run_folder(result, tmp_path / "run", picture=True)
 
-    # An output has properties of the same names that pass on.
-    requested = sum((names for file, names in entered(all_outputs).items() if "/show/" not in file), Counter())
-    computed = {*ONCE, *OF_EACH, *OF_AUDITED, "counts_over_offsets", "why_missed", "why_false", "quantile"}
-    assert {name for name in computed if requested[name]} == set()
+    calls_of_file = called_functions(make_all_outputs)
+    calls = sum((counts for file, counts in calls_of_file.items() if "/show/" not in file), Counter())
+    assert calls
+    computing = {*ONCE, *OF_EACH, *OF_AUDITED, "counts_over_offsets", "why_missed", "why_false", "quantile"}
+    assert {name for name in computing if calls[name]} == set()

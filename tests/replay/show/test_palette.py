@@ -1,5 +1,7 @@
 """Colours, looks of bodies and words are the same in every output; one red means missed and nothing else."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
@@ -9,12 +11,12 @@ from replay.cli.terminal import MARK_STYLES
 from replay.document.tables import IN_RED, PARTLY
 from replay.show import palette
 from replay.show.palette import albedo, see_through, tags_of
-from replay.show.words import LANES_LEGEND, PINK_LEGEND, lane_legend
+from replay.show.words import LANES_LEGEND, lane_legend
 from sessions.model.scene import Scene, SceneBody
 
 
-def hue_distance(a, b):
-    """The distance of two colours, without their opacity."""
+def rgb_distance(a, b):
+    """The distance of two colours in red, green and blue (0 to 255 each), without their opacity."""
     return float(np.linalg.norm(np.subtract(a[:3], b[:3])))
 
 
@@ -25,41 +27,55 @@ def lightness(colour):
 
 
 def test_nothing_but_missed_is_near_the_red():
-    """The distance in red, green and blue (0 to 255) to outcomes, verdicts, curves and bodies."""
+    """Red, green and blue go from 0 to 255; 100 from the red is another hue or a far darker one.
+
+    Others are colours of all other outcomes and verdicts, of curves, and of bodies by their tags.
+    """
     others = [colour for outcome, (_, colour) in palette.OUTCOME_STYLES.items() if outcome != Outcome.MISSED]
     others += [colour for _, colour in palette.VERDICT_STYLES.values()]
     others += [*palette.SERIES_COLOURS, palette.WHITE, palette.BUDGET]
-    others += [
-        albedo((tag,)) for tag in ("glass", "hand", "headset", "bench", "rod", "metal", "plastic", "stopper", "?")
-    ]
-    assert min(hue_distance(palette.MISSED, other) for other in others) > 100
+    tags = ("glass", "hand", "headset", "bench", "rod", "metal", "plastic", "stopper", "no such tag")
+    others += [albedo((tag,)) for tag in tags]
+    assert min(rgb_distance(palette.MISSED, other) for other in others) > 100
 
 
 @pytest.mark.parametrize("kind", FaultKind)
 def test_each_kind_of_fault_has_the_same_colour_everywhere(kind):
-    """The red is only for contacts never reported; the legend of lanes names each colour."""
+    """Picture and pages draw a fault in one colour, which the legend of lanes names; red is a contact never reported.
+
+    Kinds of fault share three colours: missed, late or cut short (also interrupted), false contact.
+    """
     key = palette.fault_key(kind)
+    meaning = {"missed": "missed", "late": "late or cut short", "false": "false contact"}[key]
     assert palette.hex_of(palette.fault_colour(kind)) == palette.DARK_COLOURS[key]
     assert (palette.fault_colour(kind) == palette.MISSED) == (kind is FaultKind.NEVER_REPORTED)
-    words = {"missed": "missed", "late": "late or cut short", "false": "false contact"}
-    assert f"{palette.COLOUR_NAMES[key]}: {words[key]}" in LANES_LEGEND
+    assert f"{palette.COLOUR_NAMES[key]}: {meaning}" in LANES_LEGEND
 
 
 def test_red_yellow_and_blue_differ_in_lightness():
-    """Each is at least a fifth lighter than the next, so that they differ without colour."""
-    values = sorted(lightness(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT))
-    assert values[1] / values[0] > 1.2
-    assert values[2] / values[1] > 1.2
+    """Missed is red, false contact yellow, true contact blue; each is a fifth lighter than the next darker one.
+
+    So they differ without hues.
+    """
+    colours = (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT)
+    darkest, middle, lightest = sorted(lightness(colour) for colour in colours)
+    assert middle / darkest > 1.2
+    assert lightest / middle > 1.2
 
 
 @pytest.mark.parametrize(
-    ("tags", "least", "most"),
-    [("glass vessel", 1, 99), ("glass tool rod", 255, 255), ("bench furniture", 255, 255)]
-    + [(tag, 1, 40) for tag in ("hand", "controller", "headset", "wand")],
+    ("tags", "least_opacity", "most_opacity"),
+    [
+        pytest.param(("glass", "vessel"), 1, 99, id="glass vessel, to see into"),
+        pytest.param(("glass", "tool", "rod"), 255, 255, id="glass rod, solid"),
+        pytest.param(("bench", "furniture"), 255, 255, id="bench, solid"),
+        *(pytest.param((tag,), 1, 40, id=f"{tag}, faint") for tag in ("hand", "controller", "headset", "wand")),
+    ],
 )
-def test_glass_is_translucent_and_the_user_never_hides_a_contact(tags, least, most):
-    """``least`` and ``most`` opacity, of 255."""
-    assert least <= albedo(tuple(tags.split()))[3] <= most
+def test_glass_is_translucent_and_the_user_never_hides_a_contact(tags, least_opacity, most_opacity):
+    """The fourth number of a body's colour is its opacity, 0 (not seen) to 255 (solid)."""
+    _red, _green, _blue, opacity = albedo(tags)
+    assert least_opacity <= opacity <= most_opacity
 
 
 VISION = {
@@ -81,51 +97,65 @@ def lab(linear):
 @pytest.mark.parametrize("eyes", VISION)
 @pytest.mark.parametrize("colours", [palette.LIGHT_COLOURS, palette.DARK_COLOURS], ids=["light", "dark"])
 def test_kinds_differ_for_every_kind_of_colour_vision(colours, eyes):
-    """Distances are of CIE L*a*b*: ten are distinct side by side; small marks at a distance need more, 20."""
+    """Colours of reference, true contact, missed, late and false, as people without a kind of cone see them.
+
+    Distances are of CIE L*a*b*: 10 are distinct side by side; small marks at a distance need more, 20.
+    """
+    least_distance = 20.0
     linear = {
         kind: ((np.array(palette.rgba_of(text)[:3]) / 255 + 0.055) / 1.055) ** 2.4 for kind, text in colours.items()
-    }
-    perceived = {kind: lab(np.array(VISION[eyes]) @ value) for kind, value in linear.items()}
-    pairs = [(a, b) for a in perceived for b in perceived if a < b]
-    assert min(float(np.linalg.norm(perceived[a] - perceived[b])) for a, b in pairs) > 20
+    }  # sRGB as light, linear from 0 to 1
+    perceived = [lab(np.array(VISION[eyes]) @ value) for value in linear.values()]
+    assert min(float(np.linalg.norm(a - b)) for a, b in combinations(perceived, 2)) > least_distance
 
 
 def test_pages_picture_and_terminal_share_the_colours():
-    """The page's style, the picture's constants and the terminal's marks, by kind."""
-    css = palette.page_colours()
-    assert all(
-        f"--{kind}:{colour}" in css
-        for colours in (palette.LIGHT_COLOURS, palette.DARK_COLOURS)
-        for kind, colour in colours.items()
-    )
-    assert [palette.hex_of(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT)] == [
-        palette.DARK_COLOURS[kind] for kind in ("missed", "false", "right")
-    ]
-    assert palette.DARK_COLOURS["missed"] in MARK_STYLES[IN_RED] and palette.DARK_COLOURS["late"] in MARK_STYLES[PARTLY]
+    """A style sheet has each colour as a variable; the picture and the terminal have those of a dark page."""
+    style_sheet = palette.page_colours()
+    for colours in (palette.LIGHT_COLOURS, palette.DARK_COLOURS):
+        for kind, colour in colours.items():
+            assert f"--{kind}:{colour}" in style_sheet
+    dark = palette.DARK_COLOURS
+    assert palette.hex_of(palette.MISSED) == dark["missed"]
+    assert palette.hex_of(palette.FALSE_CONTACT) == dark["false"]
+    assert palette.hex_of(palette.TRUE_CONTACT) == dark["right"]
+    assert dark["missed"] in MARK_STYLES[IN_RED]
+    assert dark["late"] in MARK_STYLES[PARTLY]
 
 
 @pytest.mark.parametrize(
     ("missing_detector", "has_late", "legend"),
     [
-        ("", False, ["red: missed", "blue: both"]),
-        ("hull50", False, ["red: missed by hull50", "blue: both"]),
-        ("hull50", True, ["red: missed by hull50", PINK_LEGEND, "blue: both"]),
+        pytest.param("", False, ["red: missed", "blue: both"], id="nobody named"),
+        pytest.param("hull50", False, ["red: missed by hull50", "blue: both"], id="detector named"),
+        pytest.param(
+            "hull50", True, ["red: missed by hull50", "pink: late or cut short", "blue: both"], id="with late contacts"
+        ),
     ],
 )
 def test_lane_legend_names_present_outcomes_and_who_missed(missing_detector, has_late, legend):
-    """Contact is reported by both, or missed; the legend says by whom if that is known, and of late parts in pink."""
+    """A lane has contact that both detectors report, contact that one misses, and none (a gap, without a colour).
+
+    The legend has an entry a colour, four spaces apart; pink is for late parts where there are any.
+    """
     outcomes = [Outcome.BOTH, Outcome.MISSED, Outcome.NEITHER]
     assert lane_legend(outcomes, missing_detector, has_late=has_late).split("    ") == legend
 
 
 def test_tags_of_a_body_default_to_its_name():
-    """Words of a name are tags, in small letters and without a number; declared tags come first."""
+    """Tags say what a body looks like. Without declared ones, the words of its name are tags.
+
+    They are in small letters, without numbers; a body that the scene does not mention has them too.
+    """
     scene = Scene(bodies=(SceneBody("Glass rod 2"), SceneBody("tool", tags=("metal",))))
-    names = ("Glass rod 2", "tool", "left_hand")
-    assert [tags_of(name, scene) for name in names] == [("glass", "rod"), ("metal",), ("left", "hand")]
+    assert tags_of("Glass rod 2", scene) == ("glass", "rod")
+    assert tags_of("tool", scene) == ("metal",)
+    assert tags_of("left_hand", scene) == ("left", "hand")
 
 
 def test_body_before_a_contact_is_see_through_except_the_bench():
-    """The fourth number of a colour is its opacity, of 255."""
-    assert see_through(("rod",))[3] < albedo(("rod",))[3] == 255
+    """A body between the eye and a contact gets a lower opacity (of 255, the fourth number of a colour)."""
+    *_, usual_opacity = albedo(("rod",))
+    *_, opacity_before_contact = see_through(("rod",))
+    assert opacity_before_contact < usual_opacity == 255
     assert see_through(("bench",)) == albedo(("bench",))

@@ -20,250 +20,377 @@ from replay.show.plots import (
 from replay.show.report.charts import lane, path_of
 
 
+def box_of_label(label):
+    """Left, top, right and bottom of a text of one line, which is 15 high and reaches 3 below its base line."""
+    width = text_width(label.text)
+    x, base = label.at
+    left = x - {"start": 0.0, "middle": width / 2, "end": width}[label.side]
+    return left, base + 3.0 - LINE_HEIGHT, left + width, base + 3.0
+
+
+def boxes_overlap(first, second):
+    """Whether two boxes (left, top, right, bottom) have a common area."""
+    return first[0] < second[2] and second[0] < first[2] and first[1] < second[3] and second[1] < first[3]
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_labels_of_a_scatter_plot_do_not_overlap(seed):
-    """Six random dots; a label of a dot overlaps no other label."""
+    """Six dots at random places, each with its name; names overlap neither each other nor numbers of the axes.
+
+    A label names the dot of its number ``dot``; -1: it belongs to an axis.
+    """
     random = np.random.default_rng(seed)
-    dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
+    places = random.uniform(0.1, 9.0, (6, 2)).tolist()
+    dots = [Dot(f"detector {number}", x=x, y=y) for number, (x, y) in enumerate(places)]
     plot = scatter(dots, alternative_text="", x_title="ms", y_axis=Axis("wrong", [0, 5, 10]))
-    boxes = []
-    for text in plot.labels:
-        wide = text_width(text.text)
-        boxes.append(
-            (text.at[0] - {"start": 0, "middle": wide / 2, "end": wide}[text.side], wide, text.at[1], text.dot)
-        )
-    assert sum(dot >= 0 for *_, dot in boxes) == len(dots)
-    for (x, wide, y, dot), (other, broad, below, _) in combinations(boxes, 2):
-        assert dot < 0 or x + wide <= other or other + broad <= x or abs(y - below) >= LINE_HEIGHT
+    assert sorted(label.dot for label in plot.labels if label.dot >= 0) == [0, 1, 2, 3, 4, 5]
+    for first, second in combinations(plot.labels, 2):
+        if first.dot >= 0 or second.dot >= 0:
+            assert not boxes_overlap(box_of_label(first), box_of_label(second))
 
 
 def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():
-    """From 0.01 to 1000, each once."""
-    assert Axis.of("ms", [0.01, 1000.0], 5).ticks == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
+    """Values of 0.01 and 1000 ms are too far apart (over 30 times) for a linear axis."""
+    axis = Axis.of("ms", [0.01, 1000.0], most_ticks=5)
+    assert axis.ticks == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
 
 
 def test_plotted_step_is_drawn_as_two_level_lines():
-    """A minute at 90 Hz, from 20 to 24 degC at frame 4,000: four corners are left."""
-    points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
-    plot = curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)
+    """A temperature at 90 Hz rises from 20 to 24 degC between frames 3999 and 4000: 1,400 points in two levels.
+
+    Four corners are left of the path, begin and end of each level; pixels count downwards, so 24 degC is the smaller.
+    """
+    rise = 4000
+    points = [(frame / 90, 20.0 if frame < rise else 24.0) for frame in range(5400)]
+    levels = [(0.0, 20.0), *points[rise - 10 :]]
+    plot = curve(levels, end_points=(), alternative_text="", x_title="s", y_title="degC", lowest=20.0)
     path = path_of(dict(plot.lines)["curve"])
     heights = [float(corner.split()[1]) for corner in path.split("L")]
-    assert len(heights) == 4 and heights[0] == heights[1] > heights[2] == heights[3]
+    assert len(heights) == 4
+    assert heights[0] == heights[1] > heights[2] == heights[3]
 
 
 def test_lane_draws_intervals_in_its_window_and_lines_for_short():
-    """Paths in seconds from the window's start at 10 s: what begins at 9 s is cut; 0.02 s get a line too."""
-    drawn = lane(
-        {"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}, (10.0, 20.0), "rod", marked_second=15.0
-    )
-    boxes = "M0.000 0H1.000V20H0.000ZM2.000 0H2.020V20H2.000Z"
+    """A lane from 10 to 20 s, drawn as SVG paths: x in seconds since 10 s, y from 0 to 20.
+
+    Missed from 9 to 11 s is cut at the begin; missed for 0.02 s gets a line in its middle too; false at 30 s is
+    outside; a line marks 15 s.
+    """
+    intervals = {"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}
+    drawn = lane(intervals, (10.0, 20.0), "rod", marked_second=15.0)
+    box_from_0_to_1, box_from_2_to_2_02 = "M0.000 0H1.000V20H0.000Z", "M2.000 0H2.020V20H2.000Z"
     assert drawn.length == 10.0
-    assert drawn.paths == [("missed", boxes), ("missed tick", "M2.010 0V20"), ("now", "M5.000 0V20")]
-
-
-def test_long_label_of_an_interval_plot_is_wrapped_unshortened():
-    """The lines of a label have all its text and no letter beside the plot; labels and dots alternate downwards."""
-    names = ["ease of use with unintended contacts per minute: exact" * 2, "short"]
-    rows = [IntervalRow(name, value=0.5, lower=0.0, upper=1.0, label="+0.50, n = 24") for name in names]
-    plot = interval_plot(rows, "Results.", "coefficient", title="By detector")
-    assert plot.title == "By detector"
-    lines = [[label for label in plot.labels if label.dot == number] for number in range(2)]
-    assert ["".join(label.text.replace(" ", "") for label in own) for own in lines] == [
-        name.replace(" ", "") for name in names
+    assert drawn.paths == [
+        ("missed", box_from_0_to_1 + box_from_2_to_2_02),
+        ("missed tick", "M2.010 0V20"),
+        ("now", "M5.000 0V20"),
     ]
-    heights = [label.at[1] for own in lines for label in own]
-    assert len(lines[0]) > 1 and heights == sorted(set(heights))
-    assert all(label.at[0] + LETTER_WIDTH * len(label.text) <= plot.size[0] for own in lines for label in own)
-    (*_, last_line_of_first), (first_line_of_second, *_) = lines
-    first_dot, second_dot = plot.dots
-    height_of = lambda item: item.at[1]  # noqa: E731
-    assert height_of(last_line_of_first) < height_of(first_dot) < height_of(first_line_of_second)
-    assert height_of(first_line_of_second) < height_of(second_dot) < plot.size[1]
+
+
+LONG_AND_SHORT_NAME = ["ease of use with unintended contacts per minute: exact" * 2, "short"]
+
+
+@pytest.fixture
+def plot_with_long_name():
+    """A plot of two intervals below each other; the name of the first is longer than the plot is wide."""
+    rows = [IntervalRow(name, value=0.5, lower=0.0, upper=1.0, label="+0.50, n = 24") for name in LONG_AND_SHORT_NAME]
+    return interval_plot(rows, "Results.", "coefficient", title="By detector")
+
+
+def test_long_label_of_an_interval_plot_is_wrapped_unshortened(plot_with_long_name):
+    """The name of the first of two rows takes several lines, which have all its letters and end within the plot."""
+    plot = plot_with_long_name
+    lines_of_row = [[label for label in plot.labels if label.dot == row] for row in (0, 1)]
+    texts = ["".join(label.text for label in lines).replace(" ", "") for lines in lines_of_row]
+    assert texts == [name.replace(" ", "") for name in LONG_AND_SHORT_NAME]
+    assert [len(lines) > 1 for lines in lines_of_row] == [True, False]
+    width, _height = plot.size
+    for label in (*lines_of_row[0], *lines_of_row[1]):
+        x, _y = label.at
+        assert x + LETTER_WIDTH * len(label.text) <= width
+
+
+def test_names_and_dots_of_an_interval_plot_alternate_downwards(plot_with_long_name):
+    """Two rows: the lines of the first name, its dot, the second name, its dot, then the lower end of the plot.
+
+    y counts downwards. The title that the plot was made with stays with it.
+    """
+    plot = plot_with_long_name
+    assert plot.title == "By detector"
+    first_name, second_name = ([label.at[1] for label in plot.labels if label.dot == row] for row in (0, 1))
+    first_dot, second_dot = (dot.at[1] for dot in plot.dots)
+    _width, height = plot.size
+    downwards = [*first_name, first_dot, *second_name, second_dot, height]
+    assert downwards == sorted(set(downwards))
 
 
 def test_labels_do_not_cover_leader_lines_of_other_dots():
-    """Dots of the demo, where the label of the reference has room only above another label."""
-    costs = {"exact: 0": (0.019, 0.0), "mesh50: 0.12": (0.033, 0.12), "fix: 0.2": (0.042, 0.2)}
-    costs |= {"paper: 0.03": (0.043, 0.03), "hull50: 0.9": (0.018, 0.9)}
-    dots = [Dot(name, x, y) for name, (x, y) in costs.items()]
+    """Dots of a real run, so near each other that a name finds room only away from its dot, with a leader line to it.
+
+    No label of a dot or an axis overlaps a leader line, taken as the box between its ends.
+    """
+    cost_and_loss = {"exact: 0": (0.019, 0.0), "mesh50: 0.12": (0.033, 0.12), "fix: 0.2": (0.042, 0.2)}
+    cost_and_loss |= {"paper: 0.03": (0.043, 0.03), "hull50: 0.9": (0.018, 0.9)}
+    dots = [Dot(name, x=cost, y=loss) for name, (cost, loss) in cost_and_loss.items()]
     plot = scatter(dots, alternative_text="", x_title="mean ms a frame", y_axis=Axis("loss", [0, 0.5, 1]))
-    leaders = [corners for kind, corners in plot.lines if kind == "leader"]
-    assert leaders and len(plot.labels) >= len(dots)
+    leaders = [ends for kind, ends in plot.lines if kind == "leader"]
+    assert leaders
+    assert {label.text for label in plot.labels} >= set(cost_and_loss)
     for label in plot.labels:
-        wide = text_width(label.text)
-        left = label.at[0] - {"start": 0.0, "middle": wide / 2, "end": wide}[label.side]
-        for (x, y), (end, top) in leaders:
-            apart = max(x, end) <= left or left + wide <= min(x, end)
-            assert apart or max(y, top) <= label.at[1] - LINE_HEIGHT + 3 or label.at[1] + 3 <= min(y, top), label.text
+        for (x, y), (end_x, end_y) in leaders:
+            leader_box = min(x, end_x), min(y, end_y), max(x, end_x), max(y, end_y)
+            assert not boxes_overlap(box_of_label(label), leader_box), label.text
 
 
-def test_interval_plot_positions_marks_by_value_and_row():
-    """An axis from 2 to 6 on 8 to 392 of 400 units, 96 each; rows of 42 units, a second line of a name 15."""
+@pytest.fixture
+def plot_of_two_intervals():
+    """A plot of 400 units width, y downwards; its axis from 2 to 6 lies on 8 to 392, so a unit of it is 96 wide.
+
+    Row "a" is 42 high with its marks at 30. The name of the second row takes two lines, the second 15 high: its marks
+    are at 42 + 15 + 30 = 87. The axis is at 42 + 42 + 15 + 4 = 103.
+    """
     rows = [
         IntervalRow("a", value=3.0, lower=2.5, upper=5.0, label="3"),
         IntervalRow("x" * 60, value=4.0, lower=2.0, upper=6.0, label="4", kind="missed"),
     ]
-    plot = interval_plot(rows, "", "ms", marked_values=(5.0,), start=2.0, end=6.0)
-    assert plot.size == (400.0, 42.0 * 2 + 15.0 + 40.0)
-    grid = [corners for kind, corners in plot.lines if kind == "grid"]
-    assert grid == [[(8.0 + 96.0 * k, 4.0), (8.0 + 96.0 * k, 103.0)] for k in range(5)]
-    assert [dot.at for dot in plot.dots] == [(104.0, 30.0), (200.0, 42.0 + 15.0 + 30.0)]
-    assert dict(plot.lines)["whisker"] == [(56.0, 30.0), (296.0, 30.0)]
-    assert dict(plot.lines)["whisker missed"] == [(8.0, 87.0), (392.0, 87.0)]
-    ends = [corners for kind, corners in plot.lines if kind == "end"]
-    assert ends == [[(296.0, y - 8.0), (296.0, y + 8.0)] for y in (30.0, 87.0)]
-    labels = {(label.text, label.side): label.at for label in plot.labels}
-    assert labels["3", "end"] == (392.0, 19.0) and labels["4", "end"] == (392.0, 42.0 + 19.0)
-    assert labels["2", "start"] == (8.0, 118.0) and labels["6", "end"] == (392.0, 118.0)
-    assert labels["4", "middle"] == (200.0, 118.0) and labels["ms", "end"] == (392.0, 134.0)
-    assert [label.at for label in plot.labels if label.dot == 1] == [(8.0, 61.0), (8.0, 76.0)]
+    return interval_plot(rows, "", "ms", marked_values=(5.0,), start=2.0, end=6.0)
 
 
-def test_name_of_an_interval_ends_two_characters_before_its_figure():
-    """384 units are 53 letters; a figure of three leaves 48 for a name."""
-    for length, lines in ((48, 1), (49, 2)):
-        row = IntervalRow("x" * length, value=0.5, lower=0.0, upper=1.0, label="0.5")
-        assert [label.dot for label in interval_plot([row], "", "").labels].count(0) == lines
+def test_interval_plot_positions_marks_by_value_and_row(plot_of_two_intervals):
+    """The axis from 2 to 6 begins at x = 8, 96 units each; rows "a" (3, from 2.5 to 5) and "xx..." (4, from 2 to 6).
+
+    Marks of the rows are at y = 30 and 87; a line at the value 5 reaches 8 above and below each.
+    """
+    plot = plot_of_two_intervals
+    x_of_value = {value: 8.0 + 96.0 * (value - 2.0) for value in (2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}
+    assert [dot.at for dot in plot.dots] == [(x_of_value[3.0], 30.0), (x_of_value[4.0], 87.0)]
+    whiskers = {kind: ends for kind, ends in plot.lines if kind.startswith("whisker")}
+    assert whiskers == {
+        "whisker": [(x_of_value[2.5], 30.0), (x_of_value[5.0], 30.0)],
+        "whisker missed": [(x_of_value[2.0], 87.0), (x_of_value[6.0], 87.0)],
+    }
+    marks_at_5 = [ends for kind, ends in plot.lines if kind == "end"]
+    assert marks_at_5 == [[(x_of_value[5.0], y - 8.0), (x_of_value[5.0], y + 8.0)] for y in (30.0, 87.0)]
+
+
+def test_interval_plot_has_a_grid_line_at_each_tick(plot_of_two_intervals):
+    """Ticks 2 to 6 at x = 8, 104, ... 392; lines from y = 4 down to the axis at 103.
+
+    The plot is as high as its two rows of 42, a second line of a name of 15, and 40 for the axis.
+    """
+    grid = [ends for kind, ends in plot_of_two_intervals.lines if kind == "grid"]
+    assert grid == [[(x, 4.0), (x, 103.0)] for x in (8.0, 104.0, 200.0, 296.0, 392.0)]
+    assert plot_of_two_intervals.size == (400.0, 42.0 + 42.0 + 15.0 + 40.0)
+
+
+def test_texts_of_an_interval_plot_stand_at_row_and_axis(plot_of_two_intervals):
+    """Figures at the right end (392), names at the left (8), 19 below the top of their row, the next line 15 lower.
+
+    The second row begins at 42. Numbers of the axis are 15 below it (103), its unit 31 below; those at both ends of
+    the axis do not reach beyond it.
+    """
+    labels = plot_of_two_intervals.labels
+    place = {(label.text, label.side): label.at for label in labels}
+    assert place["3", "end"] == (392.0, 19.0)
+    assert place["4", "end"] == (392.0, 42.0 + 19.0)
+    assert [label.at for label in labels if label.dot == 1] == [(8.0, 42.0 + 19.0), (8.0, 42.0 + 19.0 + 15.0)]
+    assert place["2", "start"] == (8.0, 103.0 + 15.0)
+    assert place["4", "middle"] == (200.0, 103.0 + 15.0)
+    assert place["6", "end"] == (392.0, 103.0 + 15.0)
+    assert place["ms", "end"] == (392.0, 103.0 + 31.0)
 
 
 @pytest.mark.parametrize(
-    ("lower", "upper", "has_line"), [(0.0, 1.0, True), (-np.inf, 1.0, False), (0.0, np.inf, False)]
+    ("length", "lines"), [pytest.param(48, 1, id="fits"), pytest.param(49, 2, id="a letter too long")]
 )
-def test_interval_without_a_finite_end_is_a_dot(lower, upper, has_line):
-    """A whisker is the line from end to end; the dot of the value is there in any case."""
+def test_name_of_an_interval_ends_two_characters_before_its_figure(length, lines):
+    """A row of 384 units has room for 53 letters of 7.2: a figure of 3, a gap of 2, and a name of 48."""
+    row = IntervalRow("x" * length, value=0.5, lower=0.0, upper=1.0, label="0.5")
+    lines_of_name = [label.text for label in interval_plot([row], "", "").labels if label.dot == 0]
+    assert len(lines_of_name) == lines
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "whiskers"),
+    [
+        pytest.param(0.0, 1.0, 1, id="both ends"),
+        pytest.param(-np.inf, 1.0, 0, id="no lower end"),
+        pytest.param(0.0, np.inf, 0, id="no upper end"),
+    ],
+)
+def test_interval_without_a_finite_end_is_a_dot(lower, upper, whiskers):
+    """A whisker is the line from end to end, which an infinite interval lacks; the dot of its value is there."""
     plot = interval_plot([IntervalRow("a", value=0.5, lower=lower, upper=upper, label="0.5")], "", "", start=0.0)
-    assert [kind for kind, _ in plot.lines if kind.startswith("whisker")] == ["whisker"] * has_line
+    assert [kind for kind, _ in plot.lines if kind.startswith("whisker")] == ["whisker"] * whiskers
     assert len(plot.dots) == 1
 
 
-FIELD = {"left": 34.0, "right": 414.0, "top": 22.0, "bottom": 142.0}
-"""Between the axes of a plot of 432 by 180."""
+FIELD = {"left": 34.0, "right": 414.0, "bottom": 142.0}
+"""Of the field between the axes, 380 by 120, of a plot of 432 by 180."""
 
 
 @pytest.mark.parametrize(
-    ("name", "x", "y", "at", "side"),
+    ("name", "x", "y", "label_x", "label_base", "side"),
     [
-        ("ab", 5.0, 5.0, (224.0 + 10.0, 82.0 - 8.0 + 12.0), "start"),
-        ("ab", 10.0, 5.0, (414.0 - 10.0, 82.0 - 8.0 + 12.0), "end"),
-        ("a" * 24, 5.0, 5.0, (224.0 - 8.9 * 12.0, 82.0 - 24.0 + 12.0), "start"),
-        ("a" * 30, 2.5, 5.0, (129.0 + 10.0, 82.0 - 8.0 + 12.0), "start"),
+        pytest.param("ab", 5.0, 5.0, 224.0 + 10.0, 82.0 - 8.0 + 12.0, "start", id="right of it"),
+        pytest.param("ab", 10.0, 5.0, 414.0 - 10.0, 82.0 - 8.0 + 12.0, "end", id="left of it"),
+        pytest.param("a" * 24, 5.0, 5.0, 224.0 - 8.9 * 12.0, 82.0 - 24.0 + 12.0, "start", id="above it"),
+        pytest.param("a" * 30, 2.5, 5.0, 129.0 + 10.0, 82.0 - 8.0 + 12.0, "start", id="right of it, though long"),
     ],
-    ids=["beside it", "on its other side", "above it", "beside it, though long"],
 )
-def test_name_stands_at_the_first_free_side_of_its_dot(name, x, y, at, side):
-    """Small bold letters are 8.9 wide; a line of 15 has its base 12 below its top."""
-    plot = scatter([Dot(name, x, y), Dot("", 10.0, 0.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
-    width, height = FIELD["right"] - FIELD["left"], FIELD["bottom"] - FIELD["top"]
-    dot = FIELD["left"] + width * x / 10.0, FIELD["bottom"] - height * y / 10.0
+def test_name_stands_at_the_first_free_side_of_its_dot(name, x, y, label_x, label_base, side):
+    """The field of the plot is 380 wide from 34 and 120 high from 22, for values from 0 to 10: 5 is at (224, 82).
+
+    A name begins 10 right of its dot and 8 above; else it ends 10 left of it, or its middle is above, 24 higher.
+    Small letters are 8.9 wide, the base of a line is 12 below its top. A second dot, without a name, ends the axis.
+    """
+    plot = scatter([Dot(name, x=x, y=y), Dot("", x=10.0, y=0.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+    dot = 34.0 + 380.0 * x / 10.0, 22.0 + 120.0 * (1.0 - y / 10.0)
     assert plot.dots[0].at == pytest.approx(dot)
     (label,) = [label for label in plot.labels if label.text == name]
-    assert label.at == pytest.approx(at) and label.side == side
+    assert label.at == pytest.approx((label_x, label_base))
+    assert label.side == side
 
 
 def test_ticks_and_titles_stand_beside_the_field():
-    """In units of the picture; the field is from (34, 22) to (414, 142)."""
-    plot = scatter([Dot("", 10.0, 10.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
-    labels = {(label.text, label.side): label.at for label in plot.labels}
-    assert labels["loss", "start"] == (34.0, 11.0) and labels["ms", "end"] == (414.0, 142.0 + 34.0)
-    assert labels["5", "end"] == (27.0, 82.0 + 4.0) and labels["10", "middle"] == (414.0, 142.0 + 17.0)
+    """The field between the axes is from (34, 22) to (414, 142), y downwards; both axes go from 0 to 10.
+
+    5 is 7 left of the upright axis at half its height, its base line 4 lower; 10 is 17 below the end of the other one.
+    """
+    plot = scatter([Dot("", x=10.0, y=10.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+    place = {(label.text, label.side): label.at for label in plot.labels}
+    assert place["loss", "start"] == (34.0, 11.0)
+    assert place["ms", "end"] == (414.0, 142.0 + 34.0)
+    assert place["5", "end"] == (34.0 - 7.0, 82.0 + 4.0)
+    assert place["10", "middle"] == (414.0, 142.0 + 17.0)
 
 
 @pytest.mark.parametrize(
-    ("largest", "most", "smallest", "ticks"),
+    ("smallest", "largest", "most_steps", "ticks"),
     [
-        (10.0, 5, 0.0, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]),
-        (9.0, 3, 0.0, [0.0, 5.0, 10.0]),
-        (6.0, 5, 2.0, [2.0, 3.0, 4.0, 5.0, 6.0]),
-        (0.7, 5, -0.7, [-1.0, -0.5, 0.0, 0.5, 1.0]),
-        (101.0, 5, 0.0, [0.0, 25.0, 50.0, 75.0, 100.0, 125.0]),
+        pytest.param(0.0, 10.0, 5, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0], id="10 in 5 steps"),
+        pytest.param(0.0, 9.0, 3, [0.0, 5.0, 10.0], id="9 in 3 steps, beyond its end"),
+        pytest.param(2.0, 6.0, 5, [2.0, 3.0, 4.0, 5.0, 6.0], id="from 2 to 6"),
+        pytest.param(-0.7, 0.7, 5, [-1.0, -0.5, 0.0, 0.5, 1.0], id="around 0"),
+        pytest.param(0.0, 101.0, 5, [0.0, 25.0, 50.0, 75.0, 100.0, 125.0], id="101 in steps of 25"),
     ],
 )
-def test_ticks_are_round_and_enclose_the_values(largest, most, smallest, ticks):
-    """``most``: number of steps; a tick stands at 1, 2, 2.5 or 5 times a power of ten."""
-    assert ticks_of(largest, most, smallest) == pytest.approx(ticks)
+def test_ticks_are_round_and_enclose_the_values(smallest, largest, most_steps, ticks):
+    """Steps are 1, 2, 2.5 or 5 times a power of ten, the smallest of which ``most_steps`` span the values.
+
+    The first and the last tick are multiples of the step too, so there may be a step more.
+    """
+    assert ticks_of(largest, most_steps, smallest) == pytest.approx(ticks)
 
 
 def test_value_on_a_logarithmic_axis_stands_at_its_power():
-    """Five decades from 0.01 to 1000: 1 is two of them from the begin."""
-    axis = Axis.of("ms", [0.01, 1000.0], 5)
+    """Five powers of ten from 0.01 to 1000 ms: 1 is two of them from the begin, 2/5 of the axis."""
+    axis = Axis.of("ms", [0.01, 1000.0], most_ticks=5)
     assert [axis.fraction(value) for value in (0.01, 1.0, 1000.0)] == pytest.approx([0.0, 0.4, 1.0])
 
 
-def test_equal_values_have_an_axis_of_their_own():
-    """A curve of one value lies on the lower axis, an interval of one value at the axis' begin, 8 units."""
-    level = curve([(0.0, 20.0), (1.0, 20.0)], (), "", "s", "degC", lowest=20.0)
-    heights = {height for _, height in dict(level.lines)["curve"]}
-    assert heights == {FIELD["bottom"]}
+def test_curve_of_equal_values_lies_on_the_lower_axis():
+    """A temperature that stays at 20 degC, where the axis begins: the lower edge of the field, y = 142."""
+    plot = curve([(0.0, 20.0), (1.0, 20.0)], (), "", x_title="s", y_title="degC", lowest=20.0)
+    heights = {height for _, height in dict(plot.lines)["curve"]}
+    assert heights == {142.0}
+
+
+def test_interval_of_a_single_value_stands_at_the_begin_of_its_axis():
+    """The value and both ends are 1, so its axis begins there, at x = 8."""
     row = IntervalRow("a", value=1.0, lower=1.0, upper=1.0, label="1")
-    assert interval_plot([row], "", "ms").dots[0].at[0] == pytest.approx(8.0)
+    (dot,) = interval_plot([row], "", "ms").dots
+    x, _y = dot.at
+    assert x == pytest.approx(8.0)
 
 
 def test_wide_and_non_ascii_characters_count_as_widest():
-    """M and ä are 15.8 units wide, a 8.9, the full stop 5.7 and A 10.9."""
+    """Bold letters: M and all beyond ASCII (ä) are 15.8 units wide, a is 8.9, the full stop 5.7 and A 10.9."""
     assert text_width("M\u00e4a.A") == pytest.approx(15.8 + 15.8 + 8.9 + 5.7 + 10.9)
 
 
-def label_among(*offsets, centre=(224.0, 82.0)):
-    """Position of the name ``abc`` from its dot, in units right and down, with nameless dots at these places."""
-    corners = [(FIELD["right"], FIELD["bottom"])] * 6  # more than five names are placed in their order
-    points = [centre, *(np.add(centre, offset) for offset in offsets), *corners]
+def offset_of_name(other_dots=(), dot=(224.0, 82.0)):
+    """Upper left corner of the name ``abc`` from its dot, in units right and down.
+
+    Nameless dots stand at the offsets ``other_dots`` from the dot, and six more in a corner of the field, so that
+    names are placed in their order (up to five are tried in every order).
+    """
+    points = [dot, *(np.add(dot, offset) for offset in other_dots), *[(FIELD["right"], FIELD["bottom"])] * 6]
     dots = [
-        Dot("" if number else "abc", 10.0 * (x - FIELD["left"]) / 380.0, 10.0 * (FIELD["bottom"] - y) / 120.0)
+        Dot("" if number else "abc", x=10.0 * (x - FIELD["left"]) / 380.0, y=10.0 * (FIELD["bottom"] - y) / 120.0)
         for number, (x, y) in enumerate(points)
     ]
     plot = scatter(dots, "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
     (label,) = [label for label in plot.labels if label.text == "abc"]
-    left = label.at[0] - {"start": 0.0, "end": text_width("abc")}[label.side]
-    return pytest.approx((left - centre[0], label.at[1] - 12.0 - centre[1]), abs=1e-6)
+    left, top, _right, _bottom = box_of_label(label)
+    return pytest.approx((left - dot[0], top - dot[1]), abs=1e-6)
 
 
-BESIDE, OTHER_SIDE = (10.0, -8.0), (-10.0 - 26.7, -8.0)
-"""Upper left corner of the name, 26.7 wide and 15 high, right and left of its dot."""
+NAME_WIDTH = 26.7
+"""Width of the name ``abc``, three letters of 8.9; it is 15 high."""
+
+RIGHT, LEFT, ABOVE = (10.0, -8.0), (-10.0 - NAME_WIDTH, -8.0), (-NAME_WIDTH / 2, -24.0)
+"""Upper left corner of the name from its dot, in units right and down, by where it stands."""
 
 
 @pytest.mark.parametrize(
-    ("offset", "side"),
+    ("other_dot", "corner"),
     [
-        ((10.0 + 26.7 + 5.5, 0.0), OTHER_SIDE),
-        ((10.0 + 26.7 + 6.5, 0.0), BESIDE),
-        ((10.0 - 5.5, 0.0), OTHER_SIDE),
-        ((10.0 - 6.5, 0.0), BESIDE),
-        ((20.0, -8.0 - 5.5), OTHER_SIDE),
-        ((20.0, -8.0 - 6.5), BESIDE),
-        ((20.0, 7.0 + 5.5), OTHER_SIDE),
-        ((20.0, 7.0 + 6.5), BESIDE),
+        pytest.param((10.0 + NAME_WIDTH + 5.5, 0.0), LEFT, id="5.5 right of the name"),
+        pytest.param((10.0 + NAME_WIDTH + 6.5, 0.0), RIGHT, id="6.5 right of the name"),
+        pytest.param((10.0 - 5.5, 0.0), LEFT, id="5.5 left of the name"),
+        pytest.param((10.0 - 6.5, 0.0), RIGHT, id="6.5 left of the name"),
+        pytest.param((20.0, -8.0 - 5.5), LEFT, id="5.5 above the name"),
+        pytest.param((20.0, -8.0 - 6.5), RIGHT, id="6.5 above the name"),
+        pytest.param((20.0, -8.0 + 15.0 + 5.5), LEFT, id="5.5 below the name"),
+        pytest.param((20.0, -8.0 + 15.0 + 6.5), RIGHT, id="6.5 below the name"),
     ],
 )
-def test_name_keeps_6_units_from_the_middle_of_other_dots(offset, side):
-    """``offset``: of another dot, 5.5 or 6.5 units from the name on any of its four sides."""
-    assert label_among(offset) == side
+def test_name_keeps_6_units_from_the_middle_of_other_dots(other_dot, corner):
+    """Right of its dot, a name begins 10 right and 8 above it, and is 26.7 wide and 15 high; all as (right, down).
+
+    Another dot (``other_dot``, from the first) nearer than 6 to that place sends the name to the left.
+    """
+    assert offset_of_name([other_dot]) == corner
 
 
 BELOW_BOTH_SIDES = ((20.0, 10.0), (-20.0, 10.0))
-"""Dots that reach into the places beside the dot, but not into higher ones."""
+"""Dots that reach into the places right and left of the dot, 8 above to 7 below it, but not into higher ones."""
 
 
 @pytest.mark.parametrize(
-    ("offsets", "side"),
+    ("higher_dots", "corner"),
     [
-        (BELOW_BOTH_SIDES, (-26.7 / 2, -24.0)),
-        ((*BELOW_BOTH_SIDES, (-2.5, -20.0)), (6.0, -22.0)),
-        ((*BELOW_BOTH_SIDES, (2.5, -20.0)), (-4.0 - 26.7, -22.0)),
-        ((*BELOW_BOTH_SIDES, (2.5, -20.0), (-2.5, -20.0)), (10.0, -13.0)),
-        ((*BELOW_BOTH_SIDES, (2.5, -20.0), (-2.5, -20.0), (20.0, 0.0)), (-10.0 - 26.7, -13.0)),
+        pytest.param([], ABOVE, id="above"),
+        pytest.param([(-2.5, -20.0)], (6.0, -22.0), id="above right"),
+        pytest.param([(2.5, -20.0)], (-4.0 - NAME_WIDTH, -22.0), id="above left"),
+        pytest.param([(2.5, -20.0), (-2.5, -20.0)], (10.0, -13.0), id="right, a little higher"),
+        pytest.param(
+            [(2.5, -20.0), (-2.5, -20.0), (20.0, 0.0)], (-10.0 - NAME_WIDTH, -13.0), id="left, a little higher"
+        ),
     ],
-    ids=["above", "above right", "above left", "a little higher", "a little higher, on the left"],
 )
-def test_name_moves_up_where_dots_stand_beside(offsets, side):
-    """``offsets``: of other dots; ``side``: of the name's corner, units right of and below its own dot."""
-    assert label_among(*offsets) == side
+def test_name_moves_up_where_dots_stand_beside(higher_dots, corner):
+    """Two dots 10 below reach into the places right and left of a dot; further ones take the next places of its name.
+
+    Offsets are from the dot, in units right and down; the corner is the upper left one of the name, which is 26.7 wide
+    and 15 high and keeps 6 from other dots. Its places are tried in the order of the rows.
+    """
+    assert offset_of_name([*BELOW_BOTH_SIDES, *higher_dots]) == corner
 
 
 @pytest.mark.parametrize(
-    ("x", "height", "side"),
-    [(178.0, 0.0, OTHER_SIDE), (147.3, 0.0, (-26.7 / 2, -24.0)), (178.0, 2.5, BESIDE)],
-    ids=["right part of a tick", "left part of a tick, another tick on its left", "a little above the ticks"],
+    ("x", "height", "corner"),
+    [
+        pytest.param(178.0, 0.0, LEFT, id="number on its right"),
+        pytest.param(147.3, 0.0, ABOVE, id="numbers on both sides"),
+        pytest.param(178.0, 2.5, RIGHT, id="a little above the numbers"),
+    ],
 )
-def test_name_of_a_dot_on_the_floor_avoids_ticks(x, height, side):
-    """Tick 4 stands at 186 and tick 2 at 110, each 8.9 wide; their top is 5 below the floor."""
-    assert label_among(centre=(x, FIELD["bottom"] - height)) == side
+def test_name_of_a_dot_on_the_floor_avoids_ticks(x, height, corner):
+    """Numbers of the axis, 2 at x = 110 and 4 at x = 186, are 8.9 wide and begin 5 below the floor of the field.
+
+    A name reaches 7 below its dot and from 10 to 36.7 beside it: into the number 4, or into the number 2 on the left,
+    if the dot lies on the floor.
+    """
+    assert offset_of_name(dot=(x, FIELD["bottom"] - height)) == corner

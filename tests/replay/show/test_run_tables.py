@@ -20,55 +20,106 @@ from replay.words import duration
 
 
 def test_unmeasured_values_of_table_columns_are_none():
-    """NaN, and a path through what is not there (touch.moment), have no value; point.1 is the second coordinate."""
+    """A column reads a value of a row by its name or by a path with dots, in which a number counts positions from 0.
+
+    NaN, and a path through an attribute that is None, have no value.
+    """
     row = SimpleNamespace(gap=float("nan"), touch=None, point=(1.0, 2.0, 3.0))
-    columns = Column("gap", float, ""), Column("when", float, "", "touch.moment"), Column("y", float, "", "point.1")
-    assert [column.value(row) for column in columns] == [None, None, 2.0]
+    gap, moment = Column("gap", float), Column("moment", float, of="touch.moment")
+    second_coordinate = Column("y", float, of="point.1")
+    assert gap.value(row) is None
+    assert moment.value(row) is None
+    assert second_coordinate.value(row) == 2.0
 
 
 @pytest.fixture(scope="module")
 def result_of_two_contacts():
-    """A run in which cubes touch twice; ``slow`` samples at 20 Hz."""
+    """A run of 12 frames of 10 ms in which two cubes touch twice; the detector ``slow`` samples at 20 Hz."""
     return compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=20]")
 
 
-def column(made, name):
+def cells_of_column(table, name):
     """The cells of a column."""
-    return [row[0] for row in made.only(name).cells()]
+    return [cell for (cell,) in table.only(name).cells()]
 
 
-@pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
-def test_uncertain_first_touch_states_its_uncertainty(away, known):
-    """``away``: metres from the origin; at 10 km rounding is larger than a micrometre.
+def touch_of_turning_cube(metres_from_origin, depth):
+    """The only miss of ``exact``, which decides frames alone, its row, its cell in a table, and the true moment.
 
-    A cube's edge turns 1 nm deep into another: free and touching times must enclose the closed form of its way.
+    A cube of 2 cm turns by 1.5 rad from frame 1 (10 ms) to frame 2, and its edge by ``depth`` into a cube at rest.
     """
-    depth, rotated = 1e-9, 1.5
-    result = compute(grazing(away, depth, rotated), detectors="exact", oracle="continuous")
+    angle, frame_seconds = 1.5, 0.01
+    result = compute(grazing(metres_from_origin, depth, angle), detectors="exact", oracle="continuous")
     (miss,) = result.misses["exact"]
-    # The edge is at 45 degrees, its way out half a diagonal: x = r cos(45 degrees - angle), and touches at r - depth.
-    truth = 0.01 + 0.01 * (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / rotated
-    assert miss.evidence.touch.free <= truth <= miss.evidence.touch.moment
     (row,) = result.tables["misses"].plain()
-    assert (row["touch_free"], row["touch"]) == (miss.evidence.touch.free, miss.evidence.touch.moment)
-    bound = f"within {duration(row['touch'] - row['touch_free'])}"
-    moment = f"{miss.evidence.touch.moment:.3f}"
-    assert column(miss_table(result, "exact"), "at s") == [moment if known else Marked(moment, "", bound)]
-    assert known == (row["touch"] - row["touch_free"] <= 1e-6)
+    (cell,) = cells_of_column(miss_table(result, "exact"), "at s")
+    # The edge, half a diagonal r = 0.01 m * sqrt(2) from the axis, begins at 45 degrees. Its reach is r cos(45 degrees
+    # - angle), and touches at r - depth.
+    fraction = (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / angle
+    return SimpleNamespace(true_moment=frame_seconds * (1.0 + fraction), touch=miss.evidence.touch, row=row, cell=cell)
+
+
+def test_first_touch_near_the_origin_is_known_to_a_microsecond():
+    """A cube's edge turns 1 nm deep into another cube, between two frames of 10 ms; ``exact`` misses that.
+
+    The last free and the first touching time enclose the moment by geometry; the table shows the latter alone.
+    """
+    turn = touch_of_turning_cube(metres_from_origin=0.0, depth=1e-9)
+    assert turn.touch.free <= turn.true_moment <= turn.touch.moment
+    assert (turn.row["touch_free"], turn.row["touch"]) == (turn.touch.free, turn.touch.moment)
+    assert turn.touch.moment - turn.touch.free <= 1e-6
+    assert turn.cell == f"{turn.touch.moment:.3f}"
+
+
+def test_uncertain_first_touch_states_its_uncertainty():
+    """10 km from the origin coordinates are rounded to 2e-12 m: the time of a touch 1 nm deep is not sharp.
+
+    The last free and the first touching time still enclose the moment by geometry, over a microsecond apart, and the
+    table says how far.
+    """
+    turn = touch_of_turning_cube(metres_from_origin=1e4, depth=1e-9)
+    assert turn.touch.free <= turn.true_moment <= turn.touch.moment
+    uncertainty = turn.touch.moment - turn.touch.free
+    assert uncertainty > 1e-6
+    assert turn.cell == Marked(f"{turn.touch.moment:.3f}", "", f"within {duration(uncertainty)}")
+
+
+TWELVE_FRAMES = {
+    "volumes": np.array([0.020, 0.0, 0.0, 0.0, 0.010] + [0.0] * 7),
+    "rest": np.full(12, 0.002),
+}
+"""Seconds of two stages: 22 ms in frame 0, 12 ms in frame 4, 2 ms in each other one."""
 
 
 def test_quantiles_and_budget_fraction_are_over_samples(result_of_two_contacts):
-    """Seconds of two stages in twelve frames of 10 ms; a detector of 25 Hz samples three of them."""
-    seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
-    slow = replace(result_of_two_contacts.detections["slow"], seconds=seconds)
-    figures = sample_times(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8
-    assert figures.samples == 3 and figures.over_budget == pytest.approx(2 / 3)
-    assert [figures.median, figures.max] == pytest.approx([0.012, 0.022])
-    assert figures.stages["volumes"].max == 0.02
-    every = sample_times(slow, rate_hz=None)
-    assert every.samples == 12 and every.median == pytest.approx(0.002)
-    was = result_of_two_contacts.document.detectors["slow"]
-    reported = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))
-    document = structs.replace(result_of_two_contacts.document, detectors={"slow": reported})
-    (row,) = cost_table(replace(result_of_two_contacts, document=document)).only("median ms", LATE_COLUMN).cells()
-    assert row == ("12", "67 %")
+    """12 frames of 10 ms take 22, 2, 2, 2, 12 ms, then 2 ms each, of which the stage ``volumes`` takes all over 2 ms.
+
+    At 25 Hz frames 0, 4 and 8 are sampled: 22, 12 and 2 ms, of which two are over the budget of 11.1 ms.
+    """
+    detection = replace(result_of_two_contacts.detections["slow"], seconds=TWELVE_FRAMES)
+    times = sample_times(detection, rate_hz=25.0)
+    assert times.samples == 3
+    assert times.over_budget == pytest.approx(2 / 3)
+    assert [times.median, times.max] == pytest.approx([0.012, 0.022])
+    assert times.stages["volumes"].max == 0.020
+
+
+def test_detector_without_a_rate_samples_every_frame(result_of_two_contacts):
+    """12 frames take 22, 2, 2, 2, 12 ms, then 2 ms each: their median is 2 ms."""
+    detection = replace(result_of_two_contacts.detections["slow"], seconds=TWELVE_FRAMES)
+    times = sample_times(detection, rate_hz=None)
+    assert times.samples == 12
+    assert times.median == pytest.approx(0.002)
+
+
+def test_cost_table_shows_median_and_samples_over_budget(result_of_two_contacts):
+    """Samples of 22, 12 and 2 ms: a median of 12 ms, and two of three over the budget of 11.1 ms."""
+    detection = replace(result_of_two_contacts.detections["slow"], seconds=TWELVE_FRAMES)
+    detector = result_of_two_contacts.document.detectors["slow"]
+    seconds = structs.replace(detector.seconds, sample_times=sample_times(detection, rate_hz=25.0))
+    document = structs.replace(
+        result_of_two_contacts.document, detectors={"slow": structs.replace(detector, seconds=seconds)}
+    )
+    table = cost_table(replace(result_of_two_contacts, document=document))
+    assert cells_of_column(table, "median ms") == ["12"]
+    assert cells_of_column(table, LATE_COLUMN) == ["67 %"]

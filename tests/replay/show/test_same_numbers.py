@@ -4,6 +4,7 @@ import json
 import re
 from html import unescape
 from io import StringIO
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -16,6 +17,7 @@ from replay.advice.scoring import Scoring
 from replay.advice.settings import settings_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
+from replay.detection.detector_spec import parse_detector
 from replay.document.cost import busy_sentence
 from replay.document.ranking import ranks_with_fixes
 from replay.prepare.frame_times import frame_rate
@@ -24,7 +26,7 @@ from replay.show.rerun_log import documents
 from replay.show.results.run_folder import write_run_folder
 
 FIRST_COUNT = {"terminal": 2, "Markdown": 2, "picture": 1, "notebook": 1}
-"""Position of the first count in a line of the ranking of each screen."""
+"""Output -> position of the first count in a line of its ranking, which begins with label and, in some, what it is."""
 
 COLUMNS = ("missed", "late or cut short", "false contact", "mean ms", "p99 ms")
 
@@ -38,7 +40,7 @@ QUICK_SCREENS = ("several", "undecided", "busy")
     params=[pytest.param(state, marks=() if state in QUICK_SCREENS else pytest.mark.slow) for state in SCREENS],
 )
 def screens(request, tmp_path_factory):
-    """A run, its summary as written, and the text of each screen."""
+    """A run, its ``summary.json`` as read back, and the text of each of its screens; a run a state."""
     result = result_of(request.param)
     folder = tmp_path_factory.mktemp("run") / "run"
     write_run_folder(result, folder, picture=True)
@@ -51,7 +53,7 @@ def screens(request, tmp_path_factory):
         "picture": recording_text(folder / "run.rrd"),
         "notebook": repr(replay.RunResult.of(result)),
     }
-    return result, json.loads((folder / "summary.json").read_text()), texts, folder
+    return SimpleNamespace(result=result, summary=json.loads((folder / "summary.json").read_text()), texts=texts)
 
 
 def cells_of(summary, label):
@@ -85,83 +87,118 @@ def rows_of(text, label):
     return [row for row in cells if row[0].split(":")[0] == label and len(row) > len(COLUMNS)]
 
 
-def test_a_ranking_has_the_same_cells_on_every_screen(screens):
-    """Expected cells are made from summary.json."""
-    result, summary, texts, _ = screens
-    pages = texts | {"picture": documents.answer_text(result)}
-    printed = set()
-    for label in (*summary["audit"], summary["oracle"]):
-        expected = cells_of(summary, label)
-        for name in FIRST_COUNT:
-            for row in rows_of(pages[name], label):
-                printed.add(name)
-                missed, late, *rest = row[FIRST_COUNT[name] :]
-                assert [missed, late] == expected[:2], (name, row)
-                assert (rest[:3] if name == "Markdown" else rest[-3:]) == expected[2:], (name, row)
-        row = re.search(rf"<th[^>]*>(?:(?!</tr>).)*?\b{re.escape(label)}\b.*?</tr>", texts["report"], re.DOTALL)[0]
-        cells = re.findall(r'data-l="(?:missed|late or cut short|false contact|mean ms|p99 ms)">([^<]*)<', row)
-        assert cells == (expected if label in summary["audit"] else expected[-len(cells) :])
-    # One detector alone needs no table in Markdown and picture.
-    several = {"Markdown", "picture"} if len(summary["audit"]) > 1 else set()
-    assert printed == {"terminal", "notebook"} | several
-    assert all(line in texts["picture"] for line in pages["picture"].splitlines())
+def test_a_ranking_has_the_same_cells_in_every_text(screens):
+    """The row of each detector: missed, late or cut short, false contact, mean and p99 ms, made from summary.json.
 
-
-def test_loss_is_the_same_in_tables_and_plots(screens):
-    """The expected loss is made of the numbers of summary.json.
-
-    Names of dots that lie on each other find no room, so that a plot may lack some.
+    Markdown and picture leave the ranking out where a single detector is compared with the reference.
     """
-    result, summary, texts, _ = screens
+    summary = screens.summary
+    texts = screens.texts | {"picture": documents.answer_text(screens.result)}
+    outputs_with_rows = set()
+    for label in (*summary["audit"], summary["oracle"]):
+        missed_and_late, false_and_times = cells_of(summary, label)[:2], cells_of(summary, label)[2:]
+        for output, first_count in FIRST_COUNT.items():
+            for row in rows_of(texts[output], label):
+                outputs_with_rows.add(output)
+                missed, late, *others = row[first_count:]
+                # Further columns stand behind these in Markdown, and between in others.
+                last_three = others[:3] if output == "Markdown" else others[-3:]
+                assert [missed, late] == missed_and_late, (output, row)
+                assert last_three == false_and_times, (output, row)
+    outputs_of_several = {"Markdown", "picture"} if len(summary["audit"]) > 1 else set()
+    assert outputs_with_rows == {"terminal", "notebook"} | outputs_of_several
+
+
+def test_ranking_of_the_report_has_the_cells_of_the_summary(screens):
+    """Cells of a page name their column (``data-l``); those of the reference are its times alone."""
+    summary = screens.summary
+    for label in (*summary["audit"], summary["oracle"]):
+        row = re.search(
+            rf"<th[^>]*>(?:(?!</tr>).)*?\b{re.escape(label)}\b.*?</tr>", screens.texts["report"], re.DOTALL
+        )[0]
+        cells = re.findall(rf'data-l="(?:{"|".join(COLUMNS)})">([^<]*)<', row)
+        expected = cells_of(summary, label)
+        assert cells
+        assert cells == (expected if label in summary["audit"] else expected[-len(cells) :])
+
+
+def test_picture_holds_every_line_of_its_answer(screens):
+    """The text beside the picture is made in memory, and read back from the file of the picture."""
+    lines = documents.answer_text(screens.result).splitlines()
+    assert lines
+    assert [line for line in lines if line not in screens.texts["picture"]] == []
+
+
+def test_loss_of_the_ranking_is_that_of_the_summary(screens):
+    """The loss of each detector by its definition, from numbers of summary.json; that of the reference is 0.
+
+    Markdown prints it in the row of the detector.
+    """
+    result, summary = screens.result, screens.summary
     losses = {label: loss_of(audit) for label, audit in summary["audit"].items()} | {summary["oracle"]: 0.0}
     assert {rank.label: rank.loss for rank in result.ranking} == pytest.approx(losses)
     for label, loss in losses.items():
-        assert all(words.loss_number(loss) in row for row in rows_of(texts["Markdown"], label))
+        for row in rows_of(screens.texts["Markdown"], label):
+            assert words.loss_number(loss) in row
+
+
+def test_dots_of_plots_are_named_by_label_and_loss(screens):
+    """Dots of report and picture are named "label: loss", with the loss of the ranking; the measured fix has a dot too.
+
+    Names of dots that lie on each other find no room, so that a plot may lack some.
+    """
+    result = screens.result
+    ranks = ranks_with_fixes(result.ranking, result.document)
+    name_of_label = {rank.label: f"{rank.label}: {words.loss_number(rank.loss)}" for rank in ranks}
     dots = {dot.name for dot in run_dots(result)}
-    rows = {rank.label: rank.loss for rank in ranks_with_fixes(result.ranking, result.document)}
-    assert dots <= {f"{label}: {words.loss_number(loss)}" for label, loss in rows.items()}
-    fixed = {label for label in rows if label == "fix"}
-    assert all(any(dot.startswith(label) for dot in dots) for label in fixed)
+    assert dots <= set(name_of_label.values())
     assert {dot.name for dot, _ in documents.dots_of(result)} == dots
-    for label, loss in losses.items():
-        for name in ("report", "picture"):
-            written = re.findall(rf">{re.escape(label)}: ([\d.]+)<", texts[name])
-            assert set(written) <= {words.loss_number(loss)}, name
+    if "fix" in name_of_label:
+        assert name_of_label["fix"] in dots
+    for label, name in name_of_label.items():
+        for output in ("report", "picture"):
+            written = re.findall(rf">({re.escape(label)}: [\d.]+)<", screens.texts[output])
+            assert set(written) <= {name}, output
 
 
 def test_a_busy_machine_is_named_on_every_screen(screens):
-    """Busy by the fraction of the processor that detectors lacked, of summary.json; else no screen names it."""
-    _, summary, texts, _ = screens
-    fractions = [1.0 - figures["seconds"].get("processor_fraction", 1.0) for figures in summary["detectors"].values()]
-    sentence = busy_sentence(max(fractions))
-    for name in ("terminal", "Markdown", "report", "picture"):
-        written = "The machine was busy" in " ".join(texts[name].split())
-        assert written == bool(sentence), name
+    """Detectors lacked a fraction of the processor, by summary.json: where it is large, every screen says so.
+
+    The largest fraction decides, by the limit of the product; below it, no screen does.
+    """
+    seconds = [detector["seconds"] for detector in screens.summary["detectors"].values()]
+    is_busy = bool(busy_sentence(max(1.0 - times.get("processor_fraction", 1.0) for times in seconds)))
+    for output in ("terminal", "Markdown", "report", "picture"):
+        text = " ".join(screens.texts[output].split())
+        assert ("The machine was busy" in text) == is_busy, output
 
 
 def test_recording_rate_is_the_same_in_fix_and_report(screens):
-    """One over the median step of summary.json; a fix that samples every frame names it."""
-    result, summary, texts, _ = screens
-    rate = frame_rate(result.assembly.motion.times)
-    assert summary["session"]["median_step"] == pytest.approx(1.0 / rate)
-    assert f", {words.rate(rate)}, " in texts["report"]
-    fixes = [fix for answer in result.answers if (fix := answer.fix) and fix.text.startswith("Sample every frame")]
-    assert all(f"({words.rate(rate)})" in fix.text for fix in fixes)
+    """The rate of a recording is one over the median step of its frames, which summary.json has.
+
+    The report names it beside the session, and a fix "Sample every frame" in brackets.
+    """
+    result = screens.result
+    rate = 1.0 / screens.summary["session"]["median_step"]
+    assert frame_rate(result.assembly.motion.times) == pytest.approx(rate)
+    assert f", {words.rate(rate)}, " in screens.texts["report"]
+    fixes = [answer.fix.text for answer in result.answers if answer.fix]
+    every_frame_fixes = [text for text in fixes if text.startswith("Sample every frame")]
+    assert all(f"({words.rate(rate)})" in text for text in every_frame_fixes)
 
 
 @pytest.mark.parametrize("state", ["several", pytest.param("nine pairs", marks=pytest.mark.slow)])
 def test_tradeoff_and_ranking_have_the_same_counts(state):
-    """A tradeoff scores the detections of a run again; the last rank is the reference."""
+    """The command ``tradeoff`` counts faults of a setting by ``Scoring``; a run has them in its ranking.
+
+    Here it scores what the detectors of a run reported: the same loss, counts over the sampling offsets, and false
+    contact. The last rank is the reference, which has none.
+    """
     result = RUN_OF_STATE[state]()
-    scoring = Scoring(
-        result.assembly,
-        replay.detection.detector_spec.parse_detector("exact"),
-        seed=0,
-        tau=2e-6,
-        session=result.session,
-    )
-    assert len(result.ranking) > 1
-    for rank in result.ranking[:-1]:
+    scoring = Scoring(result.assembly, parse_detector("exact"), seed=0, tau=2e-6, session=result.session)
+    *ranks, _reference = result.ranking
+    assert ranks
+    for rank in ranks:
         (setting,) = settings_of(f"{rank.label}={rank.setting}")
         row = scoring.figures(result.detections[rank.label], setting)
         assert row["loss"] == pytest.approx(rank.loss)

@@ -13,47 +13,94 @@ from replay.show.scene_look import GRID_M, MOST_LINES, Moment, guides_of, moment
 from sessions import Scene
 
 
-def assembly_of(posed, pairs=()):
-    """An assembly of two bodies, of which the first has a pose in these frames alone."""
+def assembly_of(posed_frames, pairs=()):
+    """Six frames of two bodies, of which the first has a pose in these frames alone, the second in none."""
     valid = np.zeros((6, 2), dtype=bool)
-    valid[posed, 0] = True
+    valid[posed_frames, 0] = True
     return SimpleNamespace(motion=SimpleNamespace(valid=valid), pairs=np.array(pairs, dtype=int).reshape(-1, 2))
 
 
-@pytest.mark.parametrize(("posed", "frames"), [([1, 3, 4], [1, 3]), ([1, 2, 4, 5], [1, 4]), ([], [0, 0])])
-def test_first_and_middle_picture_have_poses(posed, frames):
-    """``posed``: frames with poses; ``frames``: the first and the middle one of them."""
-    moments = moments_to_show(assembly_of(posed), closest_frame=2, closest_pair=0)
-    assert [moment.frame for moment in moments] == [*frames, 2] and moments[2].bodies == ()
+@pytest.mark.parametrize(
+    ("posed_frames", "first", "middle"),
+    [
+        pytest.param([1, 3, 4], 1, 3, id="three frames with poses"),
+        pytest.param([1, 2, 4, 5], 1, 4, id="four frames: the upper of both in the middle"),
+        pytest.param([], 0, 0, id="no pose: the first frame"),
+    ],
+)
+def test_first_and_middle_picture_have_poses(posed_frames, first, middle):
+    """Three moments of a recording of six frames are drawn: the first and the middle frame with a pose, the closest.
+
+    The closest one, frame 2, is passed in; no pair of bodies is.
+    """
+    moments = moments_to_show(assembly_of(posed_frames), closest_frame=2, closest_pair=0)
+    assert [(moment.name, moment.frame) for moment in moments] == [("first", first), ("middle", middle), ("closest", 2)]
 
 
 def test_closest_picture_names_its_two_bodies():
-    """The first and the middle picture are of no pair; the third is of bodies 0 and 1 of the only pair."""
-    moments = moments_to_show(assembly_of([1], pairs=[(0, 1)]), closest_frame=2, closest_pair=0)
+    """The first and the middle picture are about all bodies, (); the third about bodies 0 and 1 of the only pair."""
+    assembly = assembly_of([1], pairs=[(0, 1)])
+    moments = moments_to_show(assembly, closest_frame=2, closest_pair=0)
     assert [moment.bodies for moment in moments] == [(), (), (0, 1)]
 
 
-@pytest.mark.parametrize(
-    ("direction", "corner"),
-    [((1.0, 0.0, 1.0), (0.4, 0.3)), ((-1.0, 0.0, 1.0), (-0.1, 0.3)), ((1.0, 0.0, -1.0), (0.4, -0.2))],
-)
-def test_axes_stand_at_the_grid_corner_in_that_direction(direction, corner):
-    """Points from -0.05 to 0.31 m on X and -0.15 to 0.25 m on Z: the grid of 0.1 m reaches out to the next line."""
-    points = np.array([[-0.05, 0.7, -0.15], [0.31, 2.0, 0.25]])
-    guides = guides_of(points, np.array(direction))
-    assert guides.spacing == GRID_M == 0.1
-    assert guides.axes[:, 0] == pytest.approx(np.tile([corner[0], 0.7, corner[1]], (3, 1)))
-    assert guides.axes[:, 1] - guides.axes[:, 0] == pytest.approx(0.1 * np.eye(3))
+def test_closest_picture_without_pairs_is_about_all_bodies():
+    """Then no two bodies are the closest."""
+    *_, closest = moments_to_show(assembly_of([1], pairs=[]), closest_frame=2, closest_pair=0)
+    assert closest.bodies == ()
+
+
+POINTS = np.array([[-0.05, 0.7, -0.15], [0.31, 2.0, 0.25]])
+"""From -0.05 to 0.31 m on X and -0.15 to 0.25 m on Z, the lowest at a height of 0.7 m."""
+
+
+def test_grid_of_10_cm_reaches_to_the_next_line_below_the_points():
+    """Points from -0.05 to 0.31 m on X and -0.15 to 0.25 m on Z, the lowest at a height of 0.7 m.
+
+    The grid lies at 0.7 m, from -0.1 to 0.4 m on X and -0.2 to 0.3 m on Z: six lines each way.
+    """
+    guides = guides_of(POINTS, corner_direction=np.array([1.0, 0.0, 1.0]))
     ends = guides.grid.reshape(-1, 3)
-    assert len(guides.grid) == 6 + 6 and ends.min(axis=0) == pytest.approx([-0.1, 0.7, -0.2])
+    assert guides.spacing == GRID_M == 0.1
+    assert len(guides.grid) == 6 + 6
+    assert ends.min(axis=0) == pytest.approx([-0.1, 0.7, -0.2])
     assert ends.max(axis=0) == pytest.approx([0.4, 0.7, 0.3])
 
 
-@pytest.mark.parametrize(("lengths", "spacing"), [(MOST_LINES - 2, GRID_M), (MOST_LINES - 1, 10 * GRID_M)])
-def test_grid_of_too_many_lines_is_coarser(lengths, spacing):
-    """``lengths``: of the grid along Z, in steps of 0.1 m; the points have no width on X."""
-    points = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0 + 0.999 * lengths * GRID_M]])
-    assert guides_of(points, np.ones(3)).spacing == pytest.approx(spacing)
+@pytest.mark.parametrize(
+    ("direction", "x", "z"),
+    [
+        pytest.param((1.0, 0.0, 1.0), 0.4, 0.3, id="+x +z"),
+        pytest.param((-1.0, 0.0, 1.0), -0.1, 0.3, id="-x +z"),
+        pytest.param((1.0, 0.0, -1.0), 0.4, -0.2, id="+x -z"),
+    ],
+)
+def test_axes_stand_at_the_grid_corner_in_that_direction(direction, x, z):
+    """The grid is from -0.1 to 0.4 m on X and -0.2 to 0.3 m on Z, 0.7 m high; ``direction``: towards the user.
+
+    Three axes begin at one corner and are 0.1 m long, along X, Y and Z.
+    """
+    guides = guides_of(POINTS, np.array(direction))
+    begins, ends = guides.axes[:, 0], guides.axes[:, 1]
+    assert begins == pytest.approx(np.tile([x, 0.7, z], (3, 1)))
+    assert ends - begins == pytest.approx(0.1 * np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("steps", "spacing"),
+    [
+        pytest.param(MOST_LINES - 2, 0.1, id="the most lines"),
+        pytest.param(MOST_LINES - 1, 1.0, id="a step longer"),
+    ],
+)
+def test_grid_of_too_many_lines_is_coarser(steps, spacing):
+    """Two points along Z, a little less than so many steps of 0.1 m apart; there are at most 41 lines each way.
+
+    Two lines may lie beyond the points, so that 39 steps have room.
+    """
+    points = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0 + 0.999 * steps * 0.1]])
+    guides = guides_of(points, corner_direction=np.ones(3))  # any direction
+    assert guides.spacing == pytest.approx(spacing)
 
 
 def drawn_and_written(monkeypatch, moment, posed=(True, True, True)):
@@ -61,7 +108,8 @@ def drawn_and_written(monkeypatch, moment, posed=(True, True, True)):
     drawn, texts = {}, {}
 
     def draw(view, shapes, _edges, lines, background):
-        drawn.update(view=view, bodies=len(shapes), grid=lines[0].ends, axes=lines[1:])
+        grid, *axes = lines
+        drawn.update(view=view, bodies=len(shapes), grid=grid.ends, axes=axes)
         return background, None
 
     monkeypatch.setattr(scene_look, "draw_picture", draw)
@@ -72,30 +120,39 @@ def drawn_and_written(monkeypatch, moment, posed=(True, True, True)):
     motion = Motion([0.0], translations, np.tile(np.eye(3), (1, 3, 1, 1)), [posed])
     bodies = [SimpleNamespace(name=name, mesh=mesh) for name in names]
     scene_picture(SimpleNamespace(bodies=bodies, motion=motion), Scene(), moment)
-    return drawn, texts
+    return SimpleNamespace(**drawn, texts=texts)
+
+
+CUP, ROD = 0, 1
 
 
 @pytest.mark.parametrize(
     ("pair", "posed", "bodies", "right_end", "spacing"),
     [
-        ((0, 1), (True, True, True), 3, 0.4, "10 cm"),
-        ((), (True, True, True), 3, 6.0, "1 m"),
-        ((), (True, True, False), 2, 0.4, "10 cm"),
-        ((0, 1), (False, False, True), 1, 5.1, "10 cm"),
+        pytest.param((CUP, ROD), (True, True, True), 3, 0.4, "10 cm", id="pair: 0.35 m"),
+        pytest.param((), (True, True, True), 3, 6.0, "1 m", id="all: 5.05 m"),
+        pytest.param((), (True, True, False), 2, 0.4, "10 cm", id="all with a pose: 0.35 m"),
+        pytest.param((CUP, ROD), (False, False, True), 1, 5.1, "10 cm", id="pair without a pose: the third, 5.05 m"),
     ],
-    ids=["pair", "all", "all with a pose", "pair without a pose"],
 )
 def test_grid_lies_below_the_bodies_that_the_picture_is_about(pair, posed, bodies, right_end, spacing, monkeypatch):
-    """Cubes reach 5 cm beyond their middles; the grid ends at the next line."""
-    drawn, texts = drawn_and_written(monkeypatch, Moment("closest", 0, pair), posed)
-    assert drawn["bodies"] == bodies and drawn["grid"][..., 0].max() == pytest.approx(right_end)
-    assert f"closest moment, 0.000 s; grid {spacing}" in texts
+    """Cubes of 10 cm, cup, rod and a third, at x = 0, 0.3 and 5 m; all with a pose (``posed``) are drawn.
+
+    The grid ends at the next line beyond the right side (``id``) of the bodies of the pair, without one of all. Over 3.9
+    m wide it is coarser. The frame is at 0 s.
+    """
+    drawn = drawn_and_written(monkeypatch, Moment("closest", frame=0, bodies=pair), posed)
+    assert drawn.bodies == bodies
+    assert drawn.grid[..., 0].max() == pytest.approx(right_end)
+    assert f"closest moment, 0.000 s; grid {spacing}" in drawn.texts
 
 
 def test_axes_are_named_right_of_and_above_their_ends(monkeypatch):
-    """By less than 10 pixels, of which those downwards count positive."""
-    drawn, texts = drawn_and_written(monkeypatch, Moment("first", 0))
-    for name, axis in zip(scene_look.AXIS_NAMES, drawn["axes"], strict=True):
-        x, y, _ = drawn["view"].pixels(axis.ends[0, 1:])[0]
-        text_x, text_y = texts[name]
-        assert 0 < text_x - x < 10 and 0 < y - text_y < 10
+    """Each of the three axes has its name less than 10 pixels right of and above its end; pixels count downwards."""
+    drawn = drawn_and_written(monkeypatch, Moment("first", frame=0))
+    for name, axis in zip(scene_look.AXIS_NAMES, drawn.axes, strict=True):
+        ((_begin, end),) = axis.ends
+        ((end_x, end_y, _depth),) = drawn.view.pixels(end[None])
+        text_x, text_y = drawn.texts[name]
+        assert 0 < text_x - end_x < 10
+        assert 0 < end_y - text_y < 10
