@@ -7,9 +7,8 @@ from replay.show.report.charts import lane, path_of, ruler
 
 
 def test_corners_between_two_of_their_height_are_left_out():
-    """Corners are (x, y): of three at height 5 the middle one adds nothing."""
-    corners = [(0, 0), (1, 5), (2, 5), (3, 5), (4, 0)]
-    assert path_of(corners) == "M0.0 0.0L1.0 5.0L3.0 5.0L4.0 0.0"
+    """Corners are (x, y). Of three in a row at height 5 the middle adds nothing to an SVG path (M: begin, L: line)."""
+    assert path_of([(0, 0), (1, 5), (2, 5), (3, 5), (4, 0)]) == "M0.0 0.0L1.0 5.0L3.0 5.0L4.0 0.0"
     assert path_of([(0, 5), (1, 5), (2, 5)]) == "M0.0 5.0L2.0 5.0"
 
 
@@ -21,39 +20,62 @@ def boxes(*spans):
 @pytest.mark.parametrize(
     ("spans", "drawn"),
     [
-        ([(0, 3), (1, 2), (5, 6)], [(0, 3), (5, 6)]),
-        ([(0, 2), (2, 4)], [(0, 4)]),
-        ([(-2, 1), (9, 12), (12, 13), (4, 4)], [(0, 1), (9, 10)]),
-        ([(0, 1), (1.004, 2)], [(0, 1), (1.004, 2)]),
-        ([(0, 1), (1.004, 2), (3, 4)], [(0, 2), (3, 4)]),
-        ([(0, 1), (1.006, 2), (3, 4)], [(0, 1), (1.006, 2), (3, 4)]),
+        pytest.param([(0, 3), (1, 2), (5, 6)], [(0, 3), (5, 6)], id="a span within another"),
+        pytest.param([(0, 2), (2, 4)], [(0, 4)], id="spans that touch"),
+        pytest.param([(-2, 1), (9, 12), (12, 13), (4, 4)], [(0, 1), (9, 10)], id="cut by the window, outside, empty"),
+        pytest.param([(0, 1), (1.004, 2)], [(0, 1), (1.004, 2)], id="few, 4 ms apart"),
+        pytest.param([(0, 1), (1.004, 2), (3, 4)], [(0, 2), (3, 4)], id="many, 4 ms apart"),
+        pytest.param([(0, 1), (1.006, 2), (3, 4)], [(0, 1), (1.006, 2), (3, 4)], id="many, 6 ms apart"),
     ],
 )
 def test_neighbouring_spans_are_joined_if_there_are_many(monkeypatch, spans, drawn):
-    """In a window of 10 s spans that overlap are joined, and of more than two also those 10/2000 s apart."""
+    """A window of 10 s. Spans of a kind that overlap or touch are drawn as one box, cut at the window's ends.
+
+    Three are many here (thousands usually): then those less than a 2000th of the window apart, 5 ms, are joined too.
+    """
     monkeypatch.setattr(charts, "MOST_BOXES", 2)
-    paths = dict(lane({"false": spans}, (0.0, 10.0), "hull").paths)
+    paths = dict(lane({"false": spans}, window=(0.0, 10.0), label="hull").paths)
     assert paths["false"] == boxes(*drawn)
 
 
 def test_span_below_a_300th_of_the_window_has_a_tick():
-    """Spans of 1 s and of 0.9 s in a window from 100 to 400 s, and the moment of the picture."""
+    """A window from 100 to 400 s: a 300th is 1 s. A span of 1 s has none, one from 102 to 102.9 s a line at 102.45 s.
+
+    The line of the moment of the picture, 130 s, is a path of its own. Paths count from the begin of the window.
+    """
     drawn = lane({"false": [(100.0, 101.0), (102.0, 102.9)]}, (100.0, 400.0), "hull", marked_second=130.0)
-    assert dict(drawn.paths)["false tick"] == "M2.450 0V20" and dict(drawn.paths)["now"] == "M30.000 0V20"
-    assert lane({}, (0.0, 10.0), "hull").paths == []
+    paths = dict(drawn.paths)
+    assert paths["false tick"] == "M2.450 0V20"
+    assert paths["now"] == "M30.000 0V20"
+
+
+def test_lane_without_spans_has_no_paths():
+    """The detector reported nothing, and no moment is marked."""
+    assert lane({}, window=(0.0, 10.0), label="hull").paths == []
 
 
 @pytest.mark.parametrize(
-    ("start", "end", "ticks"),  # seconds; (percent of the width, label)
+    ("start", "end", "seconds", "labels"),
     [
-        (10.0, 20.0, [(0, "10"), (20, "12"), (40, "14"), (60, "16"), (80, "18"), (100, "20 s")]),
-        (0.0, 59.96, [*((100 * tick / 59.96, str(tick)) for tick in range(0, 60, 10)), (100, "60 s")]),
-        (0.25, 20.25, [(0, "0.25"), (25, "5.25"), (50, "10.25"), (75, "15.25"), (100, "20.25 s")]),
+        pytest.param(10.0, 20.0, [10, 12, 14, 16, 18, 20], ["10", "12", "14", "16", "18", "20 s"], id="from 10 s"),
+        pytest.param(
+            0.0, 59.96, [0, 10, 20, 30, 40, 50, 59.96], ["0", "10", "20", "30", "40", "50", "60 s"], id="odd end"
+        ),
+        pytest.param(
+            0.25,
+            20.25,
+            [0.25, 5.25, 10.25, 15.25, 20.25],
+            ["0.25", "5.25", "10.25", "15.25", "20.25 s"],
+            id="odd begin",
+        ),
     ],
 )
-def test_ruler_begins_and_ends_with_the_window(start, end, ticks):
-    """A window to 59.96 s ends as 60 s, the number that is printed of it."""
-    positions, labels = zip(*ruler(start, end), strict=True)
-    assert positions == pytest.approx([position for position, _ in ticks]) and [*labels] == [
-        label for _, label in ticks
-    ]
+def test_ruler_begins_and_ends_with_the_window(start, end, seconds, labels):
+    """``seconds``: where labels stand; round steps from the begin of the window, and its end with the unit.
+
+    A position is a percentage of the width. Above 20 s the end is rounded: 59.96 reads "60 s".
+    """
+    ticks = ruler(start, end)
+    expected = [100 * (second - start) / (end - start) for second in seconds]
+    assert [position for position, _ in ticks] == pytest.approx(expected)
+    assert [label for _, label in ticks] == labels

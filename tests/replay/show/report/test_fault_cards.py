@@ -1,5 +1,6 @@
 """The order of faults on a page, and those that have a picture."""
 
+from math import nan
 from types import SimpleNamespace
 
 import pytest
@@ -7,38 +8,60 @@ from support.report_states import audit_of, document_with
 
 from replay.auditing.fault import Cause, Fault, FaultKind
 from replay.show.report import fault_cards
-from replay.show.report.fault_cards import MOST_PAIRS, card, cards
+from replay.show.report.fault_cards import CARD_SIZE, FIRST_SIZE, MOST_PAIRS, card, cards
 
 
-def fault_of(number, body, depth, kind=FaultKind.NEVER_REPORTED):
-    """A fault of the detector ``hull`` about a cup and another body, so many metres deep."""
-    return Fault(number, "hull", 0, ("cup", body), kind, 3, 4, 0.3, 0.5, 3, depth=depth)
+def fault_of(number, body="rod", depth=nan, kind=FaultKind.NEVER_REPORTED, start=0.3, end=0.5, why=""):
+    """A fault of the detector ``hull`` about a cup and another body, so many metres deep, from second to second."""
+    return Fault(
+        number=number, detector="hull", pair=0, bodies=("cup", body), kind=kind, first=3, last=4, start=start, end=end,
+        frame=3, depth=depth, why=why,
+    )  # fmt: skip
 
 
-def numbers_and_pictures(monkeypatch, faults, moment=None):
-    """The number of every fault of each pair, in their order, and whether it has a picture."""
+def numbers_and_pictures(monkeypatch, faults, answer_moment=None):
+    """(number, whether it has a picture) of each fault on a page, in order, a list a pair.
+
+    ``answer_moment``: kind and number of the fault that the first answer of the page is about.
+    """
     monkeypatch.setattr(fault_cards, "card", lambda view, fault, *, with_picture: (fault.number, with_picture))
-    view = SimpleNamespace(answers=[SimpleNamespace(label="hull", moment=moment)], faults={"hull": faults})
+    view = SimpleNamespace(answers=[SimpleNamespace(label="hull", moment=answer_moment)], faults={"hull": faults})
     return cards(view, "hull")
 
 
 def test_worst_fault_of_the_first_pairs_has_a_picture(monkeypatch):
-    """One pair more than have pictures, each with a shallower fault than the pair before, and a second one."""
-    faults = [fault_of(k, f"rod{k}", 0.9 - 0.01 * k) for k in range(MOST_PAIRS + 1)]
-    seconds = [fault_of(100 + k, f"rod{k}", 0.1) for k in range(MOST_PAIRS + 1)]
-    drawn = numbers_and_pictures(monkeypatch, [*seconds, *faults])
-    assert drawn == [[(k, k < MOST_PAIRS), (100 + k, False)] for k in range(MOST_PAIRS + 1)]
+    """Six pairs get pictures; there are seven, cup and rod0 to rod6, with two misses each.
+
+    The deep one of a pair is 1 cm shallower than that of the pair before, 0.9 m for rod0; the other is 0.1 m deep.
+    """
+    pairs = range(MOST_PAIRS + 1)
+    deep = [fault_of(number=k, body=f"rod{k}", depth=0.9 - 0.01 * k) for k in pairs]
+    shallow = [fault_of(number=100 + k, body=f"rod{k}", depth=0.1) for k in pairs]
+    drawn = numbers_and_pictures(monkeypatch, [*shallow, *deep])
+    with_pictures = [[(k, True), (100 + k, False)] for k in range(MOST_PAIRS)]
+    without_picture = [(MOST_PAIRS, False), (100 + MOST_PAIRS, False)]
+    assert drawn == [*with_pictures, without_picture]
 
 
 @pytest.mark.parametrize(
     ("kind", "number", "order"),
-    [("miss", 2, [2, 1, 3]), ("false", 3, [3, 1, 2])],
+    [
+        pytest.param("miss", 2, [2, 1, 3], id="answer is miss 2"),
+        pytest.param("false", 3, [3, 1, 2], id="answer is false contact 3"),
+    ],
 )
 def test_fault_of_the_answer_comes_first_and_its_kind_next(kind, number, order, monkeypatch):
-    """Misses 1 and 2, the first the deepest, and the false contact 3."""
-    faults = [fault_of(1, "rod", 0.3), fault_of(2, "rod", 0.2), fault_of(3, "rod", 0.1, FaultKind.NO_CONTACT)]
-    (pair,) = numbers_and_pictures(monkeypatch, faults, SimpleNamespace(kind=kind, number=number))
-    assert [number for number, _ in pair] == order
+    """Misses 1 and 2 are 0.3 and 0.2 m deep, and there is a false contact 3; all are of one pair.
+
+    The fault that the answer is about leads, then others of its kind, then the other kind, each the deepest first.
+    """
+    faults = [
+        fault_of(1, depth=0.3),
+        fault_of(2, depth=0.2),
+        fault_of(3, depth=0.1, kind=FaultKind.NO_CONTACT),
+    ]
+    (faults_of_pair,) = numbers_and_pictures(monkeypatch, faults, SimpleNamespace(kind=kind, number=number))
+    assert [number for number, _has_picture in faults_of_pair] == order
 
 
 def view_of_detectors(*labels):
@@ -54,44 +77,78 @@ def view_of_detectors(*labels):
     )
 
 
-@pytest.mark.parametrize(("end", "window"), [(6.0, (3.3, 6.7)), (4.1, (3.9, 4.2))])
-def test_lanes_of_a_card_reach_beyond_its_fault(end, window):
-    """A fault from 4 s on: 35 % of its length on both sides, and at least 0.1 s."""
-    fault = Fault(1, "hull", 0, ("cup", "rod"), FaultKind.NEVER_REPORTED, 3, 4, 4.0, end, 3)
-    lanes = card(view_of_detectors("hull"), fault).lanes
+@pytest.mark.parametrize(
+    ("end", "lane_start", "lane_end"),
+    [
+        pytest.param(6.0, 4.0 - 0.7, 6.0 + 0.7, id="fault of 2 s"),
+        pytest.param(4.1, 4.0 - 0.1, 4.1 + 0.1, id="fault of 0.1 s"),
+    ],
+)
+def test_lanes_of_a_card_reach_beyond_its_fault(end, lane_start, lane_end):
+    """A fault of ``hull`` begins at 4 s; its card has a lane of the reference (exact) and one of the detector.
+
+    Both show 35 % of the length of the fault before and after it, and at least 0.1 s.
+    """
+    lanes = card(view_of_detectors("hull"), fault_of(1, start=4.0, end=end)).lanes
     assert [name for name, _ in lanes] == ["exact", "hull"]
     for name, lane in lanes:
-        assert lane.length == pytest.approx(window[1] - window[0])
-        assert lane.words == f"{name} from {window[0]:.3f} to {window[1]:.3f} s"
+        assert lane.length == pytest.approx(lane_end - lane_start)
+        assert lane.words == f"{name} from {lane_start:.3f} to {lane_end:.3f} s"
 
 
-def test_commands_name_the_detector_if_several_ran():
-    """The fault is miss 2 of ``hull``; an address names its detector unless that is the first."""
-    fault = fault_of(2, "rod", 0.1)
-    commands = [card(view_of_detectors(*labels), fault).command for labels in (["hull"], ["hull", "mesh"])]
-    assert commands == ["replay view . --miss 2", "replay view . --miss 2 --by hull"]
-    first, second = (card(view_of_detectors(*labels), fault) for labels in (["hull", "mesh"], ["mesh", "hull"]))
-    assert "hull" not in first.address and "hull" in second.address
+@pytest.mark.parametrize(
+    ("detectors", "command"),
+    [
+        pytest.param(["hull"], "replay view . --miss 2", id="alone"),
+        pytest.param(["hull", "mesh"], "replay view . --miss 2 --by hull", id="of two"),
+    ],
+)
+def test_commands_name_the_detector_if_several_ran(detectors, command):
+    """The command that shows a fault: miss 2 of ``hull``."""
+    assert card(view_of_detectors(*detectors), fault_of(2)).command == command
 
 
-def test_only_cards_with_a_picture_have_lanes_and_a_still():
-    """The first picture of a page is larger and has no lanes; a run without stills has no picture."""
-    view, fault = view_of_detectors("hull"), fault_of(2, "rod", 0.1)
-    with_picture, without, large = (
-        card(view, fault, **options) for options in ({}, {"with_picture": False}, {"is_first_picture": True})
-    )
-    assert (with_picture.picture, without.picture, large.picture) == (
-        str(fault_cards.CARD_SIZE),
-        "",
-        str(fault_cards.FIRST_SIZE),
-    )
-    assert [len(drawn.lanes) for drawn in (with_picture, without, large)] == [2, 0, 0]
+@pytest.mark.parametrize(
+    ("detectors", "names_hull"),
+    [
+        pytest.param(["hull", "mesh"], False, id="hull is the first"),
+        pytest.param(["mesh", "hull"], True, id="hull is the second"),
+    ],
+)
+def test_address_names_the_detector_unless_it_is_the_first(detectors, names_hull):
+    """The address of a fault on the page: miss 2 of ``hull``, one of two detectors."""
+    assert ("hull" in card(view_of_detectors(*detectors), fault_of(2)).address) == names_hull
+
+
+@pytest.mark.parametrize(
+    ("options", "picture", "lanes"),
+    [
+        pytest.param({}, str(CARD_SIZE), 2, id="card with a picture"),
+        pytest.param({"with_picture": False}, "", 0, id="card without"),
+        pytest.param({"is_first_picture": True}, str(FIRST_SIZE), 0, id="first, large picture of a page"),
+    ],
+)
+def test_only_cards_with_a_picture_have_lanes_and_a_still(options, picture, lanes):
+    """Pictures of this view are named after their size. Two lanes: of the reference and of the detector ``hull``."""
+    made_card = card(view_of_detectors("hull"), fault_of(2), **options)
+    assert made_card.picture == picture
+    assert len(made_card.lanes) == lanes
+
+
+def test_card_of_a_run_without_stills_has_no_picture():
+    """A run folder read back, for example, draws none: ``still`` of its view is None."""
+    view = view_of_detectors("hull")
     view.still = None
-    assert card(view, fault).picture == ""
+    assert card(view, fault_of(2)).picture == ""
 
 
-@pytest.mark.parametrize(("why", "text"), [("The rod passed.", "The rod passed."), ("", Cause.NOT_EXAMINED.value)])
+@pytest.mark.parametrize(
+    ("why", "text"),
+    [
+        pytest.param("The rod passed.", "The rod passed.", id="explained"),
+        pytest.param("", Cause.NOT_EXAMINED.value, id="not examined"),
+    ],
+)
 def test_card_explains_a_fault_or_names_its_cause(why, text):
-    """``why``: the sentence of the fault, which one that was not examined has not."""
-    fault = Fault(1, "hull", 0, ("cup", "rod"), FaultKind.NEVER_REPORTED, 3, 4, 0.3, 0.5, 3, why=why)
-    assert card(view_of_detectors("hull"), fault).why == text
+    """``why``: the sentence of the fault; "": nobody examined it, which is its cause then."""
+    assert card(view_of_detectors("hull"), fault_of(1, why=why)).why == text

@@ -13,29 +13,35 @@ from replay.document.session import Window
 from replay.show.report.first_screen import comparison_of, page_facts
 from replay.show.report.run_view import RunView
 
-REFERENCE = Rank("exact", "", "", contacts=3, mean=1e-4, p99=2e-4)
+REFERENCE = Rank(label="exact", what="", setting="", contacts=3, mean=1e-4, p99=2e-4)
 
 
 @pytest.mark.parametrize(
     ("ranks", "undecided", "facts", "text"),
     [
-        ((REFERENCE,), 0, {}, "60 s, 3 contacts"),
-        ((REFERENCE,), 9, {}, "60 s"),
-        ((), 9, {"synthetic": "true"}, "60 s, made up"),
-        ((REFERENCE,), 0, {"synthetic": "true"}, "60 s, 3 contacts, made up"),
+        pytest.param((REFERENCE,), 0, {}, "60 s, 3 contacts", id="all decided"),
+        pytest.param((REFERENCE,), 9, {}, "60 s", id="nothing decided"),
+        pytest.param((), 9, {"synthetic": "true"}, "60 s, made up", id="made up, no ranking"),
+        pytest.param((REFERENCE,), 0, {"synthetic": "true"}, "60 s, 3 contacts, made up", id="made up"),
     ],
 )
 def test_contacts_are_a_fact_where_any_was_decided(ranks, undecided, facts, text):
-    """``undecided``: of nine pair-frames of the only audit."""
+    """A session of 60 s in which the reference (exact) sees 3 contacts; ``undecided``: of nine pair-frames.
+
+    A recording states by the fact ``synthetic`` that it was made up.
+    """
     document = document_with(audit={"slow": audit_of(undecided=proportion(undecided, 9))})
     document = structs.replace(document, session=structs.replace(document.session, duration=60.0, facts=facts))
     assert page_facts(SimpleNamespace(document=document, ranking=ranks)) == text
 
 
 def test_lanes_begin_where_the_replayed_window_does():
-    """A run of 60 s, from 2.5 s of its session on, that compared nothing."""
+    """60 s of a session are replayed, from 2.5 s on; a window of lanes is its first second and its length.
+
+    Nothing was compared.
+    """
     session = structs.replace(document_with().session, duration=60.0)
-    document = document_with(window=Window(2.5, None), session=session)
+    document = document_with(window=Window(start=2.5, end=None), session=session)
     run = SimpleNamespace(document=document, oracle="", ranking=(), contacts={}, faults={}, answers=())
     assert comparison_of(RunView(run, "s")).timeline.window == (2.5, 60.0)
 

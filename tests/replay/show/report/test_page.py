@@ -25,65 +25,96 @@ from replay.show.report.page_script import REPORT_SCRIPTS, page_script
 from replay.show.report.run_view import RunView
 from replay.studies.synthetic_sessions import synthetic_session
 
-SERIES_NAMES = ("dish/temperature", "lid/temperature", "dish", "dish/mass")
-
 
 @pytest.mark.parametrize("state", RUN_OF_STATE)
 def test_the_page_reads_as_it_did(state, snapshot):
-    """The text of a reviewed page is stored; times are set, so that it is the same on every machine."""
+    """The visible text of the report of a run in each state equals the stored one, which people reviewed.
+
+    Times of detectors are set, so that the text is the same on every machine.
+    """
     assert read_page(report_html(run_with_steady_times(state))) == snapshot
 
 
 def test_report_counts_contact_of_bounding_spheres_as_unconfirmed():
-    """Unit cubes at 1.2 are apart, but spheres around them overlap."""
-    page = report_html(
-        compute(unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 3.0, 1.2, 1.2, 3.0, 3.0]}), detectors="sphere")
-    )
-    assert "1 unconfirmed contact" in page
+    """Unit cubes, 1.2 m from middle to middle in two frames, are 0.2 m apart; spheres around them (0.87 m) overlap.
+
+    The detector ``sphere`` reports only that bounding spheres overlap: no false contact, but an unconfirmed one.
+    """
+    session = unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 3.0, 1.2, 1.2, 3.0, 3.0]})
+    assert "1 unconfirmed contact" in report_html(compute(session, detectors="sphere"))
 
 
 def test_report_leaves_grasped_contacts_out_of_the_reference():
-    """The reference has one of two contacts, since the other is grasped; a detector has both."""
+    """Of two contacts one is grasped: a hand holds the body. Lanes of the reference (exact) leave that one out.
+
+    Those of a detector (slow) have both.
+    """
     free_and_grasped = [SimpleNamespace(grasped=grasped) for grasped in (False, True)]
     run = SimpleNamespace(oracle="exact", contacts={"exact": free_and_grasped, "slow": free_and_grasped})
     contacts = RunView(run, "s").contacts
-    assert [len(contacts[label]) for label in ("exact", "slow")] == [1, 2]
+    assert [contact.grasped for contact in contacts["exact"]] == [False]
+    assert [contact.grasped for contact in contacts["slow"]] == [False, True]
 
 
-@pytest.mark.parametrize(("count", "last_line"), [(6, "6.000 s: spilt"), (9, "and 3 more")])
-def test_report_lists_six_events_and_counts_the_rest(count, last_line):
-    """Events come in order of time, though they are listed backwards in the run: one at each second."""
+@pytest.mark.parametrize(
+    ("count", "line_before_last"),
+    [pytest.param(6, "6.000 s: spilt", id="six"), pytest.param(9, "and 3 more", id="nine")],
+)
+def test_report_lists_six_events_and_counts_the_rest(count, line_before_last):
+    """An event of an effect at each of so many seconds, in the run in falling order of time; nothing was compared.
+
+    The report lists six from the first on, then how many more there are; a last line says that no contact was computed.
+    """
     events = [
-        EventRecord(stamp_ns=k, source="effect/spill", name="spill", time=float(k), message="spilt")
-        for k in range(count, 0, -1)
+        EventRecord(stamp_ns=second, source="effect/spill", name="spill", time=float(second), message="spilt")
+        for second in range(count, 0, -1)
     ]
     run = SimpleNamespace(document=EMPTY, answers=(), oracle="", ranking=(), events=events)
     lines = RunView(run, "s").hero.lines
-    assert lines[0] == "1.000 s: spilt" and lines[-2] == last_line  # the last says that contacts were not computed
+    assert lines[0] == "1.000 s: spilt"
+    assert lines[-2] == line_before_last
+    assert lines[-1].startswith("Contacts were not computed")
 
 
-def test_page_loads_nothing_and_runs_its_own_script_only():
-    """Addresses are data or places on the page; the policy allows the script by its SHA-256, of at most 25 kB."""
+def test_page_loads_nothing_from_elsewhere():
+    """Every address in the report is data or a place on the page (#...)."""
     page = report_html(run_with_steady_times("several"))
-    assert all(place.startswith(("data:", "#")) for place in re.findall(r'(?:src|href)="([^"]*)"', page))
+    addresses = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert addresses
+    assert [address for address in addresses if not address.startswith(("data:", "#"))] == []
     assert "@import" not in page
-    (allowed,) = re.findall('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
+
+
+def test_content_policy_of_a_page_allows_its_own_script_only():
+    """The policy forbids all but a script with this SHA-256, that of the only one in the page; no address is allowed.
+
+    The script has at most 25 kB.
+    """
+    page = report_html(run_with_steady_times("several"))
+    (policy,) = re.findall('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     (script,) = re.findall("<script>(.*?)</script>", page, re.DOTALL)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    assert allowed.startswith("default-src 'none'; ") and allowed.endswith(f"; script-src 'sha256-{digest}'")
-    assert "http" not in allowed and len(script.encode()) <= 25_000
+    assert policy.startswith("default-src 'none'; ")
+    assert policy.endswith(f"; script-src 'sha256-{digest}'")
+    assert "http" not in policy
+    assert len(script.encode()) <= 25_000
 
 
 def test_page_script_has_no_comments_or_blank_lines():
-    """The sources of the script have comments."""
+    """The script of a page is made of files, of which ``tools.js`` at least has comments (//)."""
     assert "//" in file_text("show/report/script/tools.js")
     lines = page_script(REPORT_SCRIPTS).text.splitlines()
+    assert lines
     assert [line for line in lines if not line or line != line.strip() or line.startswith("//")] == []
 
 
 def test_report_draws_temperatures_of_warmed_bodies_only():
-    """The dish becomes warmest; no event tells of the lid, and a series of another name is no temperature."""
-    series = {name: Series(np.array([0.0, 1.0]), np.array([20.0, 24.0])) for name in SERIES_NAMES}
+    """An effect reports that the dish is warmest, by an event; it has four series, all from 20 to 24 degC.
+
+    Drawn is the temperature of the dish: no event is about the lid, and the other two series are no temperatures.
+    """
+    names = ("dish/temperature", "lid/temperature", "dish", "dish/mass")
+    series = {name: Series(np.array([0.0, 1.0]), np.array([20.0, 24.0])) for name in names}
     output = EffectOutput(events=(EffectEvent(1.0, "warmest", ("dish",)),), series=series)
     spec = EffectSpec("heat", "x", lambda _: None)
     heat = EffectRun(spec, ("declared",), output, seconds=0.1, counters={}, frames=2, frames_run=2)
@@ -94,43 +125,61 @@ def test_report_draws_temperatures_of_warmed_bodies_only():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("scene", "curve", "headline"),
+    ("scene", "caption", "headline"),
     [
-        ("ammonia-calorimetry", "The temperature of calorimeter: 20.00 to 24.4", "warms from 20.00 to 24.4"),
-        ("titration", "over what came in; a line marks each end point: ", "equivalent in flask after 25.0"),
+        pytest.param(
+            "ammonia-calorimetry",
+            "The temperature of calorimeter: 20.00 to 24.4",
+            "warms from 20.00 to 24.4",
+            id="calorimetry",
+        ),
+        pytest.param(
+            "titration",
+            "over what came in; a line marks each end point: ",
+            "equivalent in flask after 25.0",
+            id="titration",
+        ),
     ],
 )
-def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
-    """25 mL of acid need 25 mL of base as strong; acid warms ammonia by 4.4 K, as ``ammonia-calorimetry.toml`` plants.
+def test_experiment_result_is_headline_and_first_curve(scene, caption, headline):
+    """The report of a made-up experiment has its result as headline, and a curve (pH or temperature) below that.
 
-    Each page shows one curve of its effect, and its headline stands before the caption of that curve.
+    Planted are 25 mL of acid, neutralised by 25 mL of base as strong, and acid that warms ammonia by 4.4 K.
     """
-    page = report_html(compute(synthetic_session(scene)[0], detectors=()))
+    session, _truth = synthetic_session(scene)
+    page = report_html(compute(session, detectors=()))
     captions = re.findall(r"<figcaption>(The (?:temperature|pH)[^<]*)</figcaption>", page)
-    assert curve in "".join(captions) and headline in page[: page.index(captions[0])]
+    assert any(caption in text for text in captions)
+    assert headline in page[: page.index(captions[0])]
 
 
 def test_hostile_names_stay_text():
-    """One body is named like a script, the other has a quote and the sign that turns the direction of text.
+    """One body is named like a script, the other has a quote and U+202E, which turns the direction of text.
 
-    The only script is that of the page.
+    The only script of the report is its own; the name stands there as text, and U+202E is taken out.
     """
     session = unit_cubes_on_x({"<script>alert(1)</script>": [0] * 30, 'b"&\u202e': [3, 2, 0.9, 2, 3] * 6})
-    text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
-    assert text.count("<script") == 1 and "&lt;script&gt;" in text and "\u202e" not in text
+    page = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
+    assert page.count("<script") == 1
+    assert "&lt;script&gt;" in page
+    assert "\u202e" not in page
 
 
 @given(st.text("a<>&\"'/\n\0ä\u202e杯"))
 def test_no_text_becomes_an_element(text):
-    """The template has one element with one attribute: two angle brackets of each kind, and two quotes."""
+    """A template has one element with one attribute: two angle brackets of each kind, and two quotes.
+
+    Any text filled into both adds none of these characters.
+    """
     page = environment().from_string('<p title="{{ text }}">{{ text }}</p>').render(text=text)
     assert page.count("<") == page.count(">") == page.count('"') == 2
 
 
-def test_report_names_no_path_and_no_session_file(tmp_path):
-    """The run folder is called like a person; commands of the page call it a dot."""
+def test_report_names_no_path_of_its_run_folder(tmp_path):
+    """The run folder, called like a person, has the report in it: commands of the page call the folder "."."""
     out = tmp_path / "anna-smith"
     run(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
     page = (out / "report.html").read_text("utf-8")
     assert "replay view . --" in page
-    assert "anna-smith" not in page and str(tmp_path) not in page
+    assert "anna-smith" not in page
+    assert str(tmp_path) not in page

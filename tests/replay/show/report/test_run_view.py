@@ -41,63 +41,105 @@ VIEW = RunView(
     ),
     "s",
 )
+"""A page about the reference ``exact`` and the detector ``hull``, whose contacts and faults are these."""
 
 
 def test_right_spans_are_common_to_detector_and_reference():
-    """Seconds, from the contacts that VIEW has of two pairs; without a pair all of them."""
-    assert spans(VIEW, "hull", PAIR) == {
-        "right": [(1, 2), (3, 4), (4.5, 4.6)], "missed": [(6, 7)], "late": [(0, 1)], "false": [],
-    }  # fmt: skip
-    assert spans(VIEW, "hull", OTHER_PAIR) == {"right": [(8.2, 9)], "missed": [], "late": [], "false": [(9, 9.5)]}
-    assert len(spans(VIEW, "hull")["right"]) == 4 and spans(VIEW, "hull")["false"] == [(9, 9.5)]
+    """Contact of cup and rod at 0-2, 3-5 and 6-7 s (reference), and at 1-4, 4.5-4.6 and 7-7.5 s (detector ``hull``).
+
+    Common to both are 1-2, 3-4 and 4.5-4.6 s; 7 s alone is no span. Of the faults of ``hull`` the contact 6-7 s was
+    never reported, and 0-1 s of another was late.
+    """
+    spans_of_kind = spans(VIEW, "hull", PAIR)
+    assert spans_of_kind == {"right": [(1, 2), (3, 4), (4.5, 4.6)], "missed": [(6, 7)], "late": [(0, 1)], "false": []}
 
 
-def test_reference_and_unaudited_detector_have_spans_of_contact():
-    """Spans are seconds of VIEW's contacts of the pair; without a reference nothing is wrong or right."""
+def test_spans_of_another_pair_are_its_own():
+    """Contact of cup and hand at 8-9 s (reference) and at 8.2-9.5 s (``hull``), whose fault is to end 0.5 s late."""
+    spans_of_kind = spans(VIEW, "hull", OTHER_PAIR)
+    assert spans_of_kind == {"right": [(8.2, 9)], "missed": [], "late": [], "false": [(9, 9.5)]}
+
+
+def test_spans_without_a_pair_are_those_of_all():
+    """Three common spans of cup and rod, and one of cup and hand; the false one is of cup and hand."""
+    spans_of_kind = spans(VIEW, "hull")
+    assert sorted(spans_of_kind["right"]) == [(1, 2), (3, 4), (4.5, 4.6), (8.2, 9)]
+    assert spans_of_kind["false"] == [(9, 9.5)]
+
+
+def test_spans_of_the_reference_are_its_contacts():
+    """The reference (exact) has contacts of cup and rod at 0-2, 3-5 and 6-7 s."""
     assert spans(VIEW, "exact", PAIR) == {"reference": [(0, 2), (3, 5), (6, 7)]}
+
+
+def test_spans_without_a_reference_are_contact():
+    """A run of the detector ``hull`` alone (no oracle): its contact is neither right nor wrong."""
     unaudited = RunView(SimpleNamespace(oracle="", contacts={"hull": [contact(1, 4)]}, faults={}), "s")
     assert spans(unaudited, "hull") == {"contact": [(1, 4)]}
 
 
 @pytest.mark.parametrize(
-    ("scene", "bodies", "facts", "stamp_ns", "names"),
+    ("scene", "bodies", "facts", "names"),
     [
-        ("Titration", "ab", {}, 0, ["Titration"]),
-        ("", "ab", {}, 0, ["a and b"]),
-        ("", "abc", {}, 0, ["a, b and 1 more"]),
-        ("", "abcd", {"pseudonym": "S07"}, 0, ["a, b and 2 more", "S07"]),
-        ("Titration", "ab", {"pseudonym": "not stated"}, FIRST_DATE_NS - 1, ["Titration"]),
+        pytest.param("Titration", ["a", "b"], {}, ["Titration"], id="scene"),
+        pytest.param("", ["a", "b"], {}, ["a and b"], id="two bodies"),
+        pytest.param("", ["a", "b", "c"], {}, ["a, b and 1 more"], id="three bodies"),
+        pytest.param(
+            "", ["a", "b", "c", "d"], {"pseudonym": "S07"}, ["a, b and 2 more", "S07"], id="bodies and pseudonym"
+        ),
+        pytest.param("Titration", ["a", "b"], {"pseudonym": "not stated"}, ["Titration"], id="no pseudonym"),
     ],
 )
-def test_session_is_named_by_scene_or_bodies_and_pseudonym(scene, bodies, facts, stamp_ns, names):
-    """``bodies``: a letter a body; ``stamp_ns``: of the first frame, too early for a date."""
-    session = structs.replace(
-        EMPTY.session, scene=scene, bodies=dict.fromkeys(bodies), facts=facts, first_stamp_ns=stamp_ns
-    )
+def test_session_is_named_by_scene_or_bodies_and_pseudonym(scene, bodies, facts, names):
+    """The name of the scene, without one those of the bodies; then the pseudonym of the student, if facts state it.
+
+    The first frame has the stamp 0: no date.
+    """
+    session = structs.replace(EMPTY.session, scene=scene, bodies=dict.fromkeys(bodies), facts=facts, first_stamp_ns=0)
     assert session_names(document_with(session=session)) == names
 
 
-def test_date_is_named_where_stamps_have_a_date():
-    """Stamps from FIRST_DATE_NS on count from 1970: the page has the scene's name and a date."""
-    session = structs.replace(EMPTY.session, scene="Titration", first_stamp_ns=FIRST_DATE_NS)
-    assert len(session_names(document_with(session=session))) == 2
+@pytest.mark.parametrize(
+    ("first_stamp_ns", "names"),
+    [
+        pytest.param(FIRST_DATE_NS, 2, id="from 2000 on: scene and date"),
+        pytest.param(FIRST_DATE_NS - 1, 1, id="earlier: scene"),
+    ],
+)
+def test_date_is_named_where_stamps_have_a_date(first_stamp_ns, names):
+    """Stamps from the year 2000 on count from 1970; smaller ones count from the begin of a recording."""
+    session = structs.replace(EMPTY.session, scene="Titration", first_stamp_ns=first_stamp_ns)
+    assert len(session_names(document_with(session=session))) == names
 
 
-def hero_of(events=(), **detectors):
-    """The first sentence of a page without an audit, of these events and detectors."""
+def first_sentence(events=(), **detectors):
+    """The first sentence of a page about these events and detectors, without a reference."""
     run = SimpleNamespace(document=document_with(detectors=detectors), answers=(), oracle="", ranking=(), events=events)
     return RunView(run, "s").hero.sentence
 
 
-def test_first_sentence_counts_contacts_or_names_the_weightiest_result():
-    """Without an audit: contacts of each detector; or the first of RESULT_NAMES that happened; or how many events."""
-    events = [
-        EventRecord(stamp_ns=k, source="effect/x", name=name, time=float(k), message=f"{name} happened")
-        for k, name in enumerate(("other", RESULT_NAMES[1], RESULT_NAMES[0]))
-    ]
-    assert hero_of(exact=detector_of("exact", contacts=3), hull=detector_of("hull", contacts=1)) == (
-        "3 contacts found by exact, 1 contact found by hull"
-    )
-    weightiest = f"{RESULT_NAMES[0]} happened"
-    assert hero_of(events) == weightiest[0].upper() + weightiest[1:]
-    assert hero_of(events[:1]) == "other: 1"
+def event_named(name, second):
+    """An event of an effect, whose message is that it happened."""
+    return EventRecord(stamp_ns=second, source="effect/x", name=name, time=float(second), message=f"{name} happened")
+
+
+def test_first_sentence_counts_the_contacts_of_each_detector():
+    """Nothing was compared: ``exact`` reported three contacts, ``hull`` one."""
+    sentence = first_sentence(exact=detector_of("exact", contacts=3), hull=detector_of("hull", contacts=1))
+    assert sentence == "3 contacts found by exact, 1 contact found by hull"
+
+
+def test_first_sentence_without_detectors_is_the_weightiest_result():
+    """``RESULT_NAMES`` lists names of events that are results of experiments, the weightiest first.
+
+    It happens last here; the sentence is its message with a capital letter.
+    """
+    weightiest, second, *_ = RESULT_NAMES
+    events = [event_named("other", 0), event_named(second, 1), event_named(weightiest, 2)]
+    message = f"{weightiest} happened"
+    assert first_sentence(events) == message[0].upper() + message[1:]
+
+
+def test_first_sentence_without_results_counts_events_by_name():
+    """The only event is no result of an experiment."""
+    assert first_sentence([event_named("other", 0)]) == "other: 1"

@@ -16,33 +16,43 @@ def cache_folder(tmp_path, monkeypatch):
     return tmp_path / "__pycache__"
 
 
-def text_of(template="{{ 2 + number }}"):
-    """The page, and how many templates were compiled for it."""
+def rendered(template="{{ 2 + number }}"):
+    """The text of a template with 3 as its number, and how many templates were compiled for it."""
     compiled = []
 
-    class Counting(Environment):
+    class CountingEnvironment(Environment):
         def compile(self, source, *rest, **named):
             compiled.append(source)
             return super().compile(source, *rest, **named)
 
-    environment = Counting(loader=DictLoader({"page.html": template}), bytecode_cache=TemplateCache(), optimized=False)
+    environment = CountingEnvironment(
+        loader=DictLoader({"page.html": template}), bytecode_cache=TemplateCache(), optimized=False
+    )
     return environment.get_template("page.html").render(number=3), len(compiled)
 
 
-def test_kept_code_is_used_until_damaged_or_template_changes(cache_folder):
-    """The template adds 2, then 3, to 3; the second number is how many templates were compiled.
+def test_compiled_template_is_used_again(cache_folder):
+    """The template ``2 + number`` gives 5; it is compiled the first time only."""
+    assert rendered() == ("5", 1)
+    assert rendered() == ("5", 0)
 
-    The kept file is cut by 9 bytes.
-    """
-    assert text_of() == ("5", 1)
-    assert text_of() == ("5", 0)
+
+def test_damaged_code_of_a_template_is_compiled_again(cache_folder):
+    """Nine bytes are cut off the only file of compiled code."""
+    rendered()
     (file,) = cache_folder.iterdir()
     file.write_bytes(file.read_bytes()[:-9])
-    assert text_of() == ("5", 1)
-    assert text_of("{{ 3 + number }}") == ("6", 1)
+    assert rendered() == ("5", 1)
+
+
+def test_changed_template_is_compiled_again(cache_folder):
+    """The same file of the template adds 2 to 3 first, then 3 to 3."""
+    assert rendered("{{ 2 + number }}") == ("5", 1)
+    assert rendered("{{ 3 + number }}") == ("6", 1)
 
 
 def test_page_is_rendered_without_a_writable_template_cache(cache_folder):
-    """The template adds 2 to 3; it is compiled, and nothing is kept."""
-    cache_folder.write_text("a file where the folder would be")
-    assert text_of() == ("5", 1)
+    """A file stands where the folder of compiled code would be: the template is compiled each time."""
+    cache_folder.write_text("no folder")
+    assert rendered() == ("5", 1)
+    assert rendered() == ("5", 1)
