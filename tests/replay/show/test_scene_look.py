@@ -138,8 +138,8 @@ CUP, ROD = 0, 1
 def test_grid_lies_below_the_bodies_that_the_picture_is_about(pair, posed, bodies, right_end, spacing, monkeypatch):
     """Cubes of 10 cm, cup, rod and a third, at x = 0, 0.3 and 5 m; all with a pose (``posed``) are drawn.
 
-    The grid ends at the next line beyond the right side (``id``) of the bodies of the pair, without one of all. Over 3.9
-    m wide it is coarser. The frame is at 0 s.
+    The grid ends at the next line beyond the right side (``id``) of the bodies of the pair, without one of all.
+    Over 3.9 m wide it is coarser. The frame is at 0 s.
     """
     drawn = drawn_and_written(monkeypatch, Moment("closest", frame=0, bodies=pair), posed)
     assert drawn.bodies == bodies

@@ -13,62 +13,118 @@ from replay.show.rerun_log.moments import read_bookmarks
 from replay.show.rerun_log.recording_file import recording_file
 from replay.show.rerun_log.viewer import target_ns
 
-POSITION = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "leads": True}
-
-CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown": 1}]
+BOOKMARK = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "leads": True}
+"""A moment as a recording has it in JSON."""
 
 
 @pytest.mark.slow
-def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
-    """Each bookmark of the recording is asked for by its number, with and without the name of its detector."""
-    for bookmark in read_bookmarks(recording):
-        requested = {"miss": (bookmark.number, None), "false": (None, bookmark.number)}.get(bookmark.kind)
-        for by in ("", bookmark.label) if requested else ():
-            assert target_ns(recording, *requested, by) == bookmark.session_ns
-    with pytest.raises(RunFolderError, match=r"there is no false 999 in .*; its false contacts are numbered 1 to \d+"):
-        target_ns(recording, miss=None, false=999, by="")
-    with pytest.raises(RunFolderError, match=r"there is no miss 1 in .*; it has none"):
-        target_ns(recording, miss=1, false=None, by="nobody")
+def test_number_of_a_fault_leads_to_its_moment(recording):
+    """Each miss and false contact of a recording is requested by its number, without and with its detector's name."""
+    bookmarks = [bookmark for bookmark in read_bookmarks(recording) if bookmark.kind in ("miss", "false")]
+    assert bookmarks
+    for bookmark in bookmarks:
+        number_of_kind = {"miss": None, "false": None} | {bookmark.kind: bookmark.number}
+        for detector in ("", bookmark.label):
+            assert target_ns(recording, **number_of_kind, by=detector) == bookmark.session_ns
 
 
-@pytest.mark.parametrize("content", [b"", b"not a recording", b"RRF2", bytes(100), "a third"])
-def test_damaged_recording_is_one_clear_error(recording, tmp_path, content):
-    """``content``: of the file; a third: the first third of a whole recording."""
-    whole = recording.read_bytes()
-    (tmp_path / "run.rrd").write_bytes(whole[: len(whole) // 3] if content == "a third" else content)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("requested", "message"),
+    [
+        pytest.param(
+            {"miss": None, "false": 999, "by": ""},
+            r"there is no false 999 in .*; its false contacts are numbered 1 to \d+",
+            id="number too large",
+        ),
+        pytest.param(
+            {"miss": 1, "false": None, "by": "nobody"}, r"there is no miss 1 in .*; it has none", id="unknown detector"
+        ),
+    ],
+)
+def test_unknown_number_of_a_fault_is_refused(recording, requested, message):
+    """The recording has far fewer than 999 false contacts, and no detector is called nobody."""
+    with pytest.raises(RunFolderError, match=message):
+        target_ns(recording, **requested)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        pytest.param(lambda whole: b"", id="empty"),
+        pytest.param(lambda whole: b"not a recording", id="text"),
+        pytest.param(lambda whole: b"RRF2", id="first four bytes"),
+        pytest.param(lambda whole: bytes(100), id="zeros"),
+        pytest.param(lambda whole: whole[: len(whole) // 3], id="first third"),
+    ],
+)
+def test_damaged_recording_is_one_clear_error(recording, tmp_path, damage):
+    """``damage``: what is written in place of the bytes of a whole recording, before its moments are read."""
+    (tmp_path / "run.rrd").write_bytes(damage(recording.read_bytes()))
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
         read_bookmarks(tmp_path / "run.rrd")
 
 
-CHANGED_POSITIONS = [{"label": "hull"}, *(POSITION | change for change in CHANGES)]
+MALFORMED_BOOKMARKS = {
+    "fields lacking": {"label": "hull"},
+    "time that is no integer": BOOKMARK | {"session_ns": 0.5},
+    "no number": BOOKMARK | {"number": None},
+    "list for a kind": BOOKMARK | {"kind": ["miss"]},
+    "field too many": BOOKMARK | {"unknown": 1},
+}
+
+
+def write_recording_with_moments(file, **columns):
+    """Writes a recording that has nothing but the entity of moments, with these columns."""
+    with recording_file("test", file, rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
+        stream.log("moments/table", rr.AnyValues(**columns), static=True)
+
+
+def test_moments_of_a_recording_are_read_from_json(tmp_path):
+    """The form that the tests below damage: one text, a list of moments."""
+    write_recording_with_moments(tmp_path / "run.rrd", moments=json.dumps([BOOKMARK]))
+    (bookmark,) = read_bookmarks(tmp_path / "run.rrd")
+    assert (bookmark.label, bookmark.kind, bookmark.number, bookmark.session_ns) == ("hull", "miss", 1, 5)
 
 
 @pytest.mark.parametrize(
-    "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([position]) for position in CHANGED_POSITIONS)]
+    "moments",
+    [
+        pytest.param("", id="empty"),
+        pytest.param("{", id="no JSON"),
+        pytest.param("[1]", id="a number for a moment"),
+        pytest.param("null", id="null"),
+        pytest.param("[" * 100_000, id="deeply nested"),
+        *(pytest.param(json.dumps([bookmark]), id=name) for name, bookmark in MALFORMED_BOOKMARKS.items()),
+    ],
 )
 def test_picture_with_malformed_moments_is_refused_as_damaged(tmp_path, moments):
-    """``moments``: no JSON, no list of moments, or moments that lack a field, have another type or one more."""
-    with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
-        stream.log("moments/table", rr.AnyValues(moments=moments), static=True)
+    """A recording has its moments as one text, JSON with a list of objects; here that text is another."""
+    write_recording_with_moments(tmp_path / "run.rrd", moments=moments)
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
         read_bookmarks(tmp_path / "run.rrd")
 
 
 def test_picture_of_an_earlier_version_is_refused(tmp_path):
-    """Moments stood there in columns, and not in one text."""
-    with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
-        stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
+    """Earlier versions wrote moments as columns (label, kind, number), and not as one text."""
+    write_recording_with_moments(tmp_path / "run.rrd", label=["slow"], kind=["miss"], number=[1])
     with pytest.raises(RunFolderError, match="earlier version; run its session again"):
         target_ns(tmp_path / "run.rrd", miss=1, false=None, by="")
 
 
 @pytest.mark.slow
 def test_characters_missing_in_the_viewer_font_become_numbers(demo, drawn):
-    """The sign for hand, U+624B, is in the name of the scene and of a body."""
+    """The sign for hand, 手 (U+624B), is in the name of the scene and is the name of the rod: each becomes u624b.
+
+    A path, the name of the scene and that of a pair of bodies have it.
+    """
     scene = replace(demo.session.scene, name="手 at the bench")
-    bodies = tuple(replace(item, name="手") if item.name == "rod" else item for item in demo.assembly.bodies)
+    bodies = tuple(replace(body, name="手") if body.name == "rod" else body for body in demo.assembly.bodies)
     run = replace(demo, session=replace(demo.session, scene=scene), assembly=replace(demo.assembly, bodies=bodies))
     recorded = drawn(run)
-    assert "/world/u624b" in recorded.entities and not [path for path in recorded.entities if "手" in path]
+    assert "/world/u624b" in recorded.entities
+    assert [path for path in recorded.entities if "手" in path] == []
     text = recording_text(recorded.path)
-    assert "u624b at the bench" in text and "手" not in text and "beaker-u624b" in text
+    assert "u624b at the bench" in text
+    assert "beaker-u624b" in text
+    assert "手" not in text

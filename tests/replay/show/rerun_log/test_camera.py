@@ -1,5 +1,6 @@
 """The eye looks across a gap, and the overview sees everything from the user's side."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,18 +11,31 @@ from replay.show import camera
 from sessions import Scene
 
 
-@pytest.mark.parametrize("rotation", np.linspace(0.0, 6.0, 7))
-def test_gap_is_viewed_sideways_from_the_users_side(rotation):
-    """A gap of 2 cm in some direction; the camera looks down a little, across the gap, from where the user stands."""
-    along, user = np.array([np.cos(rotation), 0.0, np.sin(rotation)]), np.array([0.0, 0.0, 1.0])
-    away = camera.viewing_direction(0.02 * along, user)
-    assert np.linalg.norm(away) == pytest.approx(1.0) and away[1] > 0.3
-    assert abs(away @ along) < 0.8 and away @ user > -0.3
-    assert camera.viewing_direction(np.zeros(3), user) @ user > 0.9
+@pytest.mark.parametrize("radians", np.linspace(0.0, 6.0, 7))
+def test_gap_is_viewed_sideways_from_the_users_side(radians):
+    """A gap of 2 cm in some horizontal direction, so many radians from X; the user stands at +Z.
+
+    From the gap to the eye: upwards by over 0.3 of the way, at over 37 degrees (cosine 0.8) to the gap, and less than
+    17 degrees (cosine -0.3) behind the gap as the user sees it.
+    """
+    along_gap, to_user = np.array([np.cos(radians), 0.0, np.sin(radians)]), np.array([0.0, 0.0, 1.0])
+    to_eye = camera.viewing_direction(0.02 * along_gap, to_user)
+    assert np.linalg.norm(to_eye) == pytest.approx(1.0)
+    _x, up, _z = to_eye
+    assert up > 0.3
+    assert abs(to_eye @ along_gap) < 0.8
+    assert to_eye @ to_user > -0.3
 
 
-def assembly_with(head, *, posed=True, frames=3):
-    """A cup at the origin and a headset that is 9 m away until it comes to ``head`` in the last frame."""
+def test_gap_without_a_direction_is_viewed_as_the_user_does():
+    """A gap of no width; the user stands at +Z, and the eye within 26 degrees (cosine 0.9) of there."""
+    to_user = np.array([0.0, 0.0, 1.0])
+    assert camera.viewing_direction(np.zeros(3), to_user) @ to_user > 0.9
+
+
+def assembly_with(head, *, posed=True):
+    """Frames 0 to 2 of a cup at the origin and a headset, which is 9 m away until it comes to ``head`` in frame 2."""
+    frames = 3
     translations = np.zeros((frames, 2, 3))
     translations[:, 1] = [0.0, 0.0, -9.0]
     translations[-1, 1] = head
@@ -33,47 +47,106 @@ def assembly_with(head, *, posed=True, frames=3):
 @pytest.mark.parametrize(
     ("head", "posed", "direction"),
     [
-        ((4.0, 1.7, -2.0), True, (0.6, 0.0, -0.8)),
-        ((1.02, 1.7, 2.04), True, (0.0, 0.0, 1.0)),
-        ((1.04, 1.7, 2.04), True, (np.sqrt(0.5), 0.0, np.sqrt(0.5))),
-        ((4.0, 1.7, -2.0), False, (0.0, 0.0, 1.0)),
+        pytest.param((4.0, 1.7, -2.0), True, (0.6, 0.0, -0.8), id="3 m and -4 m away"),
+        pytest.param((1.02, 1.7, 2.04), True, (0.0, 0.0, 1.0), id="above, within 5 cm"),
+        pytest.param((1.04, 1.7, 2.04), True, (0.5**0.5, 0.0, 0.5**0.5), id="above, 5.7 cm aside"),
+        pytest.param((4.0, 1.7, -2.0), False, (0.0, 0.0, 1.0), id="no pose"),
     ],
-    ids=["away", "within 5 cm", "beyond 5 cm", "no pose"],
 )
 def test_user_is_in_the_horizontal_direction_of_the_headset(head, posed, direction):
-    """From a point at x = 1, z = 2; +Z where the headset has no pose or is above the point."""
-    towards = camera.towards_user(assembly_with(head, posed=posed), Scene(), 2, (1.0, 0.3, 2.0))
+    """``head``: of the headset in frame 2; the direction is from the point x = 1, z = 2 to it, without its height.
+
+    +Z where the headset has no pose, or is less than 5 cm beside the point.
+    """
+    point = (1.0, 0.3, 2.0)
+    towards = camera.towards_user(assembly_with(head, posed=posed), Scene(), 2, point)
     assert towards == pytest.approx(np.array(direction))
 
 
 POINTS = np.array([[-0.2, 0.7, -0.1], [0.9, 0.8, 0.2], [0.1, 1.3, 0.4], [0.4, 0.9, -0.6]])
 
 
-@pytest.mark.parametrize("aspect", [0.3, 1.5])
-@pytest.mark.parametrize("user", [(0.0, 1.0), (0.6, 0.8), (-0.8, -0.6)])
-def test_overview_sees_all_points_as_large_as_its_margin_allows(user, aspect):
-    """14 degrees aside of the user and 22 above; the outermost point is at 1/1.12 of the way to the rim."""
-    centre = POINTS.mean(axis=0)
-    assembly = assembly_with(centre + 5.0 * np.array([user[0], 0.1, user[1]]))
-    eye = camera.overview(assembly, Scene(), POINTS, frame=99, aspect=aspect)  # frames end at 2
+@dataclass(frozen=True)
+class OverviewOfPoints:
+    """``POINTS`` as the eye of an overview sees them.
+
+    ``back``: from the target to the eye; ``x``, ``y``: fractions of half the picture, 1 is its rim; ``across``: metres
+    right, up and back from the target.
+    """
+
+    back: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    across: np.ndarray
+
+
+def overview_of_points(user, aspect):
+    """The overview of ``POINTS`` for a user 5 m away in this horizontal direction (x, z)."""
+    user_x, user_z = user
+    assembly = assembly_with(POINTS.mean(axis=0) + 5.0 * np.array([user_x, 0.1, user_z]))
+    eye = camera.overview(assembly, Scene(), POINTS, frame=99, aspect=aspect)  # beyond the last frame, 2
     back = np.subtract(eye.position, eye.target)
     back /= np.linalg.norm(back)
-    aside = np.degrees(np.arctan2(back[0], back[2]) - np.arctan2(*user)) % 360.0
-    assert (aside, np.degrees(np.arcsin(back[1]))) == pytest.approx((14.0, 22.0))
     right = np.array([back[2], 0.0, -back[0]]) / np.hypot(back[0], back[2])
+    up = np.cross(back, right)
     offsets = POINTS - eye.position
-    half_height = np.tan(np.radians(55.0 / 2)) * -(offsets @ back)
-    x, y = offsets @ right / (half_height * aspect), offsets @ np.cross(back, right) / half_height
-    assert max(np.abs(x).max(), np.abs(y).max()) == pytest.approx(1 / 1.12)
-    across = (POINTS - eye.target) @ np.stack([right, np.cross(back, right), back], axis=1)
+    half_height = np.tan(np.radians(OPENING_DEG / 2)) * -(offsets @ back)
+    return OverviewOfPoints(
+        back=back,
+        x=offsets @ right / (half_height * aspect),
+        y=offsets @ up / half_height,
+        across=(POINTS - eye.target) @ np.stack([right, up, back], axis=1),
+    )
+
+
+OPENING_DEG = 55.0
+"""Of the eye of a viewer, from the lower rim to the upper one."""
+
+users_and_aspects = pytest.mark.parametrize(
+    ("user", "aspect"),
+    [
+        pytest.param(user, aspect, id=f"user at {name}, {shape}")
+        for name, user in {"+z": (0.0, 1.0), "+x +z": (0.6, 0.8), "-x -z": (-0.8, -0.6)}.items()
+        for shape, aspect in {"narrow": 0.3, "wide": 1.5}.items()
+    ],
+)
+"""``user``: horizontal direction (x, z) of the user; ``aspect``: width of the picture over its height."""
+
+
+@users_and_aspects
+def test_overview_looks_14_degrees_aside_of_the_user_and_22_down(user, aspect):
+    """The user is 5 m from the middle of four points, in the horizontal direction (x, z)."""
+    back = overview_of_points(user, aspect).back
+    degrees_aside = np.degrees(np.arctan2(back[0], back[2]) - np.arctan2(*user)) % 360.0
+    degrees_up = np.degrees(np.arcsin(back[1]))
+    assert (degrees_aside, degrees_up) == pytest.approx((14.0, 22.0))
+
+
+@users_and_aspects
+def test_overview_sees_all_points_as_large_as_its_margin_allows(user, aspect):
+    """Of four points the outermost is at 1/1.12 of the way from the middle of the picture to its rim."""
+    seen = overview_of_points(user, aspect)
+    assert max(np.abs(seen.x).max(), np.abs(seen.y).max()) == pytest.approx(1 / 1.12)
+
+
+@users_and_aspects
+def test_overview_looks_at_the_middle_of_all_points(user, aspect):
+    """The box of four points, along the axes of the eye, reaches as far to one side of the target as to the other."""
+    across = overview_of_points(user, aspect).across
     assert across.min(axis=0) == pytest.approx(-across.max(axis=0))
 
 
 def test_overview_without_points_sees_all_bodies():
-    """The cup stays at the origin and the headset comes from -9 m; without any pose the origin is seen from 20 cm."""
-    assembly = assembly_with((0.0, 1.7, 1.0))
-    points = assembly.motion.translations.reshape(-1, 3)
-    assert camera.overview(assembly, Scene(), points[:0], 2) == camera.overview(assembly, Scene(), points, 2)
-    nobody = SimpleNamespace(bodies=[], motion=Motion([0.0], np.zeros((1, 0, 3)), np.zeros((1, 0, 3, 3))))
-    eye = camera.overview(nobody, Scene(), points[:0], 0)
-    assert eye.target == (0.0, 0.0, 0.0) and np.linalg.norm(eye.position) == pytest.approx(0.2)
+    """The cup stays at the origin, the headset comes from z = -9 m: the overview is that of these positions."""
+    assembly = assembly_with(head=(0.0, 1.7, 1.0))
+    positions = assembly.motion.translations.reshape(-1, 3)
+    no_points = np.zeros((0, 3))
+    assert camera.overview(assembly, Scene(), no_points, 2) == camera.overview(assembly, Scene(), positions, 2)
+
+
+def test_overview_without_any_pose_sees_the_origin_from_20_cm():
+    """A recording without bodies."""
+    no_body = SimpleNamespace(bodies=[], motion=Motion([0.0], np.zeros((1, 0, 3)), np.zeros((1, 0, 3, 3))))
+    eye = camera.overview(no_body, Scene(), np.zeros((0, 3)), 0)
+    assert eye.target == (0.0, 0.0, 0.0)
+    assert np.linalg.norm(eye.position) == pytest.approx(0.2)

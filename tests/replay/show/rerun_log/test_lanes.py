@@ -21,65 +21,87 @@ from replay.show.rerun_log.lanes import (
 
 
 @pytest.mark.parametrize(
-    ("nanoseconds", "labels", "spans"),
+    ("nanoseconds", "words", "spans"),
     [
-        ([0, 10, 20, 30], ["", "a", "a", "b"], [("a", 10, 30), ("b", 30, 40)]),
-        ([0, 10, 20, 50], ["a", "", "a", "a"], [("a", 0, 10), ("a", 20, 60)]),
-        ([5], ["a"], [("a", 5, 6)]),
-        ([], [], []),
+        pytest.param([0, 10, 20, 30], ["", "a", "a", "b"], [("a", 10, 30), ("b", 30, 40)], id="two words"),
+        pytest.param([0, 10, 20, 50], ["a", "", "a", "a"], [("a", 0, 10), ("a", 20, 60)], id="a gap between"),
+        pytest.param([5], ["a"], [("a", 5, 6)], id="a single frame"),
+        pytest.param([], [], [], id="no frame"),
     ],
 )
-def test_span_lasts_to_the_next_word_or_a_frame(nanoseconds, labels, spans):
-    """A frame lasts the median step; alone, a nanosecond."""
+def test_span_lasts_to_the_next_word_or_a_frame(nanoseconds, words, spans):
+    """Time and word of each frame of a lane, "" for none; a span is a word with its begin and end.
+
+    It ends where another word begins; the last frame lasts the median step, 10 ns here, a single one a nanosecond.
+    """
     writer = SimpleNamespace(clock=SimpleNamespace(ns=np.array(nanoseconds, dtype=np.int64)))
-    assert spans_of(writer, np.array(labels, dtype=object)) == spans
+    assert spans_of(writer, np.array(words, dtype=object)) == spans
 
 
 @pytest.mark.parametrize(
     ("spans", "states"),
     [
-        ([("a", 0, 5), ("b", 5, 9)], [(0, "a"), (4, ""), (5, "b"), (9, "")]),
-        ([("a", 3, 5), ("b", 7, 9)], [(0, ""), (3, "a"), (5, ""), (7, "b"), (9, "")]),
-        ([], [(0, "")]),
+        pytest.param([("a", 0, 5), ("b", 5, 9)], [(0, "a"), (4, ""), (5, "b"), (9, "")], id="b begins as a ends"),
+        pytest.param([("a", 3, 5), ("b", 7, 9)], [(0, ""), (3, "a"), (5, ""), (7, "b"), (9, "")], id="a gap between"),
+        pytest.param([], [(0, "")], id="nothing"),
     ],
 )
 def test_neighbours_in_a_lane_are_parted_by_a_reset(spans, states):
-    """The reset comes a nanosecond before b where b begins as a ends."""
+    """Spans (word, begin, end in nanoseconds) are sent as changes of state (time, word); "" resets the lane.
+
+    Two spans without a gap are parted by a reset a nanosecond before the second.
+    """
     sent = []
     writer = SimpleNamespace(static=lambda *_: None, session_rows=lambda *row: sent.append(row))
-    log_lane(writer, "lanes/x", spans, [("a", (0, 0, 0, 255)), ("b", (9, 9, 9, 255))])
-    ((path, stamps, columns),) = sent
-    (column,) = columns
-    values = [value[0] if isinstance(value, list) else value for value in column.as_arrow_array().to_pylist()]
-    assert path == "lanes/x" and list(zip(stamps.tolist(), values, strict=True)) == states
+    colours_of_words = [("a", (0, 0, 0, 255)), ("b", (9, 9, 9, 255))]
+    log_lane(writer, "lanes/x", spans, colours_of_words)
+    ((path, stamps, (column,)),) = sent
+    words = [value[0] if isinstance(value, list) else value for value in column.as_arrow_array().to_pylist()]
+    assert path == "lanes/x"
+    assert list(zip(stamps.tolist(), words, strict=True)) == states
 
 
 def test_pairs_are_ranked_by_missed_false_shared_and_other_contact():
-    """A row of ``frames_of_pair`` is a pair, by its three frames; pair 8 is grasped and comes last.
+    """Outcomes of three frames of each of nine pairs, listed here in the order that their lanes must have.
 
-    Pair 5, in contact never, has no lane.
+    Most frames missed come first, then most false, then most that both report, then any within tolerance or between
+    frames. A grasped pair (in a hand) comes last whatever it has; a pair never in contact has no lane.
     """
     missed, false, both = Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH
     tolerance, between, neither = Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.NEITHER
-    frames_of_pair = [
-        [missed, both, both], [missed, missed, neither], [false, false, false], [false, both, both],
-        [both, neither, neither], [neither] * 3, [tolerance, between, neither], [between, neither, neither],
-        [missed] * 3,
-    ]  # fmt: skip
-    comparison = SimpleNamespace(by_contact=np.array(frames_of_pair, dtype=np.uint8).T)
-    is_grasped = np.arange(len(frames_of_pair)) == 8
-    assert ranked_pairs(comparison, is_grasped) == [1, 0, 2, 3, 4, 6, 7, 8]
+    outcomes_by_rank = {
+        1: [missed, missed, neither],
+        0: [missed, both, both],
+        2: [false, false, false],
+        3: [false, both, both],
+        4: [both, neither, neither],
+        6: [tolerance, between, neither],
+        7: [between, neither, neither],
+        8: [missed, missed, missed],  # grasped
+    }
+    never_in_contact, grasped = 5, 8
+    outcomes_of_pair = outcomes_by_rank | {never_in_contact: [neither, neither, neither]}
+    by_frame = np.array([outcomes_of_pair[pair] for pair in range(9)], dtype=np.uint8).T
+    is_grasped = np.arange(9) == grasped
+    assert ranked_pairs(SimpleNamespace(by_contact=by_frame), is_grasped) == [*outcomes_by_rank]
 
 
 def test_overlapping_intervals_of_a_kind_have_lanes_of_their_own():
-    """The session lasts from 100 to 200 ns; an interval is cut at its ends and counted from its beginning."""
-    interval_rows = [
+    """A session from 100 to 200 ns with intervals (kind, name, begin, end): stages, a feature, one without a name.
+
+    Stages "mix" and "stir" overlap, so there are two lanes of stages; then come other kinds by name. Intervals are cut
+    at both ends of the session, counted from its begin, and left out where nothing is left. Without a name an interval
+    is called by its kind.
+    """
+    recorded = [
         ("zoo", "", 120, 130), ("feature", "tilt", 110, 120), ("stage", "mix", 90, 150), ("stage", "stir", 140, 160),
         ("stage", "heat", 150, 260), ("stage", "after", 200, 210), ("stage", "before", 50, 100),
     ]  # fmt: skip
-    intervals = [SimpleNamespace(kind=kind, name=name, start_ns=a, end_ns=b) for kind, name, a, b in interval_rows]
-    stamps = np.array([100, 150, 200])
-    result = SimpleNamespace(assembly=SimpleNamespace(stamp_ns=stamps), session=SimpleNamespace(intervals=intervals))
+    intervals = [
+        SimpleNamespace(kind=kind, name=name, start_ns=begin, end_ns=end) for kind, name, begin, end in recorded
+    ]
+    assembly = SimpleNamespace(stamp_ns=np.array([100, 150, 200]))
+    result = SimpleNamespace(assembly=assembly, session=SimpleNamespace(intervals=intervals))
     lanes = {path.rpartition("/")[2]: spans for path, spans in session_lanes(result).items()}
     assert lanes == {
         "1_stage": [("mix", 0, 50), ("heat", 50, 100)],
@@ -108,7 +130,7 @@ MISSED, FALSE, BOTH, NEITHER = Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BO
 
 
 def miss(kind, pair, first, last):
-    """A missed, late or cut short contact of a pair in these frames."""
+    """A missed, late or cut short contact of a pair from its first to its last frame."""
     return SimpleNamespace(kind=kind, pair=pair, first=first, last=last)
 
 
@@ -134,40 +156,80 @@ def result_of_outcomes(outcomes, misses):
 
 
 def test_lane_of_a_pair_calls_its_own_late_frames_late():
-    """Pair 0 is reported two frames late and missed in frame 5; pair 1 is missed in frame 0, and late in frame 5."""
-    outcomes = [
-        [MISSED, MISSED], [MISSED, NEITHER], [BOTH, NEITHER], [NEITHER, NEITHER], [NEITHER, NEITHER], [MISSED, MISSED],
-    ]  # fmt: skip
+    """Six frames of two pairs. Pair 0 is reported two frames late, and missed in frame 5; pair 1 the other way round.
+
+    Missed frames of a contact that is reported late are "late" in the lane of their pair, others "MISSED".
+    """
+    outcomes = [  # a row a frame: pair 0, pair 1
+        [MISSED, MISSED],
+        [MISSED, NEITHER],
+        [BOTH, NEITHER],
+        [NEITHER, NEITHER],
+        [NEITHER, NEITHER],
+        [MISSED, MISSED],
+    ]
     misses = [
-        miss(FaultKind.REPORTED_LATE, 0, 0, 1), miss(FaultKind.NEVER_REPORTED, 0, 5, 5),
-        miss(FaultKind.NEVER_REPORTED, 1, 0, 0), miss(FaultKind.REPORTED_LATE, 1, 5, 5),
-    ]  # fmt: skip
+        miss(FaultKind.REPORTED_LATE, pair=0, first=0, last=1),
+        miss(FaultKind.NEVER_REPORTED, pair=0, first=5, last=5),
+        miss(FaultKind.NEVER_REPORTED, pair=1, first=0, last=0),
+        miss(FaultKind.REPORTED_LATE, pair=1, first=5, last=5),
+    ]
     sent = SentLanes(frames=6)
     log_pair_lanes(sent, result_of_outcomes(outcomes, misses), "hull")
     lanes = {path.rpartition("_")[2]: spans for path, spans in sent.lanes.items()}
     assert lanes == {"pair0": [(0, "late"), (2, "both"), (5, "MISSED")], "pair1": [(0, "MISSED"), (5, "late")]}
 
 
-def test_lane_of_all_pairs_has_the_worst_and_wide_misses():
-    """A miss fills at least three of 600 frames, 0.5 %; contact of a held body is none of the reference."""
+@pytest.fixture(scope="module")
+def lanes_of_600_frames():
+    """The lane of a detector and that of the reference, over two pairs: (first frame, word) of each span.
+
+    Both pairs in frames 10 to 19: pair 0 is in contact, but for frame 15, which it misses; pair 1 is falsely reported
+    in frame 12. Pair 0 alone is missed in frame 100, in 200 to 209, and, late, in 300. In 400 and 401 a hand holds the
+    bodies of pair 1.
+    """
     outcomes = np.full((600, 2), NEITHER)
-    outcomes[10:20], outcomes[12, 1], outcomes[15, 0] = [BOTH, NEITHER], FALSE, MISSED
-    outcomes[100, 0], outcomes[200:210, 0], outcomes[300, 0] = MISSED, MISSED, MISSED
+    outcomes[10:20, 0] = BOTH
+    outcomes[12, 1] = FALSE
+    outcomes[15, 0] = MISSED
+    outcomes[100, 0] = MISSED
+    outcomes[200:210, 0] = MISSED
+    outcomes[300, 0] = MISSED
     outcomes[400:402, 1] = Outcome.GRASPED
     misses = [
-        miss(FaultKind.INTERRUPTED, 0, 15, 15), miss(FaultKind.NEVER_REPORTED, 0, 100, 100),
-        miss(FaultKind.NEVER_REPORTED, 0, 200, 209), miss(FaultKind.REPORTED_LATE, 0, 300, 300),
-    ]  # fmt: skip
+        miss(FaultKind.INTERRUPTED, pair=0, first=15, last=15),
+        miss(FaultKind.NEVER_REPORTED, pair=0, first=100, last=100),
+        miss(FaultKind.NEVER_REPORTED, pair=0, first=200, last=209),
+        miss(FaultKind.REPORTED_LATE, pair=0, first=300, last=300),
+    ]
     sent = SentLanes(frames=600)
     log_detector_lanes(sent, result_of_outcomes(outcomes, misses), ["hull"], ["reference", "hull"])
-    assert sent.lanes["hull"] == [
+    return sent.lanes
+
+
+def test_lane_of_all_pairs_has_the_worst_and_wide_misses(lanes_of_600_frames):
+    """Of two pairs in contact in frames 10 to 19 the worse outcome counts: false in frame 12, late in frame 15.
+
+    A miss is widened to three frames at least, 0.5 % of 600, so that it can be seen: frames 15 to 17.
+    """
+    assert lanes_of_600_frames["hull"] == [
         (10, "both"), (12, "false"), (13, "both"), (15, "late"), (18, "both"), (100, "MISSED"), (200, "MISSED"),
         (300, "late"),
     ]  # fmt: skip
-    assert sent.lanes["reference"] == [(10, "contact"), (100, "contact"), (200, "contact"), (300, "contact")]
 
 
-@pytest.mark.parametrize("lanes", [0, 1, 3])
+def test_lane_of_the_reference_has_no_contact_of_a_grasped_body(lanes_of_600_frames):
+    """The reference has contact from frames 10, 100, 200 and 300 on; in 400 and 401 a hand holds the body."""
+    contact_begins = [10, 100, 200, 300]
+    assert lanes_of_600_frames["reference"] == [(frame, "contact") for frame in contact_begins]
+
+
+@pytest.mark.parametrize("lanes", [1, 3])
 def test_lanes_need_room_for_themselves_and_a_ruler(lanes):
-    """Points of a screen; without lanes there is no ruler."""
-    assert height_of_lanes(lanes) * LOW_POINTS == (RULER_POINTS + LANE_POINTS * lanes if lanes else 0)
+    """Heights are in points of a screen, as a fraction of the lower part of the view: a ruler, and each lane."""
+    assert height_of_lanes(lanes) * LOW_POINTS == RULER_POINTS + LANE_POINTS * lanes
+
+
+def test_no_lanes_need_no_room():
+    """Then there is no ruler either."""
+    assert height_of_lanes(0) == 0

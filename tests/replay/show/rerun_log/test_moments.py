@@ -24,33 +24,49 @@ from replay.show.rerun_log.moments import (
 @pytest.mark.parametrize(
     ("kind", "metres", "depth", "size"),
     [
-        (FaultKind.NEVER_REPORTED, 0.002, 0.004, "4 mm deep"),
-        (FaultKind.NEVER_REPORTED, 0.002, nan, "2 mm curve"),
-        (FaultKind.NEVER_REPORTED, nan, nan, ""),
-        (FaultKind.NO_CONTACT, 0.002, nan, "2 mm apart"),
-        (FaultKind.NO_CONTACT, 0.002, 0.004, "2 mm apart"),
-        (FaultKind.NO_CONTACT, 0.0, nan, ""),
+        pytest.param(FaultKind.NEVER_REPORTED, 0.002, 0.004, "4 mm deep", id="miss, depth known"),
+        pytest.param(FaultKind.NEVER_REPORTED, 0.002, nan, "2 mm curve", id="miss, curve known"),
+        pytest.param(FaultKind.NEVER_REPORTED, nan, nan, "", id="miss, nothing known"),
+        pytest.param(FaultKind.NO_CONTACT, 0.002, nan, "2 mm apart", id="false contact"),
+        pytest.param(FaultKind.NO_CONTACT, 0.002, 0.004, "2 mm apart", id="false contact, depth ignored"),
+        pytest.param(FaultKind.NO_CONTACT, 0.0, nan, "", id="false contact without a gap"),
     ],
 )
 def test_moment_list_ends_in_depth_curve_or_gap(kind, metres, depth, size):
-    """``metres``: length of a miss's curve, or the gap of a false contact; 0 and unknown are not printed."""
+    """``metres``: of a miss, length of the curve where surfaces meet; of a false contact, the gap. A miss has a depth.
+
+    A line of the list begins with the second of the moment, frame 3 of 10 ms, and ends with pair and size.
+    """
     fault = Fault(
-        1, "hull", 0, ("cup", "rod"), kind, first=3, last=4, start=0.03, end=0.05, frame=3, metres=metres, depth=depth
-    )
-    lists = {}
+        number=1, detector="hull", pair=0, bodies=("cup", "rod"), kind=kind, first=3, last=4, start=0.03, end=0.05,
+        frame=3, metres=metres, depth=depth,
+    )  # fmt: skip
+    line = line_of_moment((3, 0), fault)
+    assert line.strip().startswith("0.03")
+    assert line.partition("cup-rod")[2].strip() == size
+
+
+def line_of_moment(time, moment):
+    """The only line in the lists of a run with this moment, of the pair cup-rod; a frame takes 10 ms."""
+    lists = []
     writer = SimpleNamespace(
-        session_ns=lambda time: 10_000_000 * time[0], log_lines=lambda path, times, lines: lists.update({path: lines})
+        session_ns=lambda frame_and_ns: 10_000_000 * frame_and_ns[0],
+        log_lines=lambda path, times, lines: lists.append(lines),
     )
     result = SimpleNamespace(assembly=SimpleNamespace(pair_name=lambda pair: "cup-rod"))
-    log_moment_lists(writer, result, {(3, 0): fault})
-    (((line, _, _),),) = lists.values()
-    assert line.partition("cup-rod")[2].strip() == size and line.strip().startswith("0.03")
+    log_moment_lists(writer, result, {time: moment})
+    (((line, _level, _colour),),) = lists
+    return line
 
 
 def test_nearest_moment_changes_at_half_time_or_between_frames():
-    """Moments in frames 2, 6 and 9, and one 5 ns after frame 9."""
-    times = [(2, 0), (6, 0), (9, 0), (9, 5)]
-    assert nearest_moments(times) == [(0, 0, (2, 0)), (4, 0, (6, 0)), (8, 0, (9, 0)), (9, 5, (9, 5))]
+    """Moments are (frame, nanoseconds after it): in frames 2, 6 and 9, and 5 ns after frame 9.
+
+    A row says from which frame, and nanoseconds after it, on a moment is the nearest: from frame 4 on that of frame 6,
+    from frame 8 on that of frame 9; moments of one frame follow each other.
+    """
+    moments = [(2, 0), (6, 0), (9, 0), (9, 5)]
+    assert nearest_moments(moments) == [(0, 0, (2, 0)), (4, 0, (6, 0)), (8, 0, (9, 0)), (9, 5, (9, 5))]
     assert nearest_moments([]) == []
 
 
@@ -59,38 +75,57 @@ def result_with_answer(moment):
     return SimpleNamespace(answers=[SimpleNamespace(label="hull", moment=moment)])
 
 
-def test_picture_opens_at_the_fault_of_the_answer():
-    """Two detectors have a miss 2; where the answer's fault is not drawn, the first moment leads."""
-    faults = [("mesh", 2, 3), ("hull", 1, 5), ("hull", 2, 7)]
-    moments = {
-        (frame, 0): Fault(number, label, 0, ("cup", "rod"), FaultKind.NEVER_REPORTED, frame, frame, 0.0, 0.1, frame)
-        for label, number, frame in faults
-    }
-    leading = [
-        leading_moment(result_with_answer(SimpleNamespace(kind="miss", number=number)), moments) for number in (1, 2, 3)
+@pytest.mark.parametrize(
+    ("number", "frame"),
+    [
+        pytest.param(1, 5, id="miss 1 of hull"),
+        pytest.param(2, 7, id="miss 2 of hull, not of mesh"),
+        pytest.param(3, 3, id="miss 3 is not drawn: the first moment"),
+    ],
+)
+def test_picture_opens_at_the_fault_of_the_answer(number, frame):
+    """The answer of a run is about the miss ``number`` of the detector ``hull``.
+
+    Moments are miss 2 of ``mesh`` in frame 3, and misses 1 and 2 of ``hull`` in frames 5 and 7.
+    """
+    faults = [
+        fault_in(frame=3, number=2, label="mesh"),
+        fault_in(frame=5, number=1, label="hull"),
+        fault_in(frame=7, number=2, label="hull"),
     ]
-    assert leading == [(5, 0), (7, 0), (3, 0)]
+    moments = {(fault.frame, 0): fault for fault in faults}
+    result = result_with_answer(SimpleNamespace(kind="miss", number=number))
+    assert leading_moment(result, moments) == (frame, 0)
 
 
 def test_picture_without_fault_opens_at_the_longest_contact():
-    """Contacts of frames 1 to 2, 4 to 9 and 20 to 21."""
-    moments = {(first, 0): Episode(0, first, last, 0.0, 0.1) for first, last in ((1, 2), (4, 9), (20, 21))}
+    """Contacts from frames 1 to 2, 4 to 9 and 20 to 21; the moment of each is its first frame."""
+    frames = [(1, 2), (4, 9), (20, 21)]
+    moments = {(first, 0): contact_in(first, last) for first, last in frames}
     assert leading_moment(result_with_answer(None), moments) == (4, 0)
 
 
-def fault_in(frame, number, metres, kind=FaultKind.NEVER_REPORTED, label="hull"):
-    """A fault of pair 0 whose moment is this frame."""
-    return Fault(number, label, 0, ("cup", "rod"), kind, frame, frame, 0.0, 0.1, frame, metres=metres)
+def fault_in(frame, number, metres=0.1, kind=FaultKind.NEVER_REPORTED, label="hull"):
+    """A fault of pair 0, cup and rod, whose moment is this frame; ``metres``: length of its curve."""
+    return Fault(
+        number=number, detector=label, pair=0, bodies=("cup", "rod"), kind=kind, first=frame, last=frame, start=0.0,
+        end=0.1, frame=frame, metres=metres,
+    )  # fmt: skip
 
 
-def result_of(misses, false, contacts=()):
+def contact_in(first, last, pair=0):
+    """A contact of a pair from its first to its last frame; its seconds do not matter."""
+    return Episode(pair=pair, first=first, last=last, start=0.0, end=0.1)
+
+
+def result_of(misses, false_contacts=(), contacts=()):
     """A run of three pairs in ten frames, the last two of one group; in frame 6 alone the last is in contact."""
     verdict = np.full((10, 3), Verdict.CONTACT)
     verdict[6, 1] = Verdict.CLEAR
     assembly = SimpleNamespace(contact_columns=np.array([0, 1, 1]), columns_of_contact=lambda pair: [1, 2])
     return SimpleNamespace(
         misses={"hull": misses},
-        false={"hull": false},
+        false={"hull": false_contacts},
         assembly=assembly,
         oracle="exact",
         comparisons={"hull": None},
@@ -100,53 +135,74 @@ def result_of(misses, false, contacts=()):
 
 
 def test_faults_of_a_frame_follow_each_other_by_a_nanosecond():
-    """In frame 5 the false contact comes first, then misses, the longest curve last; frame 7 begins anew."""
-    small, large, later = fault_in(5, 1, 0.001), fault_in(5, 2, 0.002), fault_in(7, 3, 0.001)
-    false = fault_in(5, 1, 0.003, FaultKind.NO_CONTACT)
-    moments = key_moments(result_of((large, small, later), (false,)))
-    assert [*moments.items()] == [((5, 0), false), ((5, 1), small), ((5, 2), large), ((7, 0), later)]
+    """In frame 5: a false contact, and misses with curves of 1 and 2 mm; in frame 7 a miss.
+
+    Moments are (frame, nanoseconds after it): the false contact first, then the misses, the longest curve last.
+    """
+    short, long = fault_in(frame=5, number=1, metres=0.001), fault_in(frame=5, number=2, metres=0.002)
+    later = fault_in(frame=7, number=3, metres=0.001)
+    false_contact = fault_in(frame=5, number=1, metres=0.003, kind=FaultKind.NO_CONTACT)
+    moments = key_moments(result_of((short, long, later), (false_contact,)))
+    assert [*moments.items()] == [((5, 0), false_contact), ((5, 1), short), ((5, 2), long), ((7, 0), later)]
 
 
 def test_longest_contact_of_a_faultless_pair_is_a_moment():
-    """Contacts of frames 0 to 1 and 4 to 8; in its middle, frame 6, the second pair of the group touches."""
-    contacts = [Episode(1, 0, 1, 0.0, 0.1), Episode(1, 4, 8, 0.4, 0.9)]
-    moments = key_moments(result_of((fault_in(2, 1, 0.001),), (), contacts))
-    assert [(time, moment.pair, moment.first) for time, moment in moments.items()] == [((2, 0), 0, 2), ((6, 0), 2, 4)]
+    """Pair 0 has a miss, whose moment is frame 2. Pairs 1 and 2 are a group without faults: contacts 0 to 1 and 4 to 8.
+
+    The moment of the longer one is its middle, frame 6, in which only pair 2 of the group is in contact.
+    """
+    contacts = [contact_in(0, 1, pair=1), contact_in(4, 8, pair=1)]
+    moments = key_moments(result_of((fault_in(frame=2, number=1),), contacts=contacts))
+    pair_and_first_frame = {time: (moment.pair, moment.first) for time, moment in moments.items()}
+    assert pair_and_first_frame == {(2, 0): (0, 2), (6, 0): (2, 4)}
 
 
 def test_line_of_a_contact_counts_its_frames():
-    """The contact is in frames 3 to 7; its moment is at 0 s of the session."""
-    lists = {}
-    writer = SimpleNamespace(
-        session_ns=lambda time: 0, log_lines=lambda path, times, lines: lists.update({path: lines})
-    )
-    result = SimpleNamespace(assembly=SimpleNamespace(pair_name=lambda pair: "cup-rod"))
-    log_moment_lists(writer, result, {(5, 0): Episode(0, 3, 7, 0.0, 0.1)})
-    (((line, _, _),),) = lists.values()
-    assert line.split() == ["0.000", "s", "contact", "5", "frames", "cup-rod"]
+    """A contact of the pair cup-rod in frames 3 to 7, five of them; its moment is frame 5, at 50 ms."""
+    line = line_of_moment((5, 0), contact_in(3, 7))
+    assert line.split() == ["0.050", "s", "contact", "5", "frames", "cup-rod"]
 
 
 def test_bookmarks_are_sorted_by_detector_and_the_first_leads():
-    """The answer is about miss 2 of ``hull``, which is the first of the detectors."""
-    faults = {(3, 0): fault_in(3, 1, 0.1, label="mesh"), (5, 0): fault_in(5, 2, 0.1), (8, 0): fault_in(8, 3, 0.1)}
-    moments = {**faults, (9, 0): Episode(1, 9, 9, 0.0, 0.1)}
+    """Moments in frames of 10 ns: miss 1 of ``mesh`` in frame 3, misses 2 and 3 of ``hull`` in 5 and 8, a contact in 9.
+
+    Bookmarks of ``hull``, the first detector of the run, come first, those of no detector last. The answer of the run
+    is about miss 2 of ``hull``, which leads.
+    """
+    moments = {
+        (3, 0): fault_in(frame=3, number=1, label="mesh"),
+        (5, 0): fault_in(frame=5, number=2),
+        (8, 0): fault_in(frame=8, number=3),
+        (9, 0): contact_in(9, 9, pair=1),
+    }
     result = result_with_answer(SimpleNamespace(kind="miss", number=2))
     result.comparisons = {"hull": None, "mesh": None}
-    writer = SimpleNamespace(session_ns=lambda time: 10 * time[0])
+    writer = SimpleNamespace(session_ns=lambda frame_and_ns: 10 * frame_and_ns[0])
     rows = [(row.label, row.number, row.session_ns, row.leads) for row in bookmarks(writer, result, moments)]
     assert rows == [("hull", 2, 50, True), ("hull", 3, 80, False), ("mesh", 1, 30, False), ("", 0, 90, False)]
 
 
-@pytest.mark.parametrize(
-    ("has_rows", "texts", "refused"),
-    [(False, [], False), (True, ["[]"], False), (True, [], True), (False, ["[]"], False)],
-)
-def test_picture_with_rows_but_no_positions_is_of_another_version(has_rows, texts, refused, monkeypatch, tmp_path):
-    """A recording that compares nothing has no rows either, and no positions of the cursor."""
+def read_bookmarks_of(monkeypatch, tmp_path, *, has_rows, texts):
+    """Bookmarks of a recording with or without rows of moments, and with these texts of bookmarks."""
     monkeypatch.setattr(moments_module, "require_complete_file", lambda path: None)
     monkeypatch.setattr(moments_module, "read_texts", lambda path, entity, component: (has_rows, texts))
-    if refused:
-        with pytest.raises(RunFolderError, match="earlier version"):
-            read_bookmarks(tmp_path / "run.rrd")
-    else:
-        assert read_bookmarks(tmp_path / "run.rrd") == []
+    return read_bookmarks(tmp_path / "run.rrd")
+
+
+def test_picture_with_rows_but_no_bookmarks_is_of_another_version(monkeypatch, tmp_path):
+    """Earlier versions wrote rows of moments, but not the text (JSON) with bookmarks, so there is none."""
+    with pytest.raises(RunFolderError, match="earlier version"):
+        read_bookmarks_of(monkeypatch, tmp_path, has_rows=True, texts=[])
+
+
+@pytest.mark.parametrize(
+    ("has_rows", "texts"),
+    [
+        pytest.param(False, [], id="neither rows nor a text"),
+        pytest.param(True, ["[]"], id="rows and an empty list"),
+        pytest.param(False, ["[]"], id="an empty list"),
+    ],
+)
+def test_picture_without_moments_has_no_bookmarks(has_rows, texts, monkeypatch, tmp_path):
+    """A run that compares nothing has no moments."""
+    assert read_bookmarks_of(monkeypatch, tmp_path, has_rows=has_rows, texts=texts) == []

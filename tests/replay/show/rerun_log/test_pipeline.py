@@ -5,8 +5,8 @@ import pytest
 
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.poses import rotation_from_quaternion
-from replay.show.palette import MISSED, SERIES_COLOURS
-from replay.show.rerun_log.pipeline_view import LOST, TRUE_CONTACT, search_runs
+from replay.show.palette import MISSED
+from replay.show.rerun_log.pipeline_view import CONFIRMED, LOST, STAGE_COLOURS, TRUE_CONTACT, search_runs
 from replay.show.rerun_log.recording_file import pack_colours
 from replay.words import length
 
@@ -16,9 +16,9 @@ ROOT = f"pipeline/{LABEL}"
 
 @pytest.fixture(scope="module")
 def traced_run(searching):
-    """The only detector of the run whose search is traced."""
-    (item,) = search_runs(searching)
-    return item
+    """The searches of the only detector of the run, the paper's (``hybrid-qaco``), as the picture draws them."""
+    (run,) = search_runs(searching)
+    return run
 
 
 @pytest.fixture(scope="module")
@@ -27,38 +27,57 @@ def drawn_recording(searching, drawn):
     return drawn(searching)
 
 
+def last_values(recorded, component, frame):
+    """Values of a component of the dots of a search that a viewer shows at a frame."""
+    return recorded.at(f"{ROOT}/search/dots", component, frame)
+
+
 def test_missed_contact_is_red_with_the_distance_of_the_search(searching, traced_run, drawn_recording):
-    """The last two dots are where the search stopped, and the place of contact that is nearest to it."""
-    lost = [moment for moment in traced_run.searches if moment.kind == LOST]
-    assert lost
-    for moment in lost:
-        *_, stop, meeting_point = drawn_recording.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
-        assert (
-            drawn_recording.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == pack_colours([MISSED])[0]
-        )
-        section = searching.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
-        assert np.linalg.norm(section - meeting_point, axis=1).min() < 1e-6
-        text = drawn_recording.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
-        assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meeting_point)))) in text
-    result = next(moment for moment in traced_run.searches if moment.kind == TRUE_CONTACT)
-    assert (
-        drawn_recording.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1]
-        == pack_colours([SERIES_COLOURS[2]])[0]
-    )
+    """In frames in which the search misses a contact, its last two dots are where it stopped, and the nearest contact.
+
+    That is a middle of a segment of the curve where the surfaces meet, by the reference; it is red, and a text says
+    how far away the search stopped.
+    """
+    missed_searches = [search for search in traced_run.searches if search.kind == LOST]
+    assert missed_searches
+    for search in missed_searches:
+        *_, stop, meeting_point = last_values(drawn_recording, "Points3D:positions", search.frame)
+        *_, colour = last_values(drawn_recording, "Points3D:colors", search.frame)
+        *_, text = drawn_recording.at(f"{ROOT}/search/words", "Points3D:labels", search.frame)
+        curve_points = searching.detections["hybrid"].section(search.frame, search.pair).mean(axis=1)
+        assert np.linalg.norm(curve_points - meeting_point, axis=1).min() < 1e-6
+        assert [colour] == pack_colours([MISSED]).tolist()
+        assert text.startswith("missed")
+        assert length(float(np.linalg.norm(np.subtract(stop, meeting_point)))) in text
+
+
+def test_contact_that_the_search_meets_has_its_own_colour(traced_run, drawn_recording):
+    """In a frame in which the search meets a contact its last dot is green, the colour of confirmed pairs."""
+    search = next(search for search in traced_run.searches if search.kind == TRUE_CONTACT)
+    *_, colour = last_values(drawn_recording, "Points3D:colors", search.frame)
+    assert [colour] == pack_colours([STAGE_COLOURS[CONFIRMED]]).tolist()
 
 
 def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, traced_run, drawn_recording):
-    """Each ball lies within the four side planes of the eye's view."""
-    # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
-    half = np.arctan(np.tan(0.45) * 595 / 640)
-    assert traced_run.searches
-    for moment in traced_run.searches:
-        (eye,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
-        (rotation,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
-        axes = rotation_from_quaternion(np.array(rotation))
-        for body in searching.assembly.pairs[moment.pair].tolist():
-            ball = sphere_best(searching.assembly.bodies[body].mesh)
-            if ball.radius < 0.5:
-                rotated = searching.assembly.motion.rotations[moment.frame, body] @ ball.centre
-                middle = (rotated + searching.assembly.motion.translations[moment.frame, body] - eye) @ axes
-                assert -middle[2] * np.sin(half) - abs(middle[0]) * np.cos(half) >= ball.radius
+    """In a frame with a search the view shows the bounding spheres of both bodies: each within its two side planes.
+
+    The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upwards. Spheres of 0.5 m and more, of the
+    bench, are too large for that.
+    """
+    half_opening = np.arctan(np.tan(0.9 / 2) * 595 / 640)
+    checked = 0
+    for search in traced_run.searches:
+        (eye,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:translation", search.frame)
+        (quaternion,) = drawn_recording.at(f"{ROOT}/near/eye", "Transform3D:quaternion", search.frame)
+        eye_axes = rotation_from_quaternion(np.array(quaternion))
+        for body in searching.assembly.pairs[search.pair].tolist():
+            sphere = sphere_best(searching.assembly.bodies[body].mesh)
+            if sphere.radius >= 0.5:
+                continue
+            rotated = searching.assembly.motion.rotations[search.frame, body] @ sphere.centre
+            centre = rotated + searching.assembly.motion.translations[search.frame, body]
+            right, _up, back = (centre - eye) @ eye_axes
+            distance_of_side_plane = -back * np.sin(half_opening) - abs(right) * np.cos(half_opening)
+            assert distance_of_side_plane >= sphere.radius
+            checked += 1
+    assert checked > 0

@@ -20,19 +20,19 @@ SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
 
 def test_two_recordings_of_a_run_are_two_applications(demo, recording, tmp_path):
-    """Otherwise a viewer would merge them."""
+    """A run is recorded twice, to two files with a recording each: a viewer would merge those of one application."""
     write_recording(demo, tmp_path / "again.rrd")
-    stores = [RrdReader(path).recordings() for path in (recording, tmp_path / "again.rrd")]
-    assert [len(item) for item in stores] == [1, 1]
-    assert stores[0][0].application_id != stores[1][0].application_id
-    assert stores[0][0].recording_id != stores[1][0].recording_id
+    (first,) = RrdReader(recording).recordings()
+    (second,) = RrdReader(tmp_path / "again.rrd").recordings()
+    assert first.application_id != second.application_id
+    assert first.recording_id != second.recording_id
 
 
 def test_failed_write_of_a_picture_keeps_the_old_file(demo, tmp_path, monkeypatch):
-    """Drawing the times of detectors fails; no second file is left."""
+    """Drawing the times of detectors, a part of the picture, fails; no second file is left."""
     (tmp_path / "run.rrd").write_bytes(b"old")
 
-    def fail(*args):
+    def fail(*arguments):
         raise RuntimeError("disk full")
 
     monkeypatch.setattr(module, "log_timing", fail)
@@ -41,33 +41,60 @@ def test_failed_write_of_a_picture_keeps_the_old_file(demo, tmp_path, monkeypatc
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
 
 
-def test_run_without_audit_draws_the_room_and_its_contacts(demo, drawn):
-    """Without a detection the room is drawn; with one, but no reference, the lanes of its contacts too."""
+@pytest.fixture(scope="module")
+def run_without_detection(demo):
+    """The run of taps as if nothing had been computed but its effects: no detection, no reference, no fault."""
     document = structs.replace(demo.document, audit={}, oracle="")
-    bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, document=document)
-    room = drawn(bare)
-    assert "/world/rod" in room.entities and "# taps" in recording_text(room.path)
-    recorded = drawn(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
-    assert {"/world/beaker/mesh", "/lanes/hybrid/2_beaker-rod"} <= set(recorded.entities)
-    assert "CONTACT" in [state for _, state in recorded.lane("lanes/hybrid/2_beaker-rod")]
+    return replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, document=document)
+
+
+def test_run_without_detection_draws_the_room(run_without_detection, drawn):
+    """The scene is called taps, and one of its bodies is a rod."""
+    picture = drawn(run_without_detection)
+    assert "/world/rod" in picture.entities
+    assert "# taps" in recording_text(picture.path)
+
+
+def test_run_without_reference_draws_lanes_of_its_contacts(run_without_detection, demo, drawn):
+    """The only detector is called hybrid; the lane of the second pair, beaker and rod, has its contact."""
+    run = replace(run_without_detection, detections={ORACLE: demo.detections[ORACLE]})
+    picture = drawn(run)
+    assert "/world/beaker/mesh" in picture.entities
+    assert "CONTACT" in [state for _ns, state in picture.lane("lanes/hybrid/2_beaker-rod")]
 
 
 def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
-    """The scene names a and b; the detector asks about c too."""
+    """The scene names the bodies a and b, and an effect of both; the detector decides about all pairs, with c too."""
     effect = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
     scene = Scene(bodies=(SceneBody("a", extra={"mass": 0.1}), SceneBody("b")), effects=(effect,))
     positions = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}
-    read = drawn(compute(unit_cubes_on_x(positions, scene=scene), detectors="hybrid"))
-    assert {"/world/a/mesh", "/world/b/mesh", "/world/c/mesh"} <= set(read.entities)
+    picture = drawn(compute(unit_cubes_on_x(positions, scene=scene), detectors="hybrid"))
+    assert {"/world/a/mesh", "/world/b/mesh", "/world/c/mesh"} <= set(picture.entities)
 
 
-def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, drawn, monkeypatch):
-    """The limit of drawn frames is lowered to 90, as if 270 frames lasted more than an hour."""
-    monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", ((), 90))
-    few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
-    recorded = drawn(few)
-    rows = recorded.column("world/rod", "Transform3D:translation")
-    assert len(rows) < 200 and demo.misses[SUBJECT][0].frame in {row[1] for row in rows}
-    changes = int((np.diff(demo.comparisons[SUBJECT].outcome[:, 0].astype(int)) != 0).sum())
-    path = next(path for path in pair_lanes(demo, SUBJECT) if path.endswith("beaker-rod"))
-    assert len([state for _, state in recorded.lane(path)]) >= changes
+@pytest.fixture
+def strided_picture(demo, drawn, monkeypatch):
+    """The picture of 270 frames where 90 are drawn, as if they lasted more than an hour; the run has a single miss."""
+    no_moments, most_drawn_frames = (), 90
+    monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", (no_moments, most_drawn_frames))
+    first_miss, *_ = demo.misses[SUBJECT]
+    run = replace(demo, misses={SUBJECT: [first_miss]})
+    return run, drawn(run)
+
+
+def test_above_an_hour_poses_are_strided_but_for_moments(strided_picture):
+    """Of 270 frames every third is to be drawn, and that of the only miss; a few rows more stand around it."""
+    run, picture = strided_picture
+    (miss,) = run.misses[SUBJECT]
+    frames_with_a_pose = {frame for _ns, frame, _pose in picture.column("world/rod", "Transform3D:translation")}
+    assert miss.frame in frames_with_a_pose
+    assert 90 <= len(frames_with_a_pose) < 100
+
+
+def test_above_an_hour_lanes_have_every_change(strided_picture):
+    """Of 270 frames every third is to be drawn; the lane of beaker and rod changes wherever the outcome does."""
+    run, picture = strided_picture
+    outcome = run.comparisons[SUBJECT].outcome[:, 0].astype(int)
+    changes = int(np.count_nonzero(np.diff(outcome)))
+    (path,) = [path for path in pair_lanes(run, SUBJECT) if path.endswith("beaker-rod")]
+    assert len(picture.lane(path)) >= changes > 0

@@ -15,29 +15,52 @@ from sessions import write_session
 PROJECT = tomllib.loads((Path(__file__).resolve().parents[4] / "pyproject.toml").read_text("utf-8"))["project"]
 
 
-@pytest.mark.parametrize("present", ["0.22.1", "0.42.0", None])
-def test_other_rerun_version_is_named_first_and_only_for_pictures(present, tmp_path, monkeypatch, capsys):
-    """Nothing is computed before the command ends; without a picture Rerun is not needed."""
-    real = importlib.metadata.version
+@pytest.fixture
+def install_rerun(monkeypatch):
+    """Pretends that another version of Rerun is installed (None: none), before the tool imports it."""
+    true_version = importlib.metadata.version
 
-    def version(name):
-        if name == "rerun-sdk" and present is None:
-            raise importlib.metadata.PackageNotFoundError(name)
-        return present if name == "rerun-sdk" else real(name)
+    def pretend(installed):
+        def version(name):
+            if name != "rerun-sdk":
+                return true_version(name)
+            if installed is None:
+                raise importlib.metadata.PackageNotFoundError(name)
+            return installed
 
-    for name in [name for name in sys.modules if name.startswith("replay.show.rerun_log")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setattr(importlib.metadata, "version", version)
+        for name in [name for name in sys.modules if name.startswith("replay.show.rerun_log")]:
+            monkeypatch.delitem(sys.modules, name)
+        monkeypatch.setattr(importlib.metadata, "version", version)
+
+    return pretend
+
+
+@pytest.mark.parametrize(
+    ("installed", "sentence"),
+    [
+        pytest.param("0.22.1", "rerun-sdk 0.22.1 is installed", id="older"),
+        pytest.param("0.42.0", "rerun-sdk 0.42.0 is installed", id="newer"),
+        pytest.param(None, "rerun-sdk is not installed", id="none"),
+    ],
+)
+def test_other_rerun_version_is_named_first_and_only_for_pictures(installed, sentence, install_rerun, tmp_path, capsys):
+    """``replay run`` with a picture exits with 1 and a sentence before it computes: no run folder is begun.
+
+    The sentence names the version that pictures need, and the option ``--no-picture``, with which the run succeeds.
+    """
+    install_rerun(installed)
     write_session(unit_cubes_on_x({"a": [0] * 4, "b": [3, 3, 0.9, 3]}), tmp_path / "s.mcap")
-    text = ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
-    assert main(text) == 1
-    output = capsys.readouterr().err
-    named = f"rerun-sdk {present} is installed" if present else "rerun-sdk is not installed"
-    assert named in output and f"pictures need {RERUN_VERSION}" in output and "--no-picture" in output
+    command = ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
+    assert main(command) == 1
+    printed = capsys.readouterr().err
+    assert sentence in printed
+    assert f"pictures need {RERUN_VERSION}" in printed
+    assert "--no-picture" in printed
     assert not (tmp_path / "run").exists()
-    assert main([*text, "--no-picture"]) == 0
+    assert main([*command, "--no-picture"]) == 0
 
 
 def test_named_version_is_the_required_version():
-    """Required by pyproject.toml."""
-    assert [item for item in PROJECT["dependencies"] if item.startswith(f"rerun-sdk>={RERUN_VERSION},")]
+    """``RERUN_VERSION`` in the code is the lowest version that pyproject.toml requires."""
+    (requirement,) = [item for item in PROJECT["dependencies"] if item.startswith("rerun-sdk")]
+    assert requirement.startswith(f"rerun-sdk>={RERUN_VERSION},")

@@ -42,7 +42,10 @@ def nanoseconds(run, frame, later=0):
 
 
 def faults(run):
-    """Faults of the tables, the frame where there is most to see of each, and its depth or metres."""
+    """Of each fault of the tables: (detector, kind, number), itself, the moment where there is most to see, its size.
+
+    The size is the depth, or metres where that is unknown.
+    """
     for label, misses in run.misses.items():
         yield from (
             ((label, MISS, miss.number), miss, miss.moment, miss.metres if np.isnan(miss.depth) else miss.depth)
@@ -188,49 +191,116 @@ def body_colours(run, read):
             yield recorded, pack_colours([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
 
 
-CHECKS = (fault_lines_and_eyes, fault_labels, contact_curves, missed_faces, hulls_around_bodies, body_colours)
-
-NOTHING_DRAWN = {
-    "slow rate": hulls_around_bodies,
-    "hulls": missed_faces,
-    "between frames": hulls_around_bodies,
-    "reference without faces": hulls_around_bodies,
-}
-"""Only hulls are drawn around bodies, and hulls miss nothing."""
+RUN_NAMES = ("slow rate", "hulls", "between frames", "reference without faces")
 
 
-@pytest.mark.parametrize("run_name", sorted(NOTHING_DRAWN))
-@pytest.mark.parametrize("check", CHECKS)
-def test_scene_at_a_cursor_matches_the_result_at_that_time(check, run_name, runs, drawn):
-    """Each check yields what the recording shows at a time, and what the result says of that time."""
-    compared = [*check(runs[run_name], drawn(runs[run_name]))]
-    assert bool(compared) != (check is NOTHING_DRAWN[run_name])
+def require_equal(compared):
+    """Asserts of each pair, recorded and expected, that both have the same shape and values to a micrometre."""
+    compared = [*compared]
+    assert compared
     for recorded, expected in compared:
         assert np.shape(recorded) == np.shape(expected)
         assert np.allclose(recorded, expected, rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.parametrize("run_name", RUN_NAMES)
+def test_every_fault_has_a_line_a_bookmark_a_dot_and_a_close_up(run_name, runs, drawn):
+    """Faults are those of the tables of a run. In the recording each has a line in a list, with its size and bodies.
+
+    Its bookmark is at the frame where most is to be seen; there the eye and a text stand before it, and a dot at its
+    point. ``fault_lines_and_eyes`` yields what is recorded and what the tables say.
+    """
+    require_equal(fault_lines_and_eyes(runs[run_name], drawn(runs[run_name])))
+
+
+@pytest.mark.parametrize("run_name", RUN_NAMES)
+def test_texts_and_lines_of_a_fault_last_as_long_as_the_fault(run_name, runs, drawn):
+    """In each frame the recording has texts and lines of a close-up exactly if a fault of the tables lasts then.
+
+    Frames in which two faults overlap are left out. ``fault_labels`` yields both as a truth value a frame.
+    """
+    require_equal(fault_labels(runs[run_name], drawn(runs[run_name])))
+
+
+@pytest.mark.parametrize("run_name", RUN_NAMES)
+def test_contact_curves_are_those_of_the_reference_by_outcome(run_name, runs, drawn):
+    """Curves where surfaces meet, in each frame: those of the reference, red if missed, pink if in a part, else blue.
+
+    A reference that lists no curves has none drawn. ``contact_curves`` yields segments and colours.
+    """
+    require_equal(contact_curves(runs[run_name], drawn(runs[run_name])))
+
+
+@pytest.mark.parametrize("run_name", [name for name in RUN_NAMES if name != "hulls"])
+def test_faces_of_missed_contacts_are_painted_while_missed(run_name, runs, drawn):
+    """In each frame the faces that meet, by the reference, in a contact missed then are drawn on both bodies.
+
+    They lie a little before the surface. ``missed_faces`` yields their corners.
+    """
+    require_equal(missed_faces(runs[run_name], drawn(runs[run_name])))
+
+
+def test_run_without_misses_paints_no_missed_faces(runs, drawn):
+    """Hulls of bodies contain these, so that a detector of hulls misses no contact."""
+    run = runs["hulls"]
+    assert [miss for misses in run.misses.values() for miss in misses] == []
+    assert [path for path in drawn(run).entities if path.endswith(("missed_faces", "late_faces"))] == []
+
+
+def test_hull_that_makes_a_false_contact_is_drawn_while_it_lasts(runs, drawn):
+    """The beaker's hull fills its hollow: while the rod in there is falsely reported, edges and lid of it are drawn.
+
+    A hull without a lid is drawn with all faces. ``hulls_around_bodies`` yields edges and faces, a frame each.
+    """
+    require_equal(hulls_around_bodies(runs["hulls"], drawn(runs["hulls"])))
+
+
+@pytest.mark.parametrize("run_name", [name for name in RUN_NAMES if name != "hulls"])
+def test_detectors_of_meshes_have_no_solids_drawn(run_name, runs, drawn):
+    """A detector that decides about the meshes themselves has no colliders of its own."""
+    assert [path for path in drawn(runs[run_name]).entities if "solid_of_" in path] == []
+
+
+@pytest.mark.parametrize("run_name", RUN_NAMES)
+def test_body_before_a_moment_is_faint_and_a_free_body_white(run_name, runs, drawn):
+    """At each moment of a run, what stands between eye and moment is see-through, and the larger body of its pair.
+
+    In a false contact of a hull the body in the hollow, which touches nothing, is white. ``body_colours`` yields one
+    colour a body and moment.
+    """
+    require_equal(body_colours(runs[run_name], drawn(runs[run_name])))
+
+
 def test_picture_opens_with_bodies_posed_as_in_the_headline(runs, drawn):
-    """A viewer opens before the first frame; there it draws every body where it was in the fault of the headline."""
+    """A viewer opens just before the first frame; there every body is where it was in the fault of the headline."""
     run = runs["hulls"]
     picture = drawn(run)
     headline_ns = nanoseconds(run, *leading_moment(run, key_moments(run)))
     opening_ns = nanoseconds(run, frame=0) - 1
     assert run.assembly.names
     for name in run.assembly.names:
-        opening, headline = (
-            picture.at_ns(f"world/{name}", "Transform3D:translation", time) for time in (opening_ns, headline_ns)
-        )
-        assert np.array_equal(opening, headline)
+        position_at_opening = picture.at_ns(f"world/{name}", "Transform3D:translation", opening_ns)
+        position_in_headline = picture.at_ns(f"world/{name}", "Transform3D:translation", headline_ns)
+        assert np.array_equal(position_at_opening, position_in_headline)
+
+
+def test_contacts_within_the_budget_are_all_drawn(demo):
+    """The run of taps has far fewer contacts than the product's limit."""
+    face_sets = demo.detections[demo.oracle].face_sets
+    drawn_numbers, _frames = drawn_contacts(RecordingClock.of(demo.assembly), face_sets)
+    assert drawn_numbers.tolist() == [*range(len(face_sets.frame))]
 
 
 def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch):
-    """Room is left for 20 contacts; the frames of all misses stay, and contacts of drawn frames only."""
-    sets = demo.detections[demo.oracle].face_sets
-    moments = [miss.frame for miss in demo.misses["22.5Hz"]]
-    clock = RecordingClock.of(demo.assembly, moments)
-    assert len(drawn_contacts(clock, sets)[0]) == len(sets.frame)
+    """The limit is lowered to 20 contacts, of which the run of taps has more: some frames are left out.
+
+    Frames of all misses stay; contacts are drawn in frames that stay only.
+    """
+    face_sets = demo.detections[demo.oracle].face_sets
+    moments = {miss.frame for miss in demo.misses["22.5Hz"]}
     monkeypatch.setattr(scene, "MOST_DRAWN_CONTACTS", 20)
-    part, frames = drawn_contacts(clock, sets)
-    assert {*moments} <= {*frames.tolist()} and len(part) < len(sets.frame)
-    assert np.isin(sets.frame[part], frames).all()
+    drawn_numbers, frames = drawn_contacts(RecordingClock.of(demo.assembly, [*moments]), face_sets)
+    assert moments
+    assert moments <= set(frames.tolist())
+    assert len(drawn_numbers) < len(face_sets.frame)
+    assert np.isin(face_sets.frame[drawn_numbers], frames).all()

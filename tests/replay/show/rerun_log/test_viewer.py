@@ -3,7 +3,6 @@
 import io
 import socket
 import time
-from contextlib import nullcontext
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -18,14 +17,14 @@ from replay.show.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, s
 
 
 def test_missing_viewer_is_one_clear_error(monkeypatch, tmp_path):
-    """Rerun's package is looked for in an empty folder."""
+    """The program of Rerun's package is looked for in an empty folder."""
     monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
     with pytest.raises(ViewerError, match="came without its viewer"):
         start_viewer()
 
 
 def test_viewer_that_fails_to_start_is_reported_with_output(monkeypatch):
-    """It is to listen on an address that is none."""
+    """The viewer is to listen at the address "not-an-address": it ends, and the error quotes what it printed."""
     monkeypatch.setattr(module, "LOOPBACK", "not-an-address")
     monkeypatch.setattr(module, "free_port", lambda: 1)
     with pytest.raises(ViewerError, match=r"the viewer ended: .*; a browser shows the same"):
@@ -33,17 +32,23 @@ def test_viewer_that_fails_to_start_is_reported_with_output(monkeypatch):
 
 
 def test_opening_waits_until_the_viewer_has_loaded_everything(tmp_path):
-    """Nothing, an empty recording, a second one, still loading; the fifth state is that of a viewer that is done."""
+    """A stand-in for a viewer, whose state is asked for again and again: (its recordings, whether it still loads).
+
+    Only in the fifth state it has the one recording, which has the time line of a session, and loads no more.
+    """
     empty, whole = SimpleNamespace(timelines=[]), SimpleNamespace(timelines=["session"])
-    arriving = [([], False), ([empty], False), ([whole, empty], False), ([whole], True), ([whole], False)]
-    states = [SimpleNamespace(recordings=recordings, loading=loading) for recordings, loading in arriving]
+    still_loading = [([], False), ([empty], False), ([whole, empty], False), ([whole], True)]
+    states = [
+        SimpleNamespace(recordings=recordings, loading=loading)
+        for recordings, loading in [*still_loading, ([whole], False)]
+    ]
     client = Mock(get_state=Mock(side_effect=states))
     OpenViewer(Mock(), 0, client, io.BytesIO()).open(tmp_path / "run.rrd")
     assert client.get_state.call_count == len(states)
 
 
 def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
-    """The second of two bookmarks leads, at 7 ns."""
+    """A recording has two moments as bookmarks, of which the second leads, at 7 ns; no fault is requested."""
     bookmarks = [
         Bookmark("hull", "miss", number=1, session_ns=5, leads=False),
         Bookmark("mesh", "miss", number=1, session_ns=7, leads=True),
@@ -53,35 +58,47 @@ def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
     open_viewer(tmp_path).seek.assert_called_once_with(7)
 
 
+@pytest.fixture
+def four_bookmarks(monkeypatch):
+    """Four faults of a recording as bookmarks: two of ``hull``, two of ``mesh``; miss 1 of ``mesh`` leads."""
+    bookmarks = [
+        Bookmark("hull", "miss", number=1, session_ns=5, leads=False),
+        Bookmark("hull", "false", number=1, session_ns=6, leads=False),
+        Bookmark("mesh", "miss", number=1, session_ns=7, leads=True),
+        Bookmark("mesh", "miss", number=2, session_ns=8, leads=False),
+    ]
+    monkeypatch.setattr(module, "read_bookmarks", lambda _: bookmarks)
+
+
 @pytest.mark.parametrize(
-    ("requested", "nanoseconds"),
+    ("miss", "false", "detector", "nanoseconds"),
     [
-        ({}, 7),
-        ({"by": "hull"}, 0),
-        ({"by": "mesh"}, 7),
-        ({"miss": 1}, 5),
-        ({"miss": 1, "by": "mesh"}, 7),
-        ({"miss": 2}, 8),
-        ({"false": 1}, 6),
-        ({"miss": 3}, None),
-        ({"miss": 2, "by": "hull"}, None),
+        pytest.param(None, None, "", 7, id="nothing: the leading moment"),
+        pytest.param(None, None, "hull", 0, id="hull, which does not lead: the begin"),
+        pytest.param(None, None, "mesh", 7, id="mesh, which leads"),
+        pytest.param(1, None, "", 5, id="miss 1, of hull, the first that has it"),
+        pytest.param(1, None, "mesh", 7, id="miss 1 of mesh"),
+        pytest.param(2, None, "", 8, id="miss 2, of mesh alone"),
+        pytest.param(None, 1, "", 6, id="false contact 1"),
     ],
 )
-def test_cursor_goes_to_the_requested_fault(monkeypatch, tmp_path, requested, nanoseconds):
-    """Without a number to the moment that leads, of that detector; a number to the first detector that has it."""
-    bookmarks = [
-        Bookmark("hull", "miss", 1, 5, leads=False), Bookmark("hull", "false", 1, 6, leads=False),
-        Bookmark("mesh", "miss", 1, 7, leads=True), Bookmark("mesh", "miss", 2, 8, leads=False),
-    ]  # fmt: skip
-    monkeypatch.setattr(module, "read_bookmarks", lambda _: bookmarks)
-    arguments = {"miss": None, "false": None, "by": ""} | requested
-    with nullcontext() if nanoseconds is not None else pytest.raises(RunFolderError, match="there is no miss"):
-        assert target_ns(tmp_path, **arguments) == nanoseconds
+def test_cursor_goes_to_the_requested_fault(tmp_path, four_bookmarks, miss, false, detector, nanoseconds):
+    """``hull`` has miss 1 at 5 ns, false contact 1 at 6; ``mesh`` miss 1 at 7 ns, which leads, and miss 2 at 8."""
+    assert target_ns(tmp_path, miss=miss, false=false, by=detector) == nanoseconds
+
+
+@pytest.mark.parametrize(
+    ("miss", "detector"), [pytest.param(3, "", id="miss 3"), pytest.param(2, "hull", id="miss 2 of hull")]
+)
+def test_requested_fault_that_no_detector_has_is_refused(tmp_path, four_bookmarks, miss, detector):
+    """``hull`` has miss 1, ``mesh`` misses 1 and 2."""
+    with pytest.raises(RunFolderError, match="there is no miss"):
+        target_ns(tmp_path, miss=miss, false=None, by=detector)
 
 
 @pytest.fixture(scope="module")
 def open_rerun(recording):
-    """A viewer without a window that shows a recording."""
+    """Rerun's viewer without a window, which shows the recording of the run of taps."""
     with viewer_or_skip(open_viewer, recording, headless=True) as opened:
         yield opened
 
@@ -104,31 +121,32 @@ def settled(opened, title):
 
 @pytest.mark.slow
 def test_no_view_reports_an_error_and_a_recording_is_open(open_rerun):
-    """A real viewer without a window says of each view what it could not draw."""
-    settled(open_rerun, "Where   a dot: a fault, in the colours of When")
+    """Rerun's viewer without a window has one recording open; of each view it reports what it could not draw: nothing.
+
+    Views of five kinds are open, once the one with the rooms and dots of faults is drawn.
+    """
+    settled(open_rerun, title="Where   a dot: a fault, in the colours of When")
     state = open_rerun.state()
     assert len(state.recordings) == 1
-    assert not [(view.name, report.summary) for view in state.views for report in view.reports]
     assert {view.view_class for view in state.views} >= {"3D", "2D", "StateTimeline", "TextLog", "TimeSeries"}
+    assert [(view.name, report.summary) for view in state.views for report in view.reports] == []
 
 
 @pytest.mark.slow
 def test_viewer_opens_paused_at_the_moment_of_the_headline(open_rerun, recording):
-    """Half a second later the cursor is still there."""
-    bookmark = next(item for item in read_bookmarks(recording) if item.leads)
+    """The bookmark that leads is the moment of the headline; half a second after opening the cursor is still there."""
+    (headline,) = [bookmark for bookmark in read_bookmarks(recording) if bookmark.leads]
     time.sleep(0.5)
-    printed = open_rerun.state().recordings[0]
-    assert (printed.current_timeline, printed.current_time) == ("session", bookmark.session_ns)
+    (shown,) = open_rerun.state().recordings
+    assert shown.current_timeline == "session"
+    assert shown.current_time == headline.session_ns
 
 
 @pytest.mark.slow
 def test_the_viewer_listens_on_the_loopback_interface_alone(open_rerun):
-    """All ports that its process listens on are of 127.0.0.1 or ::1."""
-    listening = [
-        item.laddr
-        for item in psutil.Process(open_rerun.process.pid).net_connections()
-        if item.status == psutil.CONN_LISTEN
-    ]
+    """No other machine reaches it: all ports that its process listens on are of 127.0.0.1 or ::1."""
+    connections = psutil.Process(open_rerun.process.pid).net_connections()
+    listening = [item.laddr for item in connections if item.status == psutil.CONN_LISTEN]
     assert open_rerun.port in {address.port for address in listening}
     assert {address.ip for address in listening} <= {"127.0.0.1", "::1"}
 

@@ -18,7 +18,7 @@ OK = b"HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n"
 
 @contextmanager
 def server(answer):
-    """A server that treats each connection by ``answer``; its address."""
+    """The address of a server on this machine that treats each connection by the function ``answer``."""
     with socket.create_server((viewer.LOOPBACK, 0)) as listening:
 
         def serve():
@@ -34,6 +34,12 @@ def server(answer):
             yield f"http://{viewer.LOOPBACK}:{listening.getsockname()[1]}/file"
         finally:
             listening.shutdown(socket.SHUT_RDWR)
+
+
+def fetch_within(seconds, url, exit_code=None):
+    """The file at an address, fetched within some seconds from a server process; None: that has not ended."""
+    server_process = Mock(poll=lambda: exit_code)
+    return web_viewer.fetch_file(url, server_process, time.monotonic() + seconds)
 
 
 def stay_silent(connection):
@@ -73,83 +79,107 @@ def send_no_http(connection):
 
 @pytest.mark.parametrize("answer", [stay_silent, send_byte_by_byte, send_a_piece, send_no_http])
 def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
-    """The deadline is 0.3 s; the rest of the 2 s is for a busy machine."""
+    """A server that is silent for 10 s, takes 5 s for 100 bytes, sends 60 of these, or speaks HTTP/2.
+
+    The deadline is in 0.3 s: the error comes within 2 s, on a busy machine too.
+    """
     with server(answer) as url:
         began = time.monotonic()
         with pytest.raises(viewer.ViewerError, match=r"did not hand out its viewer in \d+ s; try again"):
-            web_viewer.fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 0.3)
+            fetch_within(0.3, url)
         assert time.monotonic() - began < 2
 
 
 def test_reply_of_another_program_on_the_port_is_rejected():
-    """A file comes from the port, but the server that was started has ended (``poll`` gives 1, not None)."""
+    """A whole file comes from the port, but the server that was started has ended with 1: the port is another's."""
+    with server(send_all) as url, pytest.raises(web_viewer.ServerEndedError):
+        fetch_within(5, url, exit_code=1)
+
+
+def test_reply_of_the_running_server_is_taken():
+    """It sends 100 bytes."""
     with server(send_all) as url:
-        assert web_viewer.fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
-        with pytest.raises(web_viewer.ServerEndedError):
-            web_viewer.fetch_file(url, Mock(poll=lambda: 1), time.monotonic() + 5)
+        assert fetch_within(5, url) == b"x" * 100
 
 
 def test_web_viewer_is_fetched_without_the_configured_proxy(monkeypatch):
-    """The proxy never answers; the server sends 100 bytes."""
-    with server(stay_silent) as proxy:
+    """The environment names a proxy, which never answers; the server on this machine sends 100 bytes."""
+    with server(stay_silent) as proxy, server(send_all) as url:
         for name in ("http_proxy", "HTTP_PROXY", "all_proxy"):
             monkeypatch.setenv(name, proxy)
         for name in ("no_proxy", "NO_PROXY"):
             monkeypatch.delenv(name, raising=False)
-        with server(send_all) as url:
-            assert web_viewer.fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
+        assert fetch_within(5, url) == b"x" * 100
 
 
 @pytest.mark.slow
 def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
-    """The first port that Rerun's web server is started with is taken, the second is free.
+    """The first port that Rerun's web server is started with is taken, the second is free: then the viewer comes.
 
-    It hands out the viewer: a script that exports WebHandle, and a program.
+    It is a script that exports WebHandle, and a program in WebAssembly, which begins with a zero byte and "asm".
     """
     with socket.create_server((viewer.LOOPBACK, 0)) as taken:
-        free = viewer.free_port
-        first_ports = iter([taken.getsockname()[1], free()])
-        monkeypatch.setattr(viewer, "free_port", lambda: next(first_ports, None) or free())
+        free_port = viewer.free_port
+        ports = iter([taken.getsockname()[1], free_port()])
+        monkeypatch.setattr(viewer, "free_port", lambda: next(ports, None) or free_port())
         files = web_viewer.web_viewer()
     assert b"WebHandle" in files[SCRIPT_FILE]
-    web_assembly = b"\0asm"
-    assert files[PROGRAM_FILE][:4] == web_assembly
+    assert files[PROGRAM_FILE].startswith(b"\0asm")
 
 
 def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
-    """The program ``false`` is started in its place."""
-    ended = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
-    monkeypatch.setattr(web_viewer, "start_server", ended)
+    """The program ``false``, which ends at once, is started in place of Rerun's server; there are 3 tries."""
+    start_program_that_ends = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
+    monkeypatch.setattr(web_viewer, "start_server", start_program_that_ends)
     with pytest.raises(viewer.ViewerError, match="ended at once, 3 times"):
         web_viewer.served_files(tmp_path)
-    assert ended.call_count == web_viewer.MOST_STARTS
+    assert start_program_that_ends.call_count == web_viewer.MOST_STARTS == 3
 
 
 def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
-    """The first detector needs no name in an address; an empty one leads to the moment that leads, an event at 7 ns."""
-    positions = [
+    """A recording has three moments as bookmarks: a miss of ``hull``, a false contact of ``mesh``, and an event.
+
+    A page links a fault by kind and number, with its detector unless that is the first. The event has no address, but
+    it leads, so the empty address goes there, at 7 ns. "layout" resets the views.
+    """
+    bookmarks = [
         Bookmark("hull", "miss", number=2, session_ns=5, leads=False),
         Bookmark("mesh", "false", number=1, session_ns=6, leads=False),
         Bookmark("", "event", number=3, session_ns=7, leads=True),
     ]
-    monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: positions)
+    monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: bookmarks)
     commands = moment_commands(tmp_path, ["hull", "mesh"])
-    del commands["layout"]
+    assert commands.pop("layout")
     assert commands == {"miss-2": cursor_at(5), "false-1-mesh": cursor_at(6), "": cursor_at(7)}
-    assert moment_commands(tmp_path, []).keys() == {"", "layout"}, "a run that asked no detector"
+
+
+def test_run_without_detectors_has_the_leading_moment_alone(monkeypatch, tmp_path):
+    """The only moment is an event of an effect; "layout" resets the views."""
+    event = Bookmark("", "event", number=3, session_ns=7, leads=True)
+    monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: [event])
+    assert moment_commands(tmp_path, []).keys() == {"", "layout"}
 
 
 @pytest.mark.parametrize(
     ("nanoseconds", "digits"),
-    [(0, b"\x00"), (127, b"\x7f"), (128, b"\x80\x01"), (300, b"\xac\x02"), (-1, 9 * b"\xff" + b"\x01")],
+    [
+        pytest.param(0, b"\x00", id="0"),
+        pytest.param(127, b"\x7f", id="127, one digit"),
+        pytest.param(128, b"\x80\x01", id="128 = 0 + 1 * 128"),
+        pytest.param(300, b"\xac\x02", id="300 = 44 + 2 * 128"),
+        pytest.param(-1, 9 * b"\xff" + b"\x01", id="-1, 64 bits of 1"),
+    ],
 )
 def test_cursor_message_is_protobuf_of_timeline_and_time(nanoseconds, digits):
     """Field 6 holds field 2, whose field 1 is the name of the timeline, and field 3, whose field 1 is a number.
 
-    A field with a length has the tag 8 * number + 2, a number the tag 8 * number; of digits of 7 bits the lowest is
-    first, and all but the last have bit 8 set.
+    In protobuf a field with a length has the tag 8 * number + 2, a number the tag 8 * number; of digits of 7 bits the
+    lowest is first, and all but the last have bit 8 set.
     """
-    timeline = b"\x0a\x07session"
-    time_field = b"\x08" + digits
-    content = b"\x12" + bytes([len(timeline)]) + timeline + b"\x1a" + bytes([len(time_field)]) + time_field
-    assert cursor_at(nanoseconds) == b"\x32" + bytes([len(content)]) + content
+
+    def with_length(number, content):
+        return bytes([8 * number + 2, len(content)]) + content
+
+    time = bytes([8 * 1]) + digits
+    cursor = with_length(2, with_length(1, b"session")) + with_length(3, time)
+    assert cursor_at(nanoseconds) == with_length(6, cursor)
