@@ -21,57 +21,79 @@ def assembly(two_beakers):
     return prepare(two_beakers, pairs=[("beaker", "rod"), ("second", "stirrer")]).assembly
 
 
-def solids(assembly, boxed=()):
-    """Hulls, boxes of the bodies that are named."""
+def colliders_of(assembly, boxed=()):
+    """Name of each body -> its only collider: its box where it is named, else its hull."""
     made = {body.name: (box_collider if body.name in boxed else hull_collider)(body.mesh) for body in assembly.bodies}
     return {name: Solids((solid,), solid) for name, solid in made.items()}
 
 
-def detected(assembly, colliders, settings):
-    """The detection of a run whose bodies have these colliders."""
+def detected_anew(assembly, colliders, **settings):
+    """Verdicts of a detector of colliders on all pairs at once, whose bodies have these colliders."""
     bodies = tuple(replace(body, colliders=colliders[body.name]) for body in assembly.bodies)
-    asked = replace(assembly, bodies=bodies)
+    with_colliders = replace(assembly, bodies=bodies)
     spec = DetectorSpec("it", "collider", {"shape": "shipped", **settings})
-    return detect_all(make_detector(spec, asked, 0), asked).verdict
+    return detect_all(make_detector(spec, with_colliders, 0), with_colliders).verdict
 
 
-@pytest.mark.parametrize("settings", [{}, {"skin_m": 0.002}])
-@pytest.mark.parametrize("rate_hz", [None, 30.0])
-def test_cached_collider_verdicts_equal_those_of_the_detector(assembly, settings, rate_hz):
-    """Bodies have hulls, or boxes in turn; the detector is asked about all pairs anew each time."""
+CHANGING_BOXES = ((), ("beaker",), ("beaker", "rod"), ())
+"""Bodies that have a box, one after the other; all others have hulls."""
+
+
+@pytest.mark.parametrize("settings", [pytest.param({}, id="touch"), pytest.param({"skin_m": 0.002}, id="2 mm apart")])
+def test_cached_collider_verdicts_equal_those_of_the_detector(assembly, settings):
+    """Colliders of two beakers and two rods change from hulls to boxes and back; verdicts of unchanged pairs are kept.
+
+    ``skin_m``: the gap, metres, from which on contact is reported. Each time all pairs are detected anew to compare.
+    """
     verdicts = ColliderVerdicts(assembly, **settings)
-    for boxed in ((), ("beaker",), ("beaker", "rod"), ()):
-        colliders = solids(assembly, boxed)
-        every = verdicts.at_every_frame(colliders)
-        assert np.array_equal(every.verdict, detected(assembly, colliders, settings))
-        rate = {"rate_hz": rate_hz} if rate_hz else {}
-        expected = detected(assembly, colliders, {**settings, **rate})
-        assert np.array_equal(sampled_at_rate(every, rate_hz).verdict, expected)
+    for boxed in CHANGING_BOXES:
+        colliders = colliders_of(assembly, boxed)
+        expected = detected_anew(assembly, colliders, **settings)
+        assert np.array_equal(verdicts.at_every_frame(colliders).verdict, expected)
+
+
+@pytest.mark.parametrize("settings", [pytest.param({}, id="touch"), pytest.param({"skin_m": 0.002}, id="2 mm apart")])
+def test_verdicts_sampled_from_the_cache_equal_those_at_30_hz(assembly, settings):
+    """A detector at a step rate keeps its answer until its next step: so do verdicts of every frame, sampled at 30 Hz.
+
+    Colliders of two beakers and two rods change from hulls to boxes and back; each time all are detected anew.
+    """
+    verdicts = ColliderVerdicts(assembly, **settings)
+    for boxed in CHANGING_BOXES:
+        colliders = colliders_of(assembly, boxed)
+        sampled = sampled_at_rate(verdicts.at_every_frame(colliders), 30.0)
+        assert np.array_equal(sampled.verdict, detected_anew(assembly, colliders, rate_hz=30.0, **settings))
 
 
 def test_only_pairs_of_changed_bodies_are_detected_again(assembly, monkeypatch):
-    """Hulls of all, then the rod as a box, that again, hulls again: two detections, the second of the rod's pairs."""
-    pairs = []
-    original = collider_verdicts.make_detector
+    """Hulls of all bodies, then the rod as a box, that again, hulls again: two detections, for the first two.
+
+    The second is of the rod's pairs only.
+    """
+    detected_pairs = []
+    make = collider_verdicts.make_detector
     monkeypatch.setattr(
         collider_verdicts,
         "make_detector",
-        lambda spec, seen, seed: pairs.append(seen.pairs.tolist()) or original(spec, seen, seed),
+        lambda spec, part, seed: detected_pairs.append(part.pairs.tolist()) or make(spec, part, seed),
     )
     verdicts = ColliderVerdicts(assembly)
-    hulls = solids(assembly)
-    with_box = hulls | {"rod": solids(assembly, ["rod"])["rod"]}
-    for colliders in (hulls, with_box, with_box, hulls):
+    hulls = colliders_of(assembly)
+    rod_as_box = hulls | {"rod": colliders_of(assembly, ["rod"])["rod"]}
+    for colliders in (hulls, rod_as_box, rod_as_box, hulls):
         verdicts.at_every_frame(colliders)
-    changed = [pair for pair in assembly.pairs.tolist() if assembly.names.index("rod") in pair]
-    assert pairs == [assembly.pairs.tolist(), changed]
+    pairs_of_rod = [pair for pair in assembly.pairs.tolist() if assembly.names.index("rod") in pair]
+    assert detected_pairs == [assembly.pairs.tolist(), pairs_of_rod]
 
 
 def test_kept_verdicts_have_a_limit_of_memory(assembly, monkeypatch):
-    """With room for a byte only the verdicts of the last colliders stay, one a pair."""
+    """Hulls, then the rod as a box, then the beaker: with room for a byte only the last verdicts stay, one a pair.
+
+    They are right all the same, compared with a detection anew.
+    """
     monkeypatch.setattr(collider_verdicts, "MOST_BYTES", 1)
     verdicts = ColliderVerdicts(assembly)
     for boxed in ((), ("rod",), ("beaker",)):
-        colliders = solids(assembly, boxed)
-        assert np.array_equal(verdicts.at_every_frame(colliders).verdict, detected(assembly, colliders, {}))
+        colliders = colliders_of(assembly, boxed)
+        assert np.array_equal(verdicts.at_every_frame(colliders).verdict, detected_anew(assembly, colliders))
     assert len(verdicts.verdict_by_key) == len(assembly.pairs)

@@ -19,88 +19,169 @@ CHOICES = [(name, choice) for name, engine in engines().items() for choice in en
 GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-8")
 
 
+@pytest.mark.parametrize(("name", "choice"), CHOICES)
+def test_every_engine_setting_links_to_a_page_of_the_guide(name, choice):
+    """A choice is a row of settings (knobs) of an engine; pages of its manual that it names are in the guide."""
+    engine = engines()[name]
+    assert choice.pages
+    assert [page for page in choice.pages if engine.pages[page] not in GUIDE] == []
+
+
+@pytest.mark.parametrize(("name", "choice"), CHOICES)
+def test_every_later_choice_changes_settings_of_the_first(name, choice):
+    """The first row of an engine has all of its settings, as in a new project; others only those that differ."""
+    first = engines()[name].choices[0]
+    assert set(choice.knobs) <= set(first.knobs)
+    if choice is not first:
+        assert choice.knobs
+        assert [knob for knob, value in choice.knobs.items() if value == first.knobs[knob]] == []
+
+
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_every_engine_setting_is_documented_and_has_a_detector(name, choice):
-    """A choice changes settings of the engine's first row, links to pages of the guide, and makes a detector."""
-    engine = engines()[name]
-    first = engine.choices[0]
-    assert set(choice.knobs) <= set(first.knobs) and choice.pages
-    assert choice is first or all(value != first.knobs[knob] for knob, value in choice.knobs.items())
-    assert all(engine.pages[page] in GUIDE for page in choice.pages)
+def test_every_engine_setting_has_a_detector(name, choice):
+    """The detector that stands for a choice can be made for two cubes; the rate of the recording plays no role.
+
+    Skipped where it needs an engine that is not installed.
+    """
     if detector_row(choice.detector).engine:
         pytest.importorskip(detector_row(choice.detector).engine)
-    spec, solid = parse_detector(choice.detector_text(1e9)), TriangleMesh(cube().vertices, cube().faces)
-    bodies = [Body(name, solid, Solids((solid,), solid)) for name in "ab"]
+    spec = parse_detector(choice.detector_text(frames_hz=1e9))
+    mesh = TriangleMesh(cube().vertices, cube().faces)
+    bodies = [Body(body, mesh, Solids((mesh,), mesh)) for body in "ab"]
     assert create_detector(spec.name, bodies, **spec.settings).name == spec.name
 
 
+def knobs_of(name, choice):
+    """All settings of an engine under a choice: those of its first row, with what the choice changes."""
+    return {**engines()[name].choices[0].knobs, **choice.knobs}
+
+
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_engine_rows_follow_their_setting_and_engine_limits(name, choice):
-    """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
-    knobs, settings = {**engines()[name].choices[0].knobs, **choice.knobs}, choice.settings
-    assert not re.search("shape=mesh|continuous", choice.detector_text(1e9))
+def test_no_engine_setting_asks_what_the_engine_does_not_report(name, choice):
+    """No engine reports contact of two triangle meshes, nor of meshes in continuous detection."""
+    assert not re.search("shape=mesh|continuous", choice.detector_text(frames_hz=1e9))
     assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
+
+
+@pytest.mark.parametrize(("name", "choice"), CHOICES)
+def test_detector_of_a_choice_steps_as_often_as_the_engine(name, choice):
+    """The time step is in seconds; "90" in it stands for one over the 90 Hz of a headset."""
+    knobs = knobs_of(name, choice)
     step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
-    pieces = "16" in " ".join(knobs.values())
-    assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3))
-    assert (settings.get("pieces") == 16) == pieces
-    if "Is Trigger" in knobs:
-        trigger = knobs["Is Trigger"] == "on"
-        assert settings.get("skin_m", 0.0) == (0.0 if trigger else float(knobs["Default Contact Offset"]))
-        assert not trigger or "does not push" in choice.consequence
+    expected_hz = 90 if "90" in step else 1 / float(step)
+    assert choice.settings["rate_hz"] == pytest.approx(expected_hz, rel=2e-3)  # 0.0167 s stand for 60 Hz
+
+
+@pytest.mark.parametrize(("name", "choice"), CHOICES)
+def test_detector_of_a_choice_has_the_pieces_and_margins_of_the_engine(name, choice):
+    """16 convex pieces of a body, in the engine and in the detector; and the gap from which on contact is reported.
+
+    A trigger (Unity) reports overlap without a gap, and does not push. MuJoCo adds the margins of both bodies.
+    """
+    knobs = knobs_of(name, choice)
+    has_16_pieces = "16" in " ".join(knobs.values())
+    assert (choice.settings.get("pieces") == 16) == has_16_pieces
+    if knobs.get("Is Trigger") == "on":
+        assert choice.settings.get("skin_m", 0.0) == 0.0
+        assert "does not push" in choice.consequence
+    elif "Is Trigger" in knobs:
+        assert choice.settings.get("skin_m", 0.0) == float(knobs["Default Contact Offset"])
     if choice.detector == "mujoco":
-        assert settings.get("margin_m", 0.0) == 2 * float(knobs["margin"])
+        assert choice.settings.get("margin_m", 0.0) == 2 * float(knobs["margin"])
 
 
 def test_a_step_as_fast_as_the_recording_sees_every_frame():
-    """A headset of 90 Hz records 89.94 frames a second."""
-    fast = next(choice for _, choice in CHOICES if choice.settings["rate_hz"] == 90)
-    assert "rate_hz" not in fast.detector_text(89.94) and "rate_hz=90" in fast.detector_text(120.0)
+    """A headset of 90 Hz records 89.94 frames a second: a step of 90 Hz sees each, so the detector has no rate.
+
+    In a recording of 120 frames a second it has.
+    """
+    step_of_90_hz = next(choice for _, choice in CHOICES if choice.settings["rate_hz"] == 90)
+    assert "rate_hz" not in step_of_90_hz.detector_text(frames_hz=89.94)
+    assert "rate_hz=90" in step_of_90_hz.detector_text(frames_hz=120.0)
 
 
 def test_unknown_engine_is_answered_with_known_engines():
+    """Godot has no table of settings; the error lists the engines that have."""
     with pytest.raises(TradeoffError, match="no engine 'godot'; there are: unity, unreal, mujoco"):
         engine_named("godot")
 
 
-def row(number, *counts, undecided=0, share=0.0, contacts=4, consequence="", **knobs):
-    """A row of the table of an engine's settings: its number, counts of wrong contacts, and settings that differ."""
+def row(number, missed=0, late=0, false=0, undecided=0, share=0.0, contacts=4, consequence="", **knobs):
+    """A row of the table of an engine's settings, numbered from 1: wrong contacts, and settings that differ.
+
+    A count may be a range over sampling offsets (least, most); ``share``: of the contact time that is false.
+    """
     made = {"number": number, "knobs": knobs, "contacts": contacts, "undecided": undecided, "consequence": consequence}
-    return price_row("", 1.0, *counts) | made | {"false": share}
+    return price_row("", ms=1.0, missed=missed, late=late, false=false) | made | {"false": share}
 
 
 START = {"Step": "0.02", "Shape": "hull"}
 STATES = {
-    "no contact": ([row(1, 0, contacts=0, share=None, **START)], ["No contact happened that E could miss."]),
-    "no contact, all of it false": ([row(1, 0, 0, 2, contacts=0, share=1.0, **START)], [
-        "No contact happened that E could miss.", "All that row 1 reports is false."]),
-    "one, found": ([row(1, 0, contacts=1, **START)], ["Row 1 gets each of 1 contact right."]),
-    "mended, by the fewest knobs": ([
-        row(1, (1, 2), 1, 3, share=0.9, **START), row(2, 0, 1, Step="1", Shape="box"), row(3, 0, (0, 2), Step="2")], [
-        "Row 1: 1-2 of 4 contacts missed, 1 late or cut short, 90 % of its contact time false.",
-        "Take row 3 (Step 2): 0 of 4 contacts missed, 0-2 late or cut short, 0 % of its contact time false "
-        "(measured on this session)."]),
-    "mended by two alike, the one that changes fewer settings": ([
-        row(1, 3, **START), row(2, 0, share=None, Step="1", Shape="box"), row(3, 0, share=None, Step="2")], [
-        "Row 1: 3 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false.",
-        "Take row 3 (Step 2): 0 of 4 contacts missed, 0 late or cut short (measured on this session)."]),
-    "not mended": ([row(1, 0, 2, **START), row(2, 1, 2, Step="1")], [
-        "Row 1: 0 of 4 contacts missed, 2 late or cut short, 0 % of its contact time false.",
-        "No other row is clearly better."]),
-    "another setting that gives the same": ([
-        row(1, 0, 0, 40, share=0.86, **START), row(2, 0, 0, 39, share=0.858, Shape="box")], [
-        "Row 1: 0 of 4 contacts missed, 0 late or cut short, 86 % of its contact time false.",
-        "No other row is clearly better."]),
-    "undecided": ([row(1, 1, undecided=1, share=None, **START), row(2, 0, Step="1", consequence="It reports only.")], [
-        "Row 1: 1 of 4 contacts missed, 0 late or cut short, 1 undecided.",
-        "Take row 2 (Step 1): 0 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false "
-        "(measured on this session).", "It reports only."]),
-}  # fmt: skip
+    "no contact": (
+        [row(1, contacts=0, share=None, **START)],
+        ["No contact happened that E could miss."],
+    ),
+    "no contact, all of it false": (
+        [row(1, false=2, contacts=0, share=1.0, **START)],
+        ["No contact happened that E could miss.", "All that row 1 reports is false."],
+    ),
+    "a contact, found": (
+        [row(1, contacts=1, **START)],
+        ["Row 1 gets each of 1 contact right."],
+    ),
+    "mended, by the fewest knobs": (
+        [
+            row(1, missed=(1, 2), late=1, false=3, share=0.9, **START),
+            row(2, late=1, Step="1", Shape="box"),
+            row(3, late=(0, 2), Step="2"),
+        ],
+        [
+            "Row 1: 1-2 of 4 contacts missed, 1 late or cut short, 90 % of its contact time false.",
+            "Take row 3 (Step 2): 0 of 4 contacts missed, 0-2 late or cut short, 0 % of its contact time false "
+            "(measured on this session).",
+        ],
+    ),
+    "mended by two alike, of which the one that changes fewer settings": (
+        [row(1, missed=3, **START), row(2, share=None, Step="1", Shape="box"), row(3, share=None, Step="2")],
+        [
+            "Row 1: 3 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false.",
+            "Take row 3 (Step 2): 0 of 4 contacts missed, 0 late or cut short (measured on this session).",
+        ],
+    ),
+    "not mended": (
+        [row(1, late=2, **START), row(2, missed=1, late=2, Step="1")],
+        [
+            "Row 1: 0 of 4 contacts missed, 2 late or cut short, 0 % of its contact time false.",
+            "No other row is clearly better.",
+        ],
+    ),
+    "another setting that gives the same": (
+        [row(1, false=40, share=0.86, **START), row(2, false=39, share=0.858, Shape="box")],
+        [
+            "Row 1: 0 of 4 contacts missed, 0 late or cut short, 86 % of its contact time false.",
+            "No other row is clearly better.",
+        ],
+    ),
+    "undecided": (
+        [
+            row(1, missed=1, undecided=1, share=None, **START),
+            row(2, Step="1", consequence="It reports only."),
+        ],
+        [
+            "Row 1: 1 of 4 contacts missed, 0 late or cut short, 1 undecided.",
+            "Take row 2 (Step 1): 0 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false "
+            "(measured on this session).",
+            "It reports only.",
+        ],
+    ),
+}
 
 
-@pytest.mark.parametrize("state", STATES)
-def test_every_sentence_of_advice_holds_in_every_state(state):
-    """A state of STATES: rows of an engine E, and all sentences of advice on them."""
-    rows, sentences = STATES[state]
+@pytest.mark.parametrize(("rows", "sentences"), STATES.values(), ids=STATES)
+def test_every_sentence_of_advice_holds_in_every_state(rows, sentences):
+    """Rows of settings of an engine E, each with its wrong contacts of 4 (unless another number is said).
+
+    Row 1 has the settings of a new project; others name those that they change. All sentences of advice are compared.
+    """
     assert advice_text("E", rows) == sentences

@@ -13,36 +13,44 @@ def tube(height, sides=24):
 
 
 def without_top(solid):
-    """The vertices and faces of a solid without those that look upwards."""
-    return solid.vertices, solid.faces[solid.face_normals[:, 2] < 0.9]
+    """The surface of a solid without the faces that look upwards."""
+    return surface_component(solid.vertices, solid.faces[solid.face_normals[:, 2] < 0.9])
 
 
 @pytest.mark.parametrize(
     ("height", "sides", "is_opening"),
     [
-        (1.0, 4, True),  # four edges, and a fifth of the area
-        (10.0, 24, True),  # 24 edges, and 1/22 of the area
-        (10.0, 4, False),  # four edges, and 1/30 of the area: as a face that was lost
-        (2_000.0, 24, False),  # 24 edges, and 1/4,000 of the area: a crack
+        pytest.param(1.0, 4, True, id="4 edges, 1/5 of the area: an opening"),
+        pytest.param(10.0, 24, True, id="24 edges, 1/22 of the area: an opening"),
+        pytest.param(10.0, 4, False, id="4 edges, 1/30 of the area: a lost face"),
+        pytest.param(2_000.0, 24, False, id="24 edges, 1/4,000 of the area: a crack"),
     ],
 )
 def test_area_and_rim_tell_an_opening_from_lost_faces(height, sides, is_opening):
-    """A prism of radius 1 without its top: edges of the rim, and the top's part of the whole area, decide."""
-    component = surface_component(*without_top(tube(height, sides)))
+    """A prism of radius 1 without its top. Edges of the rim, and the top's part of the whole area, decide (``id``).
+
+    A beaker's opening has a rim of many edges or is large; a file that lost a face has a small hole of few edges.
+    """
+    component = without_top(tube(height, sides))
     assert component.has_opening == is_opening
     assert not component.is_closed
 
 
 def test_closed_surface_has_no_opening():
+    """A whole prism of 24 sides, with top and bottom."""
     solid = tube(height=1.0)
     component = surface_component(solid.vertices, solid.faces)
-    assert component.is_closed and not component.has_opening
+    assert component.is_closed
+    assert not component.has_opening
 
 
 def test_rims_that_touch_are_no_opening():
-    """Two opposite quarters of the top are missing: their rims meet in its middle."""
+    """The top of a prism of four sides is four triangles about its middle; two opposite ones are missing.
+
+    The rims of both holes meet in the middle of the top, so that neither is a rim of its own.
+    """
     solid = tube(height=1.0, sides=4)
-    is_top = solid.face_normals[:, 2] > 0.9
-    kept = np.ones(len(solid.faces), dtype=bool)
-    kept[np.flatnonzero(is_top)[[0, 2]]] = False
-    assert is_top.sum() == 4 and not surface_component(solid.vertices, solid.faces[kept]).has_opening
+    top_faces = np.flatnonzero(solid.face_normals[:, 2] > 0.9)
+    assert len(top_faces) == 4
+    with_two_holes = np.delete(solid.faces, top_faces[[0, 2]], axis=0)
+    assert not surface_component(solid.vertices, with_two_holes).has_opening

@@ -1,6 +1,9 @@
+"""Guesses of an import that nobody has decided, as sentences."""
+
 import subprocess
 import sys
 
+import pytest
 from support.planted_sessions import write_scene
 
 from replay.advice.open_guesses import (
@@ -23,28 +26,34 @@ def session_with(*rows):
 
 
 def test_a_sentence_names_value_alternatives_and_the_option(tmp_path):
-    """Poses in axes of ROS, and STL files, which say no axes of their own."""
+    """A recording in the axes of ROS with meshes in STL files, which say no axes: the import took those of the poses.
+
+    The sentence about that open guess has its value ("body"), others, and the commands that show and decide it.
+    """
     write_scene(tmp_path, "ros", "stl")
     meshes = {name: tmp_path / f"{name}.stl" for name in ("tool", "plate")}
     session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
-    (row,) = open_rows(session)
-    assert undecided_sentence(row, "s.mcap") == (
+    (guess,) = open_rows(session)
+    assert undecided_sentence(guess, "s.mcap") == (
         "Not decided: axes of tool.stl and plate.stl. Taken for body; others: y-up, gltf. To see what each would "
         "change: replay doctor s.mcap --look. To decide: --mesh-axes when you import it"
     )
 
 
 def test_guess_that_needs_another_import_names_its_key():
-    """Angles are read once, so that no replay can try radians."""
-    row = Assumption(
+    """The unit of angles was guessed, degrees; angles are read once, so that no replay can try radians.
+
+    The sentence names the reason of the guess and the key of the import's mapping.
+    """
+    guess = Assumption(
         Subject.ANGLE_UNIT,
-        "deg",
-        Origin.GUESS,
-        Confidence.OPEN,
+        value="deg",
+        origin=Origin.GUESS,
+        confidence=Confidence.OPEN,
         reason="the largest number is 3.1",
         alternatives=("deg", "rad"),
     )
-    (line,) = untried_lines(session_with(row))
+    (line,) = untried_lines(session_with(guess))
     assert line == (
         "Not decided: unit of angles. Taken for deg: the largest number is 3.1. To decide: angle_unit in the mapping "
         "(deg or rad), and import again."
@@ -52,22 +61,20 @@ def test_guess_that_needs_another_import_names_its_key():
 
 
 def test_guesses_that_no_replay_changes_need_another_import():
-    """A stated unit of angles, an open unit of lengths, which a replay can change, and an open unit of times."""
+    """Three assumptions: the unit of angles is stated; those of lengths and of times are open guesses.
+
+    A replay can try another unit of lengths (``open_rows``), but not of times (``untried_rows``).
+    """
     stated = Assumption(Subject.ANGLE_UNIT, "deg", Origin.FILE)
-    changeable, needs_import = (
-        Assumption(subject, value, Origin.GUESS, Confidence.OPEN, alternatives=alternatives)
-        for subject, value, alternatives in (
-            (Subject.LENGTH_UNIT, "m", ("m", "cm")),
-            (Subject.TIME_UNIT, "s", ("s", "ms")),
-        )
-    )
-    session = session_with(stated, changeable, needs_import)
+    of_lengths = Assumption(Subject.LENGTH_UNIT, "m", Origin.GUESS, Confidence.OPEN, alternatives=("m", "cm"))
+    of_times = Assumption(Subject.TIME_UNIT, "s", Origin.GUESS, Confidence.OPEN, alternatives=("s", "ms"))
+    session = session_with(stated, of_lengths, of_times)
     assert [row.subject for row in untried_rows(session)] == [Subject.TIME_UNIT]
     assert [row.subject for row in open_rows(session)] == [Subject.LENGTH_UNIT]
 
 
 def test_screen_lists_guesses_and_omits_stated_facts():
-    """The unit of times is a guess, that of lengths stood in the file."""
+    """The unit of times is a guess, that of lengths stood in the file; without a guess there is no line."""
     guess = Assumption(Subject.TIME_UNIT, "s", Origin.GUESS)
     stated = Assumption(Subject.LENGTH_UNIT, "m", Origin.FILE)
     assert guess_lines(session_with(guess, stated)) == [
@@ -77,15 +84,27 @@ def test_screen_lists_guesses_and_omits_stated_facts():
 
 
 def test_decisions_of_an_import_load_nothing_of_a_run():
-    """Detectors, cutters and documents of a run would double the imports of a short command."""
+    """A program of its own imports what decides guesses: no module that detects, cuts, audits or compiles comes along.
+
+    These would double the time that a short command takes to start.
+    """
     program = "import sys, replay.advice.open_guesses, replay.advice.sampled_contacts; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
-    rooms = ("replay.cutting", "replay.detection", "replay.auditing", "numba")
-    assert not [name for name in loaded if name.startswith(rooms)]
+    printed = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    modules = printed.split()
+    assert "replay.advice.sampled_contacts" in modules
+    modules_of_a_run = ("replay.cutting", "replay.detection", "replay.auditing", "numba")
+    assert [name for name in modules if name.startswith(modules_of_a_run)] == []
 
 
-def test_four_undecided_sessions_are_named_and_more_are_implied():
-    """Sessions are called a to e, of nine in all."""
-    (four,), (five,) = (open_guesses_line("abcde"[:count], 9) for count in (4, 5))
-    assert "in 4 of 9 sessions" in four and "(a, b, c, d)" in four
-    assert "in 5 of 9 sessions" in five and "(a, b, c, d, ...)" in five
+@pytest.mark.parametrize(
+    ("sessions", "text"),
+    [
+        pytest.param(["a", "b", "c", "d"], "(a, b, c, d)", id="four: all named"),
+        pytest.param(["a", "b", "c", "d", "e"], "(a, b, c, d, ...)", id="five: the first four"),
+    ],
+)
+def test_four_undecided_sessions_are_named_and_more_are_implied(sessions, text):
+    """A line about a batch of nine sessions, of which these have open guesses."""
+    (line,) = open_guesses_line(sessions, 9)
+    assert f"in {len(sessions)} of 9 sessions" in line
+    assert text in line

@@ -1,3 +1,5 @@
+"""Other readings of a recording's axes, each from one preparation, against preparations anew."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -43,59 +45,76 @@ def with_open_pose_axes(session):
 @pytest.mark.parametrize(
     ("convention", "kind", "exported"),
     [
-        ("unity", "obj", True),
-        pytest.param("unreal", "glb", True, marks=pytest.mark.slow),
-        pytest.param("unity", "glb", False, marks=pytest.mark.slow),
-        pytest.param("ros", "stl", True, marks=pytest.mark.slow),
+        pytest.param("unity", "obj", True, id="unity, OBJ by its exporter"),
+        pytest.param("unreal", "glb", True, id="unreal, GLB by its exporter", marks=pytest.mark.slow),
+        pytest.param("unity", "glb", False, id="unity, GLB", marks=pytest.mark.slow),
+        pytest.param("ros", "stl", True, id="ros, STL by an exporter", marks=pytest.mark.slow),
     ],
 )
 def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convention, kind, exported):
-    """A look changes one preparation for each reading; here each is prepared anew as well."""
+    """A scene of tool and plate in a program's axes, of which those of poses and those of meshes are open questions.
+
+    Each possible answer is a reading of the recording. ``Rereadings`` changes one preparation for each; here each is
+    prepared anew as well, which must give the same contacts, depth and closest gap.
+    """
     session = with_open_pose_axes(imported(tmp_path, convention, kind, exported))
-    whole = prepare(session).assembly
-    rereadings = Rereadings(session, whole, chosen_frames(len(whole.motion)))
-    rows = open_rows(session)
-    assert {row.subject for row in rows} == {Subject.POSE_AXES, Subject.MESH_AXES}
-    for row in rows:
-        for value in row.alternatives:
-            changed = session if value == row.value else with_answer(session, row, value)
-            quick = rereadings.outcome(changed, row)
-            assembly = prepare(changed).assembly
-            slow = ReplayedBodies(assembly).outcome(assembly.motion)
-            assert np.array_equal(quick.contact, slow.contact), (row.subject, value)
+    prepared = prepare(session).assembly
+    rereadings = Rereadings(session, prepared, chosen_frames(len(prepared.motion)))
+    questions = open_rows(session)
+    assert {question.subject for question in questions} == {Subject.POSE_AXES, Subject.MESH_AXES}
+    for question in questions:
+        for answer in question.alternatives:
+            reading = session if answer == question.value else with_answer(session, question, answer)
+            quick = rereadings.outcome(reading, question)
+            prepared_anew = prepare(reading).assembly
+            slow = ReplayedBodies(prepared_anew).outcome(prepared_anew.motion)
+            assert np.array_equal(quick.contact, slow.contact), (question.subject, answer)
             assert quick.contacts == slow.contacts
-            assert quick.deepest == pytest.approx(slow.deepest, abs=0.004)  # an estimate from random points
+            assert quick.deepest == pytest.approx(slow.deepest, abs=0.004)  # an estimate from random points, metres
             assert quick.closest == pytest.approx(slow.closest, abs=1e-6)
 
 
 def test_offset_of_a_body_is_kept_in_other_pose_axes(tmp_path):
-    """Other axes of poses do not move the room alone where a mesh is offset in its tracker's axes."""
+    """The tool's mesh is offset by 0.1, 0.2 and 0.3 m in the axes of its tracker; poses are Unity's, or may be z-up.
+
+    Then another reading of the poses does more than turn the whole room: the closest gap is that of a preparation anew.
+    """
     session = with_open_pose_axes(imported(tmp_path, "unity", "obj", exported=True))
     session = replace(session, scene=Scene(bodies=(SceneBody("tool", offset=Pose((0.1, 0.2, 0.3))),)))
-    row = next(row for row in open_rows(session) if row.subject is Subject.POSE_AXES)
-    whole = prepare(session).assembly
-    rereadings = Rereadings(session, whole, np.arange(len(whole.motion)))
-    changed = with_answer(session, row, "z-up")
-    assembly = prepare(changed).assembly
-    slow = ReplayedBodies(assembly).outcome(assembly.motion)
-    assert rereadings.outcome(changed, row).closest == pytest.approx(slow.closest, abs=1e-6)
+    question = next(row for row in open_rows(session) if row.subject is Subject.POSE_AXES)
+    prepared = prepare(session).assembly
+    rereadings = Rereadings(session, prepared, np.arange(len(prepared.motion)))
+    reading = with_answer(session, question, "z-up")
+    prepared_anew = prepare(reading).assembly
+    slow = ReplayedBodies(prepared_anew).outcome(prepared_anew.motion)
+    assert rereadings.outcome(reading, question).closest == pytest.approx(slow.closest, abs=1e-6)
+
+
+BOX_WITHOUT_SYMMETRY = trimesh.creation.box((0.1, 0.2, 0.3)).apply_translation((0.01, 0.02, 0.03))
 
 
 def test_all_48_changes_of_axes_are_recognised():
-    """Six orders of axes times eight signs, of a box without symmetry about the origin."""
-    box = trimesh.creation.box((0.1, 0.2, 0.3))
-    before = MeshData(box.vertices + np.array([0.01, 0.02, 0.03]), box.faces)
-    assert len({matrix.tobytes() for matrix in SIGNED_PERMUTATIONS}) == 48
+    """Six orders of axes times eight signs; a box of three lengths, off the origin, is another one in each."""
+    before = MeshData(BOX_WITHOUT_SYMMETRY.vertices, BOX_WITHOUT_SYMMETRY.faces)
+    assert len({matrix.tobytes() for matrix in SIGNED_PERMUTATIONS}) == 6 * 2**3
     for matrix in SIGNED_PERMUTATIONS:
-        pose = np.eye(4)
-        pose[:3, :3] = matrix
-        assert np.array_equal(change_of_axes(before, before.transformed(pose)), matrix)
+        change = np.eye(4)
+        change[:3, :3] = matrix
+        assert np.array_equal(change_of_axes(before, before.transformed(change)), matrix)
+
+
+def test_change_of_unit_is_no_change_of_axes():
+    """A box that is 100 times as large, as centimetres taken for metres."""
+    before = MeshData(BOX_WITHOUT_SYMMETRY.vertices, BOX_WITHOUT_SYMMETRY.faces)
     assert change_of_axes(before, MeshData(before.vertices * 100, before.faces)) is None
 
 
 def test_symmetric_solid_is_unchanged_in_other_axes():
-    """A cup of 24 sides has the same corners after half a turn, in another order and up to rounding."""
-    cup = trimesh.creation.cylinder(0.04, 0.1, sections=24)
+    """A cylinder of 24 sides about z has the same corners after half a turn about z, in another order.
+
+    They are equal up to rounding, so no change is recognised: the identity.
+    """
+    cylinder = trimesh.creation.cylinder(0.04, 0.1, sections=24)
     half_a_turn = np.diag([-1.0, -1.0, 1.0, 1.0])
-    before = MeshData(cup.vertices, cup.faces)
+    before = MeshData(cylinder.vertices, cylinder.faces)
     assert np.array_equal(change_of_axes(before, before.transformed(half_a_turn)), np.eye(3))

@@ -22,35 +22,48 @@ fixed = { position = [0.0, 2.0, 0.0] }
 
 
 def test_fixed_bodies_stand_once_where_the_scene_says():
-    """The table was recorded although it is fixed; the shelf was not."""
+    """A scene fixes the table at y = -1 m and the shelf at y = 2 m; the cup moves along x by 1 m a frame.
+
+    The table was recorded too, at x = 5 m, which does not count; the shelf was not. Frames 0 and 2 are placed.
+    """
     session = unit_cubes_on_x({"cup": [0.0, 1.0, 2.0], "table": [5.0] * 3}, scene=parse_scene(SCENE))
     session = replace(session, meshes={**session.meshes, "shelf": cube()})
     poses = PlacedPoses(session, rows=np.array([0, 2]))
-    assert poses.names == ("cup", "table", "shelf")
-    np.testing.assert_array_equal(poses.positions[:, 0], [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    np.testing.assert_array_equal(poses.positions[:, 2], [[0.0, 2.0, 0.0]] * 2)
+    position_of = dict(zip(poses.names, poses.positions.transpose(1, 0, 2).tolist(), strict=True))
+    assert position_of == {
+        "cup": [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
+        "table": [[0.0, -1.0, 0.0], [0.0, -1.0, 0.0]],
+        "shelf": [[0.0, 2.0, 0.0], [0.0, 2.0, 0.0]],
+    }
     assert poses.is_usable.all()
 
 
 @pytest.mark.parametrize(
-    ("declared", "plain"),
+    ("declaration", "is_as_recorded"),
     [
-        ("", True),
-        ("offset = { position = [0.0, 0.1, 0.0] }", False),
-        ('parent = "table"', False),
-        ("fixed = { position = [0.0, -1.0, 0.0] }", False),
+        pytest.param("", True, id="nothing"),
+        pytest.param("offset = { position = [0.0, 0.1, 0.0] }", False, id="offset"),
+        pytest.param('parent = "table"', False, id="parent"),
+        pytest.param("fixed = { position = [0.0, -1.0, 0.0] }", False, id="fixed"),
     ],
 )
-def test_declared_position_of_a_body_makes_its_recording_not_plain(declared, plain):
-    """An offset, a parent or a fixed place: bodies are not where they were recorded."""
-    scene = parse_scene(f'[[body]]\nid = "table"\n[[body]]\nid = "cup"\n{declared}\n')
+def test_declared_position_of_a_body_makes_its_recording_not_plain(declaration, is_as_recorded):
+    """A recording of cup and table is plain unless its scene (TOML) moves a body: then poses have to be placed by it.
+
+    The cup gets the declaration.
+    """
+    scene = parse_scene(f'[[body]]\nid = "table"\n[[body]]\nid = "cup"\n{declaration}\n')
     session = unit_cubes_on_x({"cup": [0.0, 1.0], "table": [5.0] * 2}, scene=scene)
-    assert is_plain(session) == plain
-    assert isinstance(sampled_poses(session, np.array([0])), RecordedPoses if plain else PlacedPoses)
+    assert is_plain(session) == is_as_recorded
+    assert isinstance(sampled_poses(session, np.array([0])), RecordedPoses if is_as_recorded else PlacedPoses)
 
 
 def test_pose_that_is_absent_is_filled_from_its_neighbours():
-    """The body is at 0 m and 2 m in the frames around 10 ms, in which it has no pose (status 0)."""
-    session = session_of_frames([0, 10_000_000, 20_000_000], [[1], [0], [1]])
-    poses = sampled_poses(session, np.array([1]))
+    """Frames at 0, 10 and 20 ms: the body is at x = 0 and 2 m in the first and the last, and has no pose in the second.
+
+    Halfway in time is halfway between.
+    """
+    has_pose = [[1], [0], [1]]
+    session = session_of_frames([0, 10_000_000, 20_000_000], status=has_pose)
+    poses = sampled_poses(session, rows=np.array([1]))
     np.testing.assert_allclose(poses.positions, [[[1.0, 0.0, 0.0]]])

@@ -15,40 +15,57 @@ FRAMES = 17
 
 
 def test_body_rests_where_it_moves_two_millimetres_at_most():
-    """Bodies: stops in frame 8; moves by 1.9 mm in four frames; by 2.1 mm; stands still, without a pose in frame 10."""
+    """17 frames at 8 Hz. A body rests in a frame if half a second (four frames) later it is at most 2 mm away.
+
+    So frames 13 to 16 are never at rest. A body must have a pose in both frames, or it is not known to rest.
+    """
     frames = np.arange(FRAMES)
+    stops_in_frame_8 = 0.1 * np.minimum(frames, 8)
+    slow, less_slow = 0.0019 / 4 * frames, 0.0021 / 4 * frames  # 1.9 and 2.1 mm in four frames
+    stands_still = np.zeros(FRAMES)
     translations = np.zeros((FRAMES, 4, 3))
-    translations[:, 0, 0] = 0.1 * np.minimum(frames, 8)
-    translations[:, 1, 0], translations[:, 2, 0] = 0.0019 / 4 * frames, 0.0021 / 4 * frames
+    translations[:, :, 0] = np.stack([stops_in_frame_8, slow, less_slow, stands_still], axis=1)
     has_pose = np.ones((FRAMES, 4), np.bool_)
-    has_pose[10, 3] = False
-    motion = unrotated_motion(translations, frames / 8, has_pose)
-    resting = [np.flatnonzero(column).tolist() for column in resting_bodies(motion).T]
-    assert resting == [[8, 9, 10, 11, 12], [*range(13)], [], [k for k in range(13) if k not in (6, 10)]]
+    has_pose[10, 3] = False  # the last body
+    resting = resting_bodies(unrotated_motion(translations, frames / 8, has_pose))
+    frames_at_rest = [np.flatnonzero(column).tolist() for column in resting.T]
+    assert frames_at_rest == [
+        [8, 9, 10, 11, 12],
+        [*range(13)],
+        [],
+        [frame for frame in range(13) if frame not in (6, 10)],  # four frames after 6 is 10
+    ]
 
 
-@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("side", [pytest.param(1, id="right of it"), pytest.param(-1, id="left of it")])
 def test_closest_moment_is_measured_in_the_nearest_frame(monkeypatch, side):
-    """Unit cubes at 10 m and 3, 1.5, 1.2 and 2 m beside it; one frame is measured. One mesh is 5 m off its origin."""
+    """A unit cube at x = 10 m, and one 3, 1.5, 1.2 and 2 m beside it: in frame 2 their faces are 0.2 m apart.
+
+    Gaps are measured in one frame only, that whose bounding boxes are nearest. The second mesh is 5 m off the origin of
+    its body.
+    """
     monkeypatch.setattr(scene_outcome, "GAP_FRAMES", 1)
-    distances = np.array([3.0, 1.5, 1.2, 2.0])
-    poses = {"a": along_x([10.0] * 4), "b": along_x(10.0 + side * distances - 5.0)}
-    meshes = {"a": cube(), "b": MeshData(np.add(cube().vertices, [5.0, 0.0, 0.0]), cube().faces)}
+    distances, mesh_offset = np.array([3.0, 1.5, 1.2, 2.0]), 5.0
+    poses = {"a": along_x([10.0] * 4), "b": along_x(10.0 + side * distances - mesh_offset)}
+    meshes = {"a": cube(), "b": MeshData(np.add(cube().vertices, [mesh_offset, 0.0, 0.0]), cube().faces)}
     assembly = assemble(Session.from_arrays(np.arange(4) * STEP_NS, poses, meshes))
     outcome = ReplayedBodies(assembly).outcome(assembly.motion)
-    assert (outcome.contacts, outcome.closest_frame) == (0, 2) and outcome.closest == pytest.approx(0.2)
+    assert outcome.contacts == 0
+    assert outcome.closest_frame == 2
+    assert outcome.closest == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(
     ("contacts", "deepest", "closest", "text"),
     [
-        (0, 0.0, None, "no contact"),
-        (0, 0.0, 0.0012, "no contact, 1.2 mm at the closest"),
-        (2, 0.04, 0.0, "2 contacts, bodies up to 40 mm deep in each other"),
-        (1, 0.0023, 0.0, "1 contact, at most 3 mm deep"),
+        pytest.param(0, 0.0, None, "no contact", id="no gap measured"),
+        pytest.param(0, 0.0, 0.0012, "no contact, 1.2 mm at the closest", id="a gap"),
+        pytest.param(2, 0.04, 0.0, "2 contacts, bodies up to 40 mm deep in each other", id="deep"),
+        pytest.param(1, 0.0023, 0.0, "1 contact, at most 3 mm deep", id="shallow: rounded up"),
     ],
 )
 def test_outcome_names_contacts_depth_or_distance(contacts, deepest, closest, text):
-    """Shallow depths are rounded up to whole millimetres; distances (metres) only where nothing touches."""
-    outcome = Outcome(contacts, np.zeros((1, 1), np.bool_), deepest, closest, closest_frame=0, closest_pair=0)
+    """Contacts of a replay, metres of the deepest overlap, and of the smallest gap, which counts without a contact."""
+    no_frames = np.zeros((1, 1), np.bool_)  # contact a frame and pair: not of interest
+    outcome = Outcome(contacts, no_frames, deepest=deepest, closest=closest, closest_frame=0, closest_pair=0)
     assert outcome_text(outcome) == text

@@ -1,3 +1,5 @@
+"""Wrong contacts of settings of a tradeoff, against counts by hand."""
+
 import re
 
 import numpy as np
@@ -15,74 +17,117 @@ from replay.detection.run_detector import make_detector
 from replay.prepare.assemble import assemble
 
 POSITIONS = (3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3)
+"""Distance of two unit cubes in each frame, as in ``bumped``; below 1 m they are in contact."""
 
 
 @pytest.fixture(scope="module")
 def assembly(bumped):
-    """Bodies, pairs and motion of a bench that is bumped."""
+    """Two unit cubes in 12 frames of 10 ms: in contact in frame 4 and in frames 8 and 9."""
     return assemble(bumped)
 
 
-def figures(assembly, spec, oracle="exact"):
-    """A detector's figures over all sampling offsets."""
+def figures_of(assembly, spec, oracle="exact"):
+    """A detector's wrong contacts over all sampling offsets, against the detector ``oracle``."""
     (setting,) = settings_of(f"it={spec}")
     detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
     return Scoring(assembly, parse_detector(oracle), 0, TWO_MICROMETRES).figures(detection, setting)
 
 
 def wrong_by_hand(touching, every, first):
-    """Contacts missed, late or cut short, and false, of samples every so many frames that are held until the next."""
-    queries = [k for k in range(len(touching)) if k == 0 or k % every == first]
-    reported = [touching[max(k for k in queries if k <= frame)] for frame in range(len(touching))]
-    spans = "".join("C" if item else "." for item in touching)
-    result = [sum(reported[span.start() : span.end()]) / len(span[0]) for span in re.finditer("C+", spans)]
-    false = "".join("F" if item and not true else "." for item, true in zip(reported, touching, strict=True))
-    return sum(not item for item in result), sum(0 < item < 1 for item in result), len(re.findall("F+", false))
+    """Contacts missed, late or cut short, and false, if every so many frames are sampled from ``first`` on.
+
+    Frame 0 is sampled too; each answer is kept until the next sample.
+    """
+    samples = [frame for frame in range(len(touching)) if frame == 0 or frame % every == first]
+    reported = [touching[max(sample for sample in samples if sample <= frame)] for frame in range(len(touching))]
+    letters = "".join("C" if contact else "." for contact in touching)
+    contacts = re.finditer("C+", letters)
+    fractions = [sum(reported[contact.start() : contact.end()]) / len(contact[0]) for contact in contacts]
+    false = "".join("F" if said and not true else "." for said, true in zip(reported, touching, strict=True))
+    missed, late = sum(fraction == 0 for fraction in fractions), sum(0 < fraction < 1 for fraction in fractions)
+    return missed, late, len(re.findall("F+", false))
 
 
-def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
-    """20 Hz is every fifth frame; 16 offsets fall on five first frames, so that means differ a little."""
-    reported = figures(assembly, "discrete[rate_hz=20]")
-    by_hand = [wrong_by_hand([position < 1 for position in POSITIONS], every=5, first=first) for first in range(5)]
-    for name, counts in zip(("missed", "late", "false_contacts"), zip(*by_hand, strict=True), strict=True):
-        assert (reported[f"{name}_smallest"], reported[f"{name}_largest"]) == (min(counts), max(counts)), name
-        assert reported[name] == pytest.approx(sum(counts) / 5, abs=2 / 36)
-    assert reported["loss"] == pytest.approx(reported["missed"] / 2 + reported["not_reported"] + reported["false"])
-    assert reported["offsets"] == 16
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [pytest.param("missed", 0), pytest.param("late", 1), pytest.param("false_contacts", 2)],
+    ids=["missed", "late or cut short", "false"],
+)
+def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly, name, number):
+    """At 20 Hz every fifth of 12 frames is sampled, from each of five first frames on; contact is in 4, 8 and 9.
+
+    16 sampling offsets fall on these five unequally, 3 or 4 times each, so that the mean differs a little.
+    """
+    touching = [distance < 1 for distance in POSITIONS]
+    by_hand = [wrong_by_hand(touching, every=5, first=first)[number] for first in range(5)]
+    figures = figures_of(assembly, "discrete[rate_hz=20]")
+    assert figures["offsets"] == 16
+    assert (figures[f"{name}_smallest"], figures[f"{name}_largest"]) == (min(by_hand), max(by_hand))
+    assert figures[name] == pytest.approx(sum(by_hand) / 5, abs=2 / 36)
 
 
-def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
-    """Two contacts are true; a fraction is of frames."""
-    exact, balls = figures(assembly, "exact"), figures(assembly, "sphere")
+def test_loss_is_the_sum_of_its_three_fractions(assembly):
+    """Of two contacts those missed, of the time in contact what is not reported, of the reported time what is false."""
+    figures = figures_of(assembly, "discrete[rate_hz=20]")
+    assert figures["loss"] > 0
+    assert figures["loss"] == pytest.approx(figures["missed"] / 2 + figures["not_reported"] + figures["false"])
+
+
+def test_detector_that_is_the_oracle_has_no_faults(assembly):
+    """The detector ``exact`` against itself: two contacts, no loss; without a step rate one sampling offset."""
+    exact = figures_of(assembly, "exact", oracle="exact")
     assert (exact["contacts"], exact["loss"], exact["false"], exact["offsets"]) == (2, 0, 0, 1)
-    # Balls overlap at 1.3 too, three times: in frames 1 and 2, in frames 6 and 7, and in frame 10.
-    assert (balls["missed"], balls["late"], balls["false_contacts"]) == (0, 0, 3)
-    assert balls["false"] == balls["loss"] == 5 / 8
 
 
-def test_only_a_step_rate_beside_instants_has_sampling_offsets(assembly):
-    """An oracle of intervals is compared once: offsets shift instants."""
-    swept = "support.planted_detectors:Swept"
-    assert figures(assembly, "discrete[rate_hz=20]", oracle=swept)["offsets"] == 1
+def test_spheres_are_false_where_they_alone_overlap(assembly):
+    """Spheres around unit cubes overlap up to 1.73 m: in frames 1 and 2, 6 to 10, and 4; cubes touch in 4, 8 and 9.
+
+    So three intervals are false (1 and 2, 6 and 7, 10), 5 of 8 reported frames; nothing is missed.
+    """
+    spheres = figures_of(assembly, "sphere")
+    assert (spheres["missed"], spheres["late"], spheres["false_contacts"]) == (0, 0, 3)
+    assert spheres["false"] == spheres["loss"] == 5 / 8
+
+
+def test_detector_beside_an_oracle_of_intervals_has_one_offset(assembly):
+    """``Swept`` decides the way from frame to frame, not instants, which alone can be shifted."""
+    figures = figures_of(assembly, "discrete[rate_hz=20]", oracle="support.planted_detectors:Swept")
+    assert figures["offsets"] == 1
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "offsets"), [pytest.param(None, 1, id="every frame"), pytest.param(20.0, 16, id="20 Hz")]
+)
+def test_only_a_step_rate_has_sampling_offsets(assembly, rate_hz, offsets):
+    """A detection of every frame, scored as it is and as if it were sampled at a rate, from 16 moments on."""
     scoring = Scoring(assembly, parse_detector("exact"), 0, TWO_MICROMETRES)
     every_frame = make_detector(parse_detector("discrete"), assembly, 0).detect(assembly.motion)
     compared = scoring.reference.compare(every_frame)
-    assert scoring.figures_of(compared, every_frame, rate_hz=None)["offsets"] == 1
-    assert scoring.figures_of(compared, every_frame, rate_hz=20.0)["offsets"] == 16
+    assert scoring.figures_of(compared, every_frame, rate_hz=rate_hz)["offsets"] == offsets
 
 
 def test_loss_without_true_contact_is_the_false_contact():
-    """Unit cubes at 1.3 are apart, but spheres around them overlap: all of the reported contact is false."""
-    assembly = assemble(unit_cubes_on_x({"a": [0, 0], "b": [3, 1.3]}))
-    balls = figures(assembly, "sphere")
-    assert (balls["contacts"], balls["missed"], balls["false_contacts"], balls["loss"]) == (0, 0, 1, 1.0)
+    """Unit cubes 3 m, then 1.3 m apart from middle to middle never touch, but spheres around them overlap at 1.3 m.
+
+    So there is no contact to miss, one false contact, and all that is reported is false.
+    """
+    spheres = figures_of(assemble(unit_cubes_on_x({"a": [0, 0], "b": [3, 1.3]})), "sphere")
+    assert (spheres["contacts"], spheres["missed"], spheres["false_contacts"]) == (0, 0, 1)
+    assert spheres["loss"] == 1.0
 
 
-@pytest.mark.parametrize(("false_contacts", "column"), [(3, 3), (0, 0), (None, None)])
-def test_false_contacts_have_a_column_only_where_counted(false_contacts, column):
-    """``None``: they were not counted; their part of the contact time, 1 of 4 frames, is known all the same."""
+@pytest.mark.parametrize(
+    ("false_contacts", "columns"),
+    [
+        pytest.param(3, {"false": 0.25, "false_contacts": 3}, id="three"),
+        pytest.param(0, {"false": 0.25, "false_contacts": 0}, id="none"),
+        pytest.param(None, {"false": 0.25}, id="not counted"),
+    ],
+)
+def test_false_contacts_have_a_column_only_where_counted(false_contacts, columns):
+    """Their number may be unknown (None); their part of the reported time, 1 of 4 frames, is known all the same."""
     no_contacts = ContactCounts(
         numbers=np.array([], dtype=int), pairs=np.array([], dtype=int), frames_by_outcome=np.zeros((0, len(Outcome)))
     )
     row = wrong_counts(no_contacts, false_contacts, proportion(1, 4), offsets=None)
-    assert row["false"] == 0.25 and row.get("false_contacts") == column
+    assert {name: row[name] for name in ("false", "false_contacts") if name in row} == columns

@@ -1,3 +1,5 @@
+"""Settings that a tradeoff tries, and their order."""
+
 from dataclasses import fields
 
 import pytest
@@ -7,62 +9,98 @@ from replay.advice.settings import next_to_front, settings_list, settings_of
 from replay.detection.detector_spec import parse_detector
 
 
-def test_tradeoff_tries_compounds_and_recorded_colliders():
-    """Recorded (``shipped``) colliders where there are any; compounds of 4 and of 16 pieces always."""
-    bare = {setting.label for setting in settings_list()}
-    more = {setting.detector_text for setting in settings_list(has_shipped_colliders=True) if setting.label not in bare}
-    assert more == {"collider[shape=shipped]"}
+def test_tradeoff_tries_recorded_colliders_where_there_are_any():
+    """Colliders that were recorded with the bodies are called ``shipped``; just they are added to the settings."""
+    usual = {setting.detector_text for setting in settings_list()}
+    with_recorded = {setting.detector_text for setting in settings_list(has_shipped_colliders=True)}
+    assert with_recorded - usual == {"collider[shape=shipped]"}
+
+
+def test_tradeoff_tries_compounds_of_4_and_16_pieces():
+    """A compound is a body cut into convex pieces."""
     compounds = {setting.detector_text for setting in settings_list() if setting.settings.get("shape") == "compound"}
-    assert compounds == {f"collider[shape=compound,pieces={most}]" for most in (4, 16)}
+    assert compounds == {"collider[shape=compound,pieces=4]", "collider[shape=compound,pieces=16]"}
 
 
-def test_every_setting_exists_and_its_spec_is_accepted():
-    """At least 40 settings, each under a label of its own; the text of each reads back as itself."""
+def test_every_setting_has_a_label_of_its_own():
+    """A tradeoff tries 40 settings at least."""
     labels = [setting.label for setting in settings_list()]
-    assert len(labels) == len(set(labels)) >= 40
+    assert len(labels) >= 40
+    assert len(set(labels)) == len(labels)
+
+
+def test_every_setting_is_accepted_by_its_detector():
+    """Its detector exists and has these settings; its text, as a command has it, reads back as the same."""
     for setting in settings_list():
         detector = load_detector(setting.detector)
         assert set(setting.settings) <= {item.name for item in fields(detector.Settings)}, setting.label
         detector.Settings(**setting.settings)
-        again = parse_detector(setting.detector_text)
-        assert (again.name, dict(again.settings)) == (setting.detector, dict(setting.settings))
+        parsed = parse_detector(setting.detector_text)
+        assert (parsed.name, dict(parsed.settings)) == (setting.detector, dict(setting.settings))
 
 
 def test_first_eleven_settings_cover_each_family():
-    """Listed first, in case time is short: exact, FCL, the paper's search, five shapes and three step rates."""
-    head = settings_list()[:11]
-    assert {setting.detector for setting in head} == {"exact", "hybrid", "hybrid-qaco", "collider"}
-    assert {"box", "capsule", "sphere", "hull", "mesh"} <= {setting.settings.get("shape") for setting in head}
-    assert {10, 22.5, 50} <= {setting.rate_hz for setting in head}
+    """Settings are tried in their order until the time is up, so that the first are as different as can be.
+
+    Detectors: all triangles (exact), FCL (hybrid), the ant colony search (hybrid-qaco) and colliders; five shapes of
+    colliders; three step rates in Hz.
+    """
+    first_settings = settings_list()[:11]
+    assert {setting.detector for setting in first_settings} == {"exact", "hybrid", "hybrid-qaco", "collider"}
+    shapes = {setting.settings.get("shape") for setting in first_settings}
+    assert shapes >= {"box", "capsule", "sphere", "hull", "mesh"}
+    assert {setting.rate_hz for setting in first_settings} >= {10, 22.5, 50}
 
 
 def test_step_as_fast_as_recording_adds_no_setting():
-    """A headset of 90 Hz records 89.94 frames a second: a step of 90 Hz sees them all, as no step (None) does."""
-    rates_tried = {setting.rate_hz for setting in settings_list()}
+    """A headset of 90 Hz records 89.94 frames a second: a step of 90 Hz sees them all, as no step rate does.
+
+    So the settings for such a recording have only the slower steps, and none (None).
+    """
+    all_rates = {setting.rate_hz for setting in settings_list()}
     rates_of_recording = {setting.rate_hz for setting in settings_list(frames_hz=89.94)}
-    assert 90 in rates_tried
-    assert rates_of_recording == {rate for rate in rates_tried if rate is None or rate < 89}
+    assert 90 in all_rates
+    assert rates_of_recording == {rate for rate in all_rates if rate is None or rate < 89}
 
 
 def test_next_candidates_are_neighbours_of_the_front():
-    """The front has exact and meshes at 50 Hz: meshes at other step rates come next, of them the nearest."""
-    every = settings_list()
-    untried = [setting for setting in every if setting.label != "meshes at 50 Hz"]
-    nearest = next_to_front(untried, every, ["exact", "meshes at 50 Hz"])[:3]
-    assert [setting.line for setting in nearest] == ["meshes at a step rate"] * 3
-    assert {setting.rate_hz for setting in nearest} <= {30, 45, 60, 72}
+    """So far nothing is both quicker and more accurate than exact and meshes at 50 Hz, which are the front.
+
+    Next are settings of the same family, meshes at a step rate, and of these the three of the rates nearest to 50 Hz.
+    """
+    settings = settings_list()
+    untried = [setting for setting in settings if setting.label != "meshes at 50 Hz"]
+    next_settings = next_to_front(untried, settings, ["exact", "meshes at 50 Hz"])[:3]
+    assert [setting.line for setting in next_settings] == ["meshes at a step rate"] * 3
+    assert {setting.rate_hz for setting in next_settings} <= {30, 45, 60, 72}
 
 
 @pytest.mark.parametrize(
-    ("spec", "complete"),
+    ("spec", "is_complete"),
     [
-        ("exact", True), ("exact[containment=false]", False), ("hybrid", True),
-        ("discrete", True), ("discrete[rate_hz=22.5]", False), ("static[epsilon=0.01]", False), ("sphere", False),
-        ("solid-style[budget=30]", False), ("collider", False), ("collider[shape=mesh]", True), ("hybrid-qaco", False),
-        ("hybrid-qaco[decide=mesh]", True), ("continuous", False), ("package.module:Class", False),
+        pytest.param("exact", True, id="exact: all triangles"),
+        pytest.param("exact[containment=false]", False, id="exact: bodies inside others are not found"),
+        pytest.param("hybrid", True, id="hybrid: all triangles by FCL"),
+        pytest.param("discrete", True, id="discrete: all triangles"),
+        pytest.param("discrete[rate_hz=22.5]", False, id="discrete: a step rate leaves out frames"),
+        pytest.param("static[epsilon=0.01]", False, id="static: a tolerance"),
+        pytest.param("sphere", False, id="sphere: bounding spheres"),
+        pytest.param("solid-style[budget=30]", False, id="solid-style: a budget of triangles"),
+        pytest.param("collider", False, id="collider: hulls"),
+        pytest.param("collider[shape=mesh]", True, id="collider: the meshes themselves"),
+        pytest.param("hybrid-qaco", False, id="hybrid-qaco: a search"),
+        pytest.param("hybrid-qaco[decide=mesh]", True, id="hybrid-qaco: a search, then all triangles"),
+        pytest.param("continuous", False, id="continuous: the way between frames"),
+        pytest.param("package.module:Class", False, id="a class of a user"),
     ],
-)  # fmt: skip
-def test_complete_setting_tests_all_faces_in_every_frame(spec, complete):
-    """Step rates leave out frames; budgets, tolerances, balls, hulls and an unasked inside leave out faces."""
+)
+def test_complete_setting_tests_all_faces_in_every_frame(spec, is_complete):
+    """A setting is complete if it decides by all triangles of both bodies, in every frame, the inside included."""
     (setting,) = settings_of(f"it={spec}")
-    assert setting.complete == complete and setting.label == "it" == setting.spec.label
+    assert setting.complete == is_complete
+
+
+def test_setting_of_a_command_has_its_label():
+    """``it=...`` calls the setting "it", and its detector too."""
+    (setting,) = settings_of("it=exact")
+    assert (setting.label, setting.spec.label) == ("it", "it")
