@@ -1,6 +1,9 @@
+"""Guesses of an import as questions, on a planted scene in the axes of many programs whose contacts are known."""
+
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -38,11 +41,17 @@ EVERY_SCENE = [*product(TO_SOURCE, FORMATS, (False, True))]
 SAME_AXES = ("openxr", "openvr", "godot", "aframe")
 """Conventions whose axes are those of canonical and gltf."""
 QUICK_SCENES = [(name, FORMATS[k % 4], k % 3 == 0) for k, name in enumerate(TO_SOURCE) if name not in SAME_AXES][::2]
+"""Convention of the poses, kind of mesh files, and whether the program's own exporter wrote them."""
 SLOW_SCENES = [row for row in EVERY_SCENE if row not in QUICK_SCENES]
 
 
+def contacts(session):
+    """Whether tool and plate are in contact, a truth value a frame, by a replay of the recording as it is."""
+    return examine_assumptions(session).outcome.contact[:, 0]
+
+
 def written_scene(folder, convention, kind, exported, **options):
-    """The axes of the meshes of a scene that is written, and a function that imports it."""
+    """The axes that the meshes of a written scene of tool and plate are in, and a function that imports the scene."""
     axes = write_scene(folder, convention, kind, exported=exported)
     meshes = {name: folder / f"{name}.{kind}" for name in ("tool", "plate")}
     given = {"mapping": folder / "map.toml", "meshes": meshes}
@@ -58,68 +67,87 @@ def assert_contacts_are_true_or_questioned(folder, convention, kind, exported):
     truth = true_contact()
     axes, imported = written_scene(folder, convention, kind, exported)
     decided = examine_assumptions(imported(mesh_axes=axes))
-    assert np.array_equal(decided.outcome.contact[:, 0], truth) and not decided.questions
+    assert np.array_equal(decided.outcome.contact[:, 0], truth)
+    assert not decided.questions
     unanswered = examine_assumptions(imported())
     is_right = np.array_equal(unanswered.outcome.contact[:, 0], truth)
     assert is_right or unanswered.questions
     for question in unanswered.questions:
         right = [row for row in question.alternatives if np.array_equal(row.outcome.contact[:, 0], truth)]
-        assert len(right) == 1 and question.plausible in ("", right[0].value)
+        assert len(right) == 1
+        assert question.plausible in ("", right[0].value)
     if convention in ("canonical", "openxr", "openvr", "godot", "gltf", "aframe"):
-        assert is_right and not unanswered.questions
+        assert is_right
+        assert not unanswered.questions
 
 
 @pytest.mark.parametrize(("convention", "kind", "exported"), QUICK_SCENES)
 def test_contacts_are_exact_once_axes_are_stated(tmp_path, convention, kind, exported):
-    """``convention``: of the poses; ``kind``: of mesh files; ``exported``: by the program's own exporter."""
+    """A planted scene of tool and plate, written in a program's axes (``convention``), is imported again.
+
+    With the axes of its meshes stated it has its true contacts. Without, it has them too or raises a question, one
+    answer of which gives them. ``exported``: meshes are written by the program's own exporter.
+    """
     assert_contacts_are_true_or_questioned(tmp_path, convention, kind, exported)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("convention", "kind", "exported"), SLOW_SCENES)
 def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_path, convention, kind, exported):
-    """All other scenes of the test above."""
+    """As the test above, in all other conventions and kinds of mesh files, by the program's own exporter or not."""
     assert_contacts_are_true_or_questioned(tmp_path, convention, kind, exported)
 
 
 CUP_AXES = Assumption(Subject.MESH_AXES, "gltf", Origin.GUESS, bodies=("cup",), files=("a.obj",), description="Y is up")
+"""A guess on the axes of the mesh a.obj of a cup."""
 
 
 @pytest.mark.parametrize(
-    ("row", "text"),
+    ("assumption", "text"),
     [
-        (CUP_AXES, "Y is up"),
-        (replace(CUP_AXES, bodies=("rod",)), "Z is up"),
-        (replace(CUP_AXES, files=("b.obj",)), "given"),
-        (replace(CUP_AXES, subject=Subject.COLLIDER_AXES), "given"),
-        (Assumption(Subject.POSE_AXES, "unity", Origin.USER), "given (left-handed)"),
-        (Assumption(Subject.LENGTH_UNIT, "m", Origin.USER), "lengths in given"),
-        (Assumption(Subject.MESH_UNIT, "m", Origin.USER), "drawn in given"),
+        pytest.param(CUP_AXES, "Y is up", id="the cup's axes"),
+        pytest.param(replace(CUP_AXES, bodies=("rod",)), "Z is up", id="the rod's axes"),
+        pytest.param(replace(CUP_AXES, files=("b.obj",)), "value", id="another file, not described"),
+        pytest.param(replace(CUP_AXES, subject=Subject.COLLIDER_AXES), "value", id="colliders, not recorded"),
+        pytest.param(Assumption(Subject.POSE_AXES, "unity", Origin.USER), "value (left-handed)", id="poses"),
+        pytest.param(Assumption(Subject.LENGTH_UNIT, "m", Origin.USER), "lengths in value", id="unit of lengths"),
+        pytest.param(Assumption(Subject.MESH_UNIT, "m", Origin.USER), "drawn in value", id="unit of meshes"),
     ],
 )
-def test_assumption_is_described_as_the_recording_has_it(row, text):
-    """The recording says something of other bodies, files and subjects as well; ``given`` is the value asked for."""
-    rows = [
+def test_assumption_is_described_as_the_recording_has_it(assumption, text):
+    """A recording describes its assumptions by subject, bodies and files: poses, and axes of the meshes of three files.
+
+    A value ("value") is described as the recording does, if it says anything of that subject, body and file.
+    """
+    recorded = [
         Assumption(Subject.POSE_AXES, "unity", Origin.USER, description="left-handed"),
         replace(CUP_AXES, bodies=("rod",), description="Z is up"),
         replace(CUP_AXES, files=("b.obj",), description=""),
         CUP_AXES,
     ]
     session = Session.from_arrays(
-        [0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, {}, facts={ASSUMPTIONS_FACT: assumptions_fact(rows)}
+        [0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, {}, facts={ASSUMPTIONS_FACT: assumptions_fact(recorded)}
     )
-    assert assumption_text(session, row, "given") == text
+    assert assumption_text(session, assumption, "value") == text
 
 
 def test_planted_scene_has_exactly_two_contacts():
-    """Contact begins twice, and lasts 6 frames at least and less than a quarter of all."""
+    """The scene that the tests of this file write: contact begins twice, after the first frame, in 120 frames.
+
+    It lasts 6 frames at least and less than a quarter of all, so that an answer that is always right or wrong differs.
+    """
     truth = true_contact()
-    assert np.flatnonzero(np.diff(truth.astype(int)) == 1).size == 2 and 5 < truth.sum() < FRAMES / 4
+    begins = np.flatnonzero(np.diff(truth.astype(int)) == 1)
+    assert len(begins) == 2
+    assert 6 <= truth.sum() < FRAMES / 4
 
 
 @pytest.mark.parametrize("convention", ["z-up", "ros"])
 def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
-    """The rod's middle is 5 cm over the plate's top, and the rod 2 cm thick: 4 cm are between them."""
+    """A rod 2 cm thick whose middle is 5 cm over the top of a plate: 4 cm are between them, in 20 frames.
+
+    Poses and STL files are in the axes of a program in which z is up; the import has to find out.
+    """
     to_source = TO_SOURCE[convention]
     bodies = {"rod": ([-0.1, -0.01, -0.01], [0.1, 0.01, 0.01]), "plate": ([-0.2, -0.01, -0.2], [0.2, 0, 0.2])}
     for name, corners in bodies.items():
@@ -134,112 +162,179 @@ def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
     meshes = {name: tmp_path / f"{name}.stl" for name in ("rod", "plate")}
     session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
     outcome = examine_assumptions(session).outcome
-    assert outcome.contacts == 0 and outcome.closest == pytest.approx(0.04, abs=1e-6)
+    assert outcome.contacts == 0
+    assert outcome.closest == pytest.approx(0.04, abs=1e-6)
     assert outcome_text(outcome) == "no contact, 40 mm at the closest"
 
 
-def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
-    """STL files say no axes: run and page ask, until the import states them; then 2 contacts are found."""
-    axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
+def test_run_starts_with_an_open_question(tmp_path):
+    """A scene in ROS axes with STL files, which say no axes: taken for those of the poses there is no contact.
+
+    The first sentence of the run, and its page, say that this is not decided: with Y up there are 2 contacts.
+    """
+    _axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(), tmp_path / "s.mcap")
     result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
     (question,) = result.document.open_questions
     assert question.startswith("Not decided: axes of meshes of tool and plate. As the poses (ros): no contact")
-    assert "Y up" in question and "2 contacts" in question and doubts(result.document)[0] == question
+    assert "Y up" in question
+    assert "2 contacts" in question
+    assert doubts(result.document)[0] == question
     page = (tmp_path / "run" / "report.html").read_text()
-    assert "Not decided: axes of meshes" in page and "guessed, not sure: STL files say no axes" in page
-    write_session(imported(mesh_axes=axes), tmp_path / "said.mcap")
-    stated = replay.run(tmp_path / "said.mcap", detectors="exact")
-    assert stated.document.open_questions == () and len(stated.episodes["exact"]) == 2
+    assert "Not decided: axes of meshes" in page
+    assert "guessed, not sure: STL files say no axes" in page
 
 
-def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
-    """Meshes by an answer in the recording are those by the option of the import; forgotten, they are as before."""
+def test_run_with_stated_axes_has_no_question(tmp_path):
+    """The same scene, in ROS axes with STL files; the import states the axes of its meshes: 2 contacts."""
+    axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
+    write_session(imported(mesh_axes=axes), tmp_path / "s.mcap")
+    result = replay.run(tmp_path / "s.mcap", detectors="exact")
+    assert result.document.open_questions == ()
+    assert len(result.episodes["exact"]) == 2
+
+
+@pytest.fixture
+def unreal_scene(tmp_path):
+    """A scene in Unreal's axes with PLY meshes by its exporter, whose axes are an open guess of the import.
+
+    ``guessed``, ``stated``: imported without and with their axes. ``answered``: the guess answered, written, read back.
+    """
     axes, imported = written_scene(tmp_path, "unreal", "ply", exported=True)
-    before, option = imported(), imported(mesh_axes=axes)
-    (row,) = [row for row in recording_assumptions(before) if row.subject is Subject.MESH_AXES]
-    write_session(with_answer(before, row, axes), tmp_path / "s.mcap")
-    kept = read_session(tmp_path / "s.mcap")
+    guessed = imported()
+    (guess,) = [row for row in recording_assumptions(guessed) if row.subject is Subject.MESH_AXES]
+    write_session(with_answer(guessed, guess, axes), tmp_path / "s.mcap")
+    answered = read_session(tmp_path / "s.mcap")
+    return SimpleNamespace(axes=axes, guessed=guessed, stated=imported(mesh_axes=axes), answered=answered)
+
+
+def test_answered_recording_has_the_meshes_of_the_import_option(unreal_scene):
+    """The axes of meshes are answered in the recording, or stated by the option ``mesh_axes`` of the import."""
     for name in ("tool", "plate"):
-        assert np.array_equal(kept.meshes[name].vertices, option.meshes[name].vertices)
-        assert np.array_equal(kept.meshes[name].faces, option.meshes[name].faces)
-    assert not examine_assumptions(kept).questions
-    (decided,) = [row for row in recording_assumptions(kept) if row.subject is Subject.MESH_AXES]
-    assert (decided.origin, decided.value, decided.guessed_value) == (Origin.USER, axes, "body")
-    forgotten, count = with_answers_forgotten(kept)
-    assert count == 1 and len(examine_assumptions(forgotten).questions) == 1
-    assert np.array_equal(forgotten.meshes["tool"].vertices, before.meshes["tool"].vertices)
-    assert with_answers_forgotten(forgotten)[1] == 0
+        assert np.array_equal(unreal_scene.answered.meshes[name].vertices, unreal_scene.stated.meshes[name].vertices)
+        assert np.array_equal(unreal_scene.answered.meshes[name].faces, unreal_scene.stated.meshes[name].faces)
+
+
+def test_answered_recording_has_no_question(unreal_scene):
+    """It says that a user decided the axes, and that the import had guessed those of the poses ("body")."""
+    assert not examine_assumptions(unreal_scene.answered).questions
+    (row,) = [row for row in recording_assumptions(unreal_scene.answered) if row.subject is Subject.MESH_AXES]
+    assert (row.origin, row.value, row.guessed_value) == (Origin.USER, unreal_scene.axes, "body")
+
+
+def test_forgotten_answer_leaves_the_recording_as_imported(unreal_scene):
+    """The question comes back, with the meshes of the guess; there is no further answer to forget."""
+    forgotten, count = with_answers_forgotten(unreal_scene.answered)
+    assert count == 1
+    assert len(examine_assumptions(forgotten).questions) == 1
+    assert np.array_equal(forgotten.meshes["tool"].vertices, unreal_scene.guessed.meshes["tool"].vertices)
+    _session, further_count = with_answers_forgotten(forgotten)
+    assert further_count == 0
 
 
 def test_lengths_of_another_unit_are_questioned_and_answered(tmp_path):
-    """Positions are written in millimetres, 1,000 times as large, and the mapping says no unit."""
-    _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
-    table = (tmp_path / "take.csv").read_text().splitlines()
-    cells = [row.split(",") for row in table[1:]]
-    rows = [",".join([*row[:2], *(repr(1000 * float(item)) for item in row[2:5]), *row[5:]]) for row in cells]
-    (tmp_path / "take.csv").write_text("\n".join([table[0], *rows, ""]))
+    """Positions of a scene are written in millimetres, 1,000 times as large, and the mapping says no unit.
+
+    The question has no plausible answer; "mm" gives the true contacts, and can be forgotten.
+    """
+    _axes, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
+    head, *lines = (tmp_path / "take.csv").read_text().splitlines()
+    rows = []
+    for line in lines:
+        time, name, *numbers = line.split(",")
+        millimetres = [repr(1000 * float(metres)) for metres in numbers[:3]]
+        rows.append(",".join([time, name, *millimetres, *numbers[3:]]))
+    (tmp_path / "take.csv").write_text("\n".join([head, *rows, ""]))
     session = imported()
     (question,) = examine_assumptions(session).questions
-    assert question.assumption.subject is Subject.LENGTH_UNIT and not question.plausible
-    meant = with_answer(session, question.assumption, "mm")
-    assert np.array_equal(examine_assumptions(meant).outcome.contact[:, 0], true_contact())
-    back, _ = with_answers_forgotten(meant)
-    assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
+    assert question.assumption.subject is Subject.LENGTH_UNIT
+    assert question.plausible == ""
+    answered = with_answer(session, question.assumption, "mm")
+    assert np.array_equal(contacts(answered), true_contact())
+    forgotten, _count = with_answers_forgotten(answered)
+    assert np.allclose(forgotten.frames.position, session.frames.position, rtol=1e-15, atol=0)
 
 
-def test_axes_are_unknown_in_recordings_of_earlier_releases(tmp_path):
-    """Earlier releases kept meshes in the axes of their files and recorded no assumptions."""
-    _, imported = written_scene(tmp_path, "ros", "stl", exported=False)
+@pytest.fixture
+def recording_of_an_earlier_release(tmp_path):
+    """A scene in ROS axes whose meshes are in the axes of their STL files, without assumptions, as once recorded."""
+    _axes, imported = written_scene(tmp_path, "ros", "stl", exported=False)
     new = imported(mesh_axes="gltf")
     facts = {key: value for key, value in new.facts.items() if key != ASSUMPTIONS_FACT}
-    old = type(new)(new.source, new.meshes, new.scene, facts=facts)
-    origins = {row.subject: row.origin for row in recording_assumptions(old)}
-    assert origins == {Subject.POSE_AXES: Origin.NOT_KNOWN, Subject.MESH_AXES: Origin.NOT_KNOWN}
+    return type(new)(new.source, new.meshes, new.scene, facts=facts)
+
+
+def test_axes_are_unknown_in_recordings_of_earlier_releases(recording_of_an_earlier_release):
+    """Earlier releases recorded no assumptions: those of poses and of meshes are asked for as "not known"."""
+    rows = recording_assumptions(recording_of_an_earlier_release)
+    assert {row.subject: row.origin for row in rows} == {
+        Subject.POSE_AXES: Origin.NOT_KNOWN,
+        Subject.MESH_AXES: Origin.NOT_KNOWN,
+    }
+
+
+def test_recording_of_an_earlier_release_is_answered_and_forgotten(recording_of_an_earlier_release):
+    """Meshes are in the axes of their files (glTF's); the answer "body", those of the poses, gives true contacts."""
+    old = recording_of_an_earlier_release
     (question,) = examine_assumptions(old).questions
     assert question.assumption.value == "gltf"
-    now = with_answer(old, question.assumption, "body")
-    assert np.array_equal(examine_assumptions(now).outcome.contact[:, 0], true_contact())
-    back, _ = with_answers_forgotten(now)
-    assert recording_assumptions(back) == recording_assumptions(old)
+    answered = with_answer(old, question.assumption, "body")
+    assert np.array_equal(contacts(answered), true_contact())
+    forgotten, _count = with_answers_forgotten(answered)
+    assert recording_assumptions(forgotten) == recording_assumptions(old)
 
 
 def test_minimised_recording_keeps_open_guesses_under_new_names(tmp_path):
-    """Bodies become body-1 and body-2, and files have no names; a stated answer leaves no guess."""
-    _, imported = written_scene(tmp_path, "ros", "stl", exported=True)
+    """A scene of tool and plate in ROS axes with STL files has an open guess on the axes of its meshes.
+
+    Minimised, bodies are body-1 and body-2 and files have no names; the question and its plausible answer stay.
+    """
+    _axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     session = imported()
     (question,) = examine_assumptions(session).questions
-    (again,) = examine_assumptions(minimise(session)).questions
-    assert again.assumption.bodies == ("body-1", "body-2") and not again.assumption.files
-    assert again.plausible == question.plausible
-    assert "tool" not in minimise(session).facts[ASSUMPTIONS_FACT]
+    minimised = minimise(session)
+    (question_of_minimised,) = examine_assumptions(minimised).questions
+    assert question_of_minimised.assumption.bodies == ("body-1", "body-2")
+    assert not question_of_minimised.assumption.files
+    assert question_of_minimised.plausible == question.plausible
+    assert "tool" not in minimised.facts[ASSUMPTIONS_FACT]
+
+
+def test_minimised_recording_with_stated_axes_has_no_guess(tmp_path):
+    """A scene in ROS axes with STL files, whose axes the import states."""
+    _axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     assert ASSUMPTIONS_FACT not in minimise(imported(mesh_axes="y-up")).facts
 
 
-def test_mesh_added_by_a_later_scene_is_questioned(tmp_path):
-    """The scene brings STL files again, for a recording whose axes were stated; it may state them too."""
-    _, imported = written_scene(tmp_path, "ros", "stl", exported=True)
+@pytest.mark.parametrize(
+    ("stated_axes", "questions", "contact_count"),
+    [pytest.param("", 1, None, id="not stated"), pytest.param('mesh_axes = "y-up"', 0, 2, id="stated")],
+)
+def test_mesh_added_by_a_later_scene_is_questioned(tmp_path, stated_axes, questions, contact_count):
+    """A recording in ROS axes whose meshes have stated axes; a run's own scene file brings the STL files once more.
+
+    It may state their axes too: then there is no question, and both contacts of the scene are found.
+    """
+    _axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(mesh_axes="y-up"), tmp_path / "s.mcap")
-    bodies = "\n".join(f'[[body]]\nid = "{name}"\nmesh = "{name}.stl"' for name in ("tool", "plate"))
-    (tmp_path / "scene.toml").write_text(bodies)
+    bodies = [f'[[body]]\nid = "{name}"\nmesh = "{name}.stl"\n{stated_axes}' for name in ("tool", "plate")]
+    (tmp_path / "scene.toml").write_text("\n".join(bodies))
     result = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
-    assert len(result.document.open_questions) == 1
-    stated = bodies.replace(".stl", '.stl"\nmesh_axes = "y-up')
-    (tmp_path / "scene.toml").write_text(stated)
-    decided = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
-    assert decided.document.open_questions == () and len(decided.episodes["exact"]) == 2
+    assert len(result.document.open_questions) == questions
+    if contact_count is not None:
+        assert len(result.episodes["exact"]) == contact_count
 
 
-def collider_file(path, map_point):
-    """A hull of the tool and one of the plate as GLB, each vertex mapped, with the names of Unreal's importer."""
+def write_colliders(path, map_point):
+    """Writes a hull of the tool and one of the plate as GLB, each vertex mapped, with names of Unreal's importer."""
     pieces = trimesh.Scene()
     for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
         pieces.add_geometry(trimesh.Trimesh(changed(vertices, map_point), faces), node_name=f"UCX_{name}_00")
     path.write_bytes(pieces.export(file_type="glb"))
 
 
-class Steps:
-    """Progress that keeps the steps of the last stage: how many there are, and those done."""
+class CountedSteps:
+    """Progress that notes the steps of the last stage: how many there are, and those done."""
 
     @contextmanager
     def stage(self, name, total=None, unit="frames"):
@@ -247,57 +342,114 @@ class Steps:
         yield self.done.append
 
 
-def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
-    """Colliders in axes that are turned about Y do not fit; answering the question fits them to the meshes."""
-    axes, imported = written_scene(tmp_path, "unity", "obj", exported=True)
-    collider_file(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
-    collider_file(tmp_path / "flipped.glb", lambda x, y, z: (-x, y, -z))
-    fits = imported(mesh_axes=axes, colliders=tmp_path / "own.glb")
-    assert not examine_assumptions(fits).questions
-    session = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb")
-    progress = Steps()
-    (question,) = examine_assumptions(session, progress=progress).questions
-    assert question.assumption.subject is Subject.COLLIDER_AXES and question.plausible == "x-flipped"
-    assert sum(progress.done) == progress.total == len(question.alternatives)
-    assert alternatives_differ(session, question.assumption) is True
-    (fitting,) = (row for row in recording_assumptions(fits) if row.subject is Subject.COLLIDER_AXES)
-    assert alternatives_differ(fits, fitting) is False
-    assert question.alternatives[0].words.startswith("colliders up to ")
-    assert [row.is_current for row in question.alternatives] == [
-        row.value == "canonical" for row in question.alternatives
-    ]
-    assert len({row.description for row in question.alternatives}) == len(question.alternatives)
-    meant = with_answer(session, question.assumption, "x-flipped")
-    stated = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb", collider_axes="x-flipped")
-    for name in ("tool", "plate"):
-        assert np.array_equal(meant.colliders[name][0].vertices, stated.colliders[name][0].vertices)
-        assert np.allclose(meant.colliders[name][0].bounds, meant.meshes[name].bounds, atol=1e-6)
-    assert not examine_assumptions(meant).questions and not examine_assumptions(stated).questions
+@pytest.fixture
+def unity_scene_with_colliders(tmp_path):
+    """A scene in Unity's axes with stated axes of its meshes, and a file of colliders.
 
-
-def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
-    """The meshes are written in units of 10 cm, 2.5 and 4.2 long, so that metres and centimetres may be meant.
-
-    A unit may be stated for all bodies or for one; in metres, as they are, nothing is asked.
+    ``fitting``: it is in the axes of the poses; ``flipped``: it is turned by half a turn about Y; ``stated``: the
+    import says so.
     """
-    _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
+    axes, imported = written_scene(tmp_path, "unity", "obj", exported=True)
+    write_colliders(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
+    write_colliders(tmp_path / "flipped.glb", lambda x, y, z: (-x, y, -z))
+    flipped = tmp_path / "flipped.glb"
+    return SimpleNamespace(
+        fitting=imported(mesh_axes=axes, colliders=tmp_path / "own.glb"),
+        flipped=imported(mesh_axes=axes, colliders=flipped),
+        stated=imported(mesh_axes=axes, colliders=flipped, collider_axes="x-flipped"),
+    )
+
+
+def test_colliders_that_fit_their_meshes_are_not_questioned(unity_scene_with_colliders):
+    """Their axes are a guess, but the colliders are where the meshes are, so alternatives would be worse."""
+    fitting = unity_scene_with_colliders.fitting
+    (guess,) = [row for row in recording_assumptions(fitting) if row.subject is Subject.COLLIDER_AXES]
+    assert not examine_assumptions(fitting).questions
+    assert alternatives_differ(fitting, guess) is False
+
+
+def test_colliders_that_do_not_fit_their_meshes_are_questioned(unity_scene_with_colliders):
+    """Colliders are turned by half a turn about Y. The question has several alternatives, each described differently.
+
+    The current one is "canonical", the axes as they are; the plausible one is "x-flipped". Each says how far the
+    colliders are off.
+    """
+    flipped = unity_scene_with_colliders.flipped
+    (question,) = examine_assumptions(flipped).questions
+    assert question.assumption.subject is Subject.COLLIDER_AXES
+    assert question.plausible == "x-flipped"
+    assert alternatives_differ(flipped, question.assumption) is True
+    assert [row.value for row in question.alternatives if row.is_current] == ["canonical"]
+    assert question.alternatives[0].words.startswith("colliders up to ")
+    descriptions = {row.description for row in question.alternatives}
+    assert len(descriptions) == len(question.alternatives) > 1
+
+
+def test_progress_of_questions_ends_with_the_last_alternative(unity_scene_with_colliders):
+    """Steps are the alternatives of the only question, on the axes of the colliders."""
+    progress = CountedSteps()
+    (question,) = examine_assumptions(unity_scene_with_colliders.flipped, progress=progress).questions
+    assert sum(progress.done) == progress.total == len(question.alternatives)
+
+
+def test_answered_axes_of_colliders_equal_the_import_option(unity_scene_with_colliders):
+    """ "x-flipped" in the recording, or by the option ``collider_axes`` of the import: colliders fit their meshes.
+
+    Then nothing is asked.
+    """
+    flipped, stated = unity_scene_with_colliders.flipped, unity_scene_with_colliders.stated
+    (question,) = examine_assumptions(flipped).questions
+    answered = with_answer(flipped, question.assumption, "x-flipped")
+    for name in ("tool", "plate"):
+        (collider, *_), (stated_collider, *_) = answered.colliders[name], stated.colliders[name]
+        assert np.array_equal(collider.vertices, stated_collider.vertices)
+        assert np.allclose(collider.bounds, answered.meshes[name].bounds, atol=1e-6)
+    assert not examine_assumptions(answered).questions
+    assert not examine_assumptions(stated).questions
+
+
+@pytest.fixture
+def import_meshes_in_10_cm(tmp_path):
+    """Imports a scene whose meshes are written in units of 10 cm, 2.5 and 4.2 long: metres or centimetres?"""
+    _axes, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
-        write_mesh(tmp_path / f"{name}.obj", vertices, faces, unit=0.1)  # 2.5 and 4.2 units of 10 cm
-    session = imported()
-    raised = [item for item in examine_assumptions(session).questions if item.assumption.subject is Subject.MESH_UNIT]
-    assert [[row.value for row in item.alternatives] for item in raised] == [["m", "cm"]]
-    assert not [row for row in recording_assumptions(imported(mesh_units="cm")) if row.is_open]
-    mixed = {row.bodies: row for row in recording_assumptions(imported(mesh_units=("cm", "tool=m")))}
-    assert (mixed["tool",].value, mixed["plate",].value) == ("m", "cm")
+        write_mesh(tmp_path / f"{name}.obj", vertices, faces, unit=0.1)
+    return imported
+
+
+def test_mesh_unit_is_questioned_where_two_units_fit(import_meshes_in_10_cm):
+    """Meshes 2.5 and 4.2 long: 4.2 m or 4.2 cm are both possible."""
+    questions = examine_assumptions(import_meshes_in_10_cm()).questions
+    of_units = [question for question in questions if question.assumption.subject is Subject.MESH_UNIT]
+    assert [[row.value for row in question.alternatives] for question in of_units] == [["m", "cm"]]
+
+
+def test_mesh_unit_may_be_stated_for_all_bodies_or_for_one(import_meshes_in_10_cm):
+    """The option ``mesh_units`` of the import: "cm" for all, then "cm" for all but the tool."""
+    of_all = recording_assumptions(import_meshes_in_10_cm(mesh_units="cm"))
+    assert [row for row in of_all if row.is_open] == []
+    of_tool = recording_assumptions(import_meshes_in_10_cm(mesh_units=("cm", "tool=m")))
+    unit_of_bodies = {row.bodies: row.value for row in of_tool if row.subject is Subject.MESH_UNIT}
+    assert unit_of_bodies == {("tool",): "m", ("plate",): "cm"}
+
+
+def test_mesh_unit_of_an_unknown_body_is_refused(import_meshes_in_10_cm):
+    """The bodies are tool and plate."""
     with pytest.raises(ImportFileError, match="--mesh-units tol=m: there is no body 'tol'; did you mean 'tool'"):
-        imported(mesh_units=("tol=m",))
-    for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
-        write_mesh(tmp_path / f"{name}.obj", vertices, faces)
+        import_meshes_in_10_cm(mesh_units=("tol=m",))
+
+
+def test_mesh_unit_of_metres_is_not_questioned(tmp_path):
+    """Meshes 0.25 and 0.42 m long, written in metres: no other unit fits."""
+    _axes, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     assert not examine_assumptions(imported()).questions
 
 
 def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path):
-    """A bead of 6 mm, written as 0.6, rests on a plate of the scene; as metres it is a box of most of a metre."""
+    """A bead of 6 mm, written as 0.6 in an OBJ, moves as the tool of a scene; as metres it is a box of most of a metre.
+
+    The plate is in a GLB file, which is in metres.
+    """
     write_scene(tmp_path, "openxr", "glb")
     edge = 0.006
     vertices, faces = box([-edge / 2] * 3, [edge / 2] * 3)
@@ -305,30 +457,43 @@ def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path):
     meshes = {"tool": tmp_path / "tool.obj", "plate": tmp_path / "plate.glb"}
     session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
     (question,) = examine_assumptions(session).questions
-    assert question.assumption.subject is Subject.MESH_UNIT and question.plausible in ("", "cm")
+    assert question.assumption.subject is Subject.MESH_UNIT
+    assert question.plausible in ("", "cm")
     assert [row.value for row in question.alternatives] == ["m", "cm"]
 
 
 def test_forgetting_an_answer_restores_all_recorded_facts(tmp_path):
-    """Each alternative of each open guess, of poses and of meshes."""
-    _, poses = unity_poses_without_a_name(tmp_path, "glb")
-    _, meshes = written_scene(tmp_path, "unreal", "ply", exported=True)
-    for session in (poses(), meshes()):
-        for row in recording_assumptions(session):
-            for value in row.alternatives if row.is_open else ():
-                back, count = with_answers_forgotten(with_answer(session, row, value))
-                assert count == 1 and recording_assumptions(back) == recording_assumptions(session)
-                assert {key: text for key, text in back.facts.items() if key != ASSUMPTIONS_FACT} == {
-                    key: text for key, text in session.facts.items() if key != ASSUMPTIONS_FACT
-                }
-                assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
+    """Two recordings: poses of Unity in a file that says no axes, and meshes of Unreal whose axes are a guess.
+
+    Each alternative of each open guess is given as the answer, and forgotten: assumptions, other facts and positions
+    are as before.
+    """
+    _axes, import_poses = unity_poses_without_a_name(tmp_path, "glb")
+    _axes, import_meshes = written_scene(tmp_path, "unreal", "ply", exported=True)
+
+    def other_facts(session):
+        return {key: text for key, text in session.facts.items() if key != ASSUMPTIONS_FACT}
+
+    for session in (import_poses(), import_meshes()):
+        open_guesses = [row for row in recording_assumptions(session) if row.is_open]
+        assert open_guesses
+        for guess in open_guesses:
+            for value in guess.alternatives:
+                forgotten, count = with_answers_forgotten(with_answer(session, guess, value))
+                assert count == 1
+                assert recording_assumptions(forgotten) == recording_assumptions(session)
+                assert other_facts(forgotten) == other_facts(session)
+                assert np.allclose(forgotten.frames.position, session.frames.position, rtol=1e-15, atol=0)
 
 
 def test_run_lists_guesses_of_the_draft_on_first_screen(tmp_path):
-    """The draft of the mapping says that it guessed the unit of times."""
-    _, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
-    text = (tmp_path / "map.toml").read_text()
-    (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
+    """A mapping for the import that ``replay`` drafted says which of its keys are guesses: here the unit of times.
+
+    Units of lengths and meshes are guessed by the import itself. One line on the first screen lists all three.
+    """
+    _axes, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
+    mapping = (tmp_path / "map.toml").read_text()
+    (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + mapping)
     (line,) = doubts(replay.run(imported(), detectors="exact").document)
     assert line.startswith(
         "Guessed by the import: unit of lengths (m); unit of times (s); unit of meshes of tool and plate (m). Why"
@@ -336,7 +501,7 @@ def test_run_lists_guesses_of_the_draft_on_first_screen(tmp_path):
 
 
 def unity_poses_without_a_name(folder, kind):
-    """Poses of Unity in Foxglove's messages, which say no axes, and meshes as Unity's exporter writes them."""
+    """The axes of the meshes, and a function that imports poses of Unity in Foxglove's messages, which say no axes."""
     axes = write_scene(folder, "unity", kind, exported=True)
     rows = [line.split(",") for line in (folder / "take.csv").read_text().splitlines()[1:]]
     write_transforms(
@@ -348,40 +513,51 @@ def unity_poses_without_a_name(folder, kind):
 
 @pytest.mark.slow
 def test_question_about_pose_axes_has_the_right_answer_unity(tmp_path):
-    """The guess gives wrong contacts; of all alternatives only Unity's axes have the true ones."""
+    """Poses of Unity in a file that says no axes: as guessed, contacts are wrong.
+
+    Of all alternatives of the question only Unity's axes give the true contacts. Once that is the answer, poses are no
+    question, and the meshes of Unity's exporter (x flipped) are understood too.
+    """
     axes, imported = unity_poses_without_a_name(tmp_path, "glb")
-    guessed = imported()
-    assert not np.array_equal(examine_assumptions(guessed).outcome.contact[:, 0], true_contact())
-    raised = {question.assumption.subject: question for question in examine_assumptions(guessed).questions}
-    right = [
-        row.value
-        for row in raised[Subject.POSE_AXES].alternatives
-        if np.array_equal(row.outcome.contact[:, 0], true_contact())
-    ]
+    assert axes == "x-flipped"
+    guessed, truth = imported(), true_contact()
+    review = examine_assumptions(guessed)
+    assert not np.array_equal(review.outcome.contact[:, 0], truth)
+    (question,) = [item for item in review.questions if item.assumption.subject is Subject.POSE_AXES]
+    right = [row.value for row in question.alternatives if np.array_equal(row.outcome.contact[:, 0], truth)]
     assert right == ["unity"]
-    decided = with_answer(guessed, raised[Subject.POSE_AXES].assumption, "unity")
-    assert np.array_equal(examine_assumptions(decided).outcome.contact[:, 0], true_contact())
-    assert axes == "x-flipped" and Subject.POSE_AXES not in {
-        question.assumption.subject for question in examine_assumptions(decided).questions
-    }
+    review_of_answer = examine_assumptions(with_answer(guessed, question.assumption, "unity"))
+    assert np.array_equal(review_of_answer.outcome.contact[:, 0], truth)
+    assert Subject.POSE_AXES not in {item.assumption.subject for item in review_of_answer.questions}
 
 
 def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
-    """Axes of poses and of meshes that are in the same ones: whatever they are, contacts are the same."""
-    _, imported = unity_poses_without_a_name(tmp_path, "obj")
+    """Axes of poses are a guess; meshes are in the same axes by the option "body".
+
+    Whatever these are, contacts are the same, so nothing is asked; the first screen lists the guess.
+    """
+    _axes, imported = unity_poses_without_a_name(tmp_path, "obj")
     session = imported(mesh_axes="body")
     assert not examine_assumptions(session).questions
-    stated = doubts(replay.run(session, detectors="exact").document)
-    assert stated[0].startswith(
+    first_line, *_ = doubts(replay.run(session, detectors="exact").document)
+    assert first_line.startswith(
         "Guessed by the import: axes of poses (ros, not sure); unit of lengths (m); unit of meshes"
     )
-    assert not any(
-        "axes of poses" in line for line in doubts(replay.run(imported(convention="ros"), detectors="exact").document)
-    )
+
+
+def test_stated_axes_of_poses_are_not_listed_as_a_guess(tmp_path):
+    """The option ``convention`` of the import says ROS; other guesses are listed."""
+    _axes, imported = unity_poses_without_a_name(tmp_path, "obj")
+    lines = doubts(replay.run(imported(convention="ros"), detectors="exact").document)
+    assert lines
+    assert [line for line in lines if "axes of poses" in line] == []
 
 
 def test_at_most_three_questions_whose_answers_change_contacts(tmp_path):
-    """Five guesses are open: axes of the poses, axes and unit of an OBJ, and of an STL."""
+    """Four guesses or more are open: axes of poses that a file does not say, and axes and units of an OBJ and an STL.
+
+    At most three become questions, each with two alternatives or more, no two of which have the same contacts.
+    """
     unity_poses_without_a_name(tmp_path, "obj")
     files = {"tool": tmp_path / "tool.obj", "plate": tmp_path / "plate.stl"}
     for path, (vertices, faces) in zip(files.values(), (TOOL, PLATE), strict=True):
@@ -391,5 +567,5 @@ def test_at_most_three_questions_whose_answers_change_contacts(tmp_path):
     questions = examine_assumptions(session).questions
     assert 1 <= len(questions) <= 3
     for question in questions:
-        contacts = [row.outcome.contact.tobytes() for row in question.alternatives]
-        assert len(contacts) == len({*contacts}) > 1
+        contacts_of_alternatives = [row.outcome.contact.tobytes() for row in question.alternatives]
+        assert len(contacts_of_alternatives) == len(set(contacts_of_alternatives)) > 1

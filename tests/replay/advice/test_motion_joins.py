@@ -22,8 +22,12 @@ FINEST = 48
 """Pieces from which all joins begin: more than the 32 that a join gives at most."""
 
 
-class Stirred:
-    """A beaker in which a rod stirs near one side of the wall."""
+class StirredBeaker:
+    """A beaker in which a rod stirs near one side of the wall, and what its pieces report.
+
+    ``exact``: contact of the meshes, a frame a row; ``hull_is_false``: frames in which the beaker's hull alone touches
+    the rod; ``false_contacts``: tests pieces in these frames.
+    """
 
     def __init__(self, session):
         self.assembly = prepare(session, pairs=[("beaker", "rod")]).assembly
@@ -34,8 +38,8 @@ class Stirred:
             replace(body, colliders=Solids((hull_collider(body.mesh),), hull_collider(body.mesh)))
             for body in self.assembly.bodies
         )
-        false = self.contact([hull_collider(self.mesh)]) & ~self.exact
-        self.false_contacts = FalseContacts(replace(self.assembly, bodies=bodies), "beaker", false)
+        self.hull_is_false = self.contact([hull_collider(self.mesh)]) & ~self.exact
+        self.false_contacts = FalseContacts(replace(self.assembly, bodies=bodies), "beaker", self.hull_is_false)
 
     def contact(self, pieces):
         """Whether pieces of the beaker report contact with the rod at each frame, (T, 1)."""
@@ -48,60 +52,84 @@ class Stirred:
         )
         return counts_as_contact(detector.detect(self.assembly.motion).verdict)
 
-    def false(self, pieces):
+    def false_frames(self, pieces):
+        """Number of frames in which pieces of the beaker report contact that its mesh has not."""
         return int((self.contact(pieces) & ~self.exact).sum())
 
-    def by_volume(self, most):
-        return [hull_of(corners) for corners in self.ladder.pieces(most)]
+    def missed_frames(self, pieces):
+        """Number of frames in which pieces of the beaker report no contact though its mesh has."""
+        return int((self.exact & ~self.contact(pieces)).sum())
+
+    def joined_by_volume(self, count):
+        """So many pieces of the beaker, by volumes and not by the motion."""
+        return [hull_of(corners) for corners in self.ladder.pieces(count)]
 
     @cached_property
-    def joined(self):
+    def joined_by_motion(self):
         """Number -> as many pieces, joined by motion from ``FINEST``."""
-        return joined_by_motion(self.by_volume(FINEST), self.false_contacts, lambda: None)
+        return joined_by_motion(self.joined_by_volume(FINEST), self.false_contacts, lambda: None)
 
 
 @pytest.fixture(scope="module")
 def stirred_beaker(shared_beakers):
     """A beaker in which a rod stirs, its pieces, and where they would touch falsely."""
-    return Stirred(shared_beakers)
+    return StirredBeaker(shared_beakers)
 
 
 def test_false_contacts_of_single_pieces_agree_with_the_detector(stirred_beaker):
-    """Each of 6 pieces of a beaker is asked alone, in frames where the hull of the beaker is wrong about the rod."""
-    pieces = stirred_beaker.by_volume(6)
-    at_risk = (stirred_beaker.contact([hull_collider(stirred_beaker.mesh)]) & ~stirred_beaker.exact)[:, 0]
-    expected = np.array([stirred_beaker.contact([piece])[at_risk, 0] for piece in pieces])
-    assert expected.any() and np.array_equal(stirred_beaker.false_contacts.of(pieces), expected)
+    """Six pieces of a beaker, in frames in which the beaker's hull is wrong about the rod: which touch the rod there?
+
+    Expected is what a detector says whose only collider of the beaker is that piece; some do touch.
+    """
+    pieces = stirred_beaker.joined_by_volume(6)
+    frames = stirred_beaker.hull_is_false[:, 0]
+    expected = np.array([stirred_beaker.contact([piece])[frames, 0] for piece in pieces])
+    assert expected.any()
+    assert np.array_equal(stirred_beaker.false_contacts.of(pieces), expected)
 
 
 def test_joined_pieces_of_each_number_cover_the_beaker(stirred_beaker):
-    """A face of the beaker may reach out of the joined hulls by at most 0.5 mm."""
-    assert sorted(stirred_beaker.joined) == [*range(1, 33)]
-    for count, pieces in stirred_beaker.joined.items():
-        assert len(pieces) == count and outside_by(stirred_beaker.mesh, pieces) < 5e-4
+    """48 pieces are joined two by two, where that touches the rod least, down to 32, 31, ... 1.
+
+    The hulls of each number cover the beaker: no face of it lies outside them by 0.5 mm or more.
+    """
+    assert sorted(stirred_beaker.joined_by_motion) == [*range(1, 33)]
+    for count, pieces in stirred_beaker.joined_by_motion.items():
+        assert len(pieces) == count
+        assert outside_by(stirred_beaker.mesh, pieces) < 5e-4
 
 
 @pytest.mark.parametrize("count", [4, 6])
 def test_pieces_joined_by_motion_report_less_false_contact(stirred_beaker, count):
-    """Less than as many (``count``) joined by volume; no contact of the mesh is missed."""
-    pieces = stirred_beaker.joined[count]
-    assert stirred_beaker.false(pieces) < stirred_beaker.false(stirred_beaker.by_volume(count))
-    assert not (stirred_beaker.exact & ~stirred_beaker.contact(pieces)).any()
+    """A beaker of so many pieces, joined where that touches the stirring rod least, or by their volumes.
+
+    The former are false in fewer frames, and miss no contact.
+    """
+    by_motion, by_volume = stirred_beaker.joined_by_motion[count], stirred_beaker.joined_by_volume(count)
+    assert stirred_beaker.false_frames(by_motion) < stirred_beaker.false_frames(by_volume)
+    assert stirred_beaker.missed_frames(by_motion) == 0
 
 
 def test_false_contact_never_falls_with_fewer_pieces(stirred_beaker):
-    """From 1 to 32 pieces: frames in which any piece touches falsely."""
-    levels = [pieces for _, pieces in sorted(stirred_beaker.joined.items())]
-    false = [stirred_beaker.false_contacts.of(pieces).any(axis=0).sum() for pieces in levels]
-    assert false == sorted(false, reverse=True) and false[0] > false[-1]
+    """From 1 to 32 pieces of the beaker: the number of frames in which any of them touches the rod falsely falls."""
+    false_frames = [
+        stirred_beaker.false_contacts.of(pieces).any(axis=0).sum()
+        for _count, pieces in sorted(stirred_beaker.joined_by_motion.items())
+    ]
+    assert false_frames == sorted(false_frames, reverse=True)
+    assert false_frames[0] > false_frames[-1]
 
 
 def test_refined_pieces_cover_the_body_and_report_less(stirred_beaker):
-    """Four pieces by volume are cut further where they touch falsely; no face of the beaker reaches out of them."""
-    coarse = stirred_beaker.by_volume(4)
+    """Four pieces of a beaker are cut further where they touch the rod falsely: more pieces, false in fewer frames.
+
+    They cover the beaker: no face of it lies outside them, up to rounding.
+    """
+    coarse = stirred_beaker.joined_by_volume(4)
     fine = refined_by_motion(coarse, stirred_beaker.mesh, stirred_beaker.false_contacts, lambda: None)
-    assert len(coarse) < len(fine) <= MOST_PIECES and outside_by(stirred_beaker.mesh, fine) < 1e-9
-    assert stirred_beaker.false(fine) < stirred_beaker.false(coarse)
+    assert 4 < len(fine) <= MOST_PIECES
+    assert outside_by(stirred_beaker.mesh, fine) < 1e-9
+    assert stirred_beaker.false_frames(fine) < stirred_beaker.false_frames(coarse)
 
 
 def test_false_contacts_of_a_body_are_those_of_its_own_pairs():
@@ -119,7 +147,7 @@ def test_false_contacts_of_a_body_are_those_of_its_own_pairs():
 
 
 class FirstPieceTouches:
-    """False contact of the first piece alone of those asked, at fewer of 40 moments each time."""
+    """False contact of the first piece alone, at 40 moments, and at a moment less each time that pieces are tested."""
 
     moments = 40
 
@@ -131,7 +159,10 @@ class FirstPieceTouches:
 
 
 def test_refining_stops_at_the_most_pieces(monkeypatch):
-    """Each cut of the box that touches makes two, of which again only the first touches."""
+    """A box is cut where it touches falsely, into two, of which the first touches again, a little less, and so on.
+
+    The limit is lowered to six pieces.
+    """
     monkeypatch.setattr(motion_joins, "MOST_PIECES", 6)
     box = box_mesh((0.1, 0.1, 0.1))
     assert len(refined_by_motion([box], box, FirstPieceTouches(), lambda: None)) == 6
@@ -145,60 +176,77 @@ class EveryPieceTouches:
 
 
 def test_pieces_that_cuts_do_not_help_are_given_up():
-    """Two useless cuts of a piece in turn: the box gives two pieces, and each of those two that are cut no further."""
+    """All pieces touch falsely at all moments, however a box is cut; two useless cuts in a row are allowed.
+
+    The box is cut into two, and each of these into two, four in all, which are cut no further.
+    """
     box = box_mesh((0.1, 0.1, 0.1))
     assert motion_joins.MOST_USELESS_CUTS == 2
     assert len(refined_by_motion([box], box, EveryPieceTouches(), lambda: None)) == 4
 
 
 def test_joining_stops_when_its_time_check_raises(stirred_beaker):
-    """The check is called in joins and in refinements; its error comes through."""
+    """The last argument is called now and then; it raises an error when the time is up, which ends the work."""
 
     class UpError(Exception):
         pass
 
-    def check():
+    def raise_up():
         raise UpError
 
-    for call in (joined_by_motion, lambda pieces, *rest: refined_by_motion(pieces, stirred_beaker.mesh, *rest)):
-        with pytest.raises(UpError):
-            call(stirred_beaker.by_volume(6), stirred_beaker.false_contacts, check)
+    with pytest.raises(UpError):
+        joined_by_motion(stirred_beaker.joined_by_volume(6), stirred_beaker.false_contacts, raise_up)
 
 
-def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
-    """Answers are (pieces, frames) of the only piece asked."""
-    assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
-    never = np.zeros((len(assembly.motion), 1), dtype=np.bool_)  # of one pair
-    false_contacts = FalseContacts(assembly, "beaker", never)
-    cylinder = revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)
-    pieces, frames = false_contacts.of([cylinder]).shape
-    assert (pieces, frames) == (1, 0)
+def test_refining_stops_when_its_time_check_raises(stirred_beaker):
+    """The last argument is called now and then; it raises an error when the time is up, which ends the work."""
+
+    class UpError(Exception):
+        pass
+
+    def raise_up():
+        raise UpError
+
+    pieces = stirred_beaker.joined_by_volume(6)
+    with pytest.raises(UpError):
+        refined_by_motion(pieces, stirred_beaker.mesh, stirred_beaker.false_contacts, raise_up)
 
 
-def test_pieces_are_tested_at_a_limited_number_of_frames(two_beakers, monkeypatch):
-    """All frames have false contact; two are taken."""
+@pytest.mark.parametrize(
+    ("has_false_contact", "tested_frames"),
+    [pytest.param(False, 0, id="never false"), pytest.param(True, 2, id="always false, two frames at most")],
+)
+def test_pieces_are_tested_at_few_frames_with_false_contact(two_beakers, monkeypatch, has_false_contact, tested_frames):
+    """A beaker and a rod elsewhere; the beaker's hull is wrong about it in no frame, or in all.
+
+    Pieces are tested in frames in which it is wrong only, here at most two. The answer has a row a piece and a column a
+    frame.
+    """
     monkeypatch.setattr(motion_joins, "MOST_FRAMES", 2)
     assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
-    always = np.ones((len(assembly.motion), 1), dtype=np.bool_)  # of one pair
+    false_frames = np.full((len(assembly.motion), 1), has_false_contact)  # of the only pair
     cylinder = revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)
-    pieces, frames = FalseContacts(assembly, "beaker", always).of([cylinder]).shape
-    assert (pieces, frames) == (1, 2)
+    touches = FalseContacts(assembly, "beaker", false_frames).of([cylinder])
+    assert touches.shape == (1, tested_frames)
 
 
 @pytest.mark.slow
 def test_untested_joins_change_no_level(stirred_beaker, monkeypatch):
-    """Joins that cannot be the best are not tested; here all are, and the pieces are the same."""
-    lazy = stirred_beaker.joined
-    original = motion_joins.Joins.best_join
+    """Joins of two pieces that cannot be the best are not tested, which saves time; here all are tested each time.
 
-    def test_every_join(joins):
+    The pieces of each number, 1 to 32, are the same.
+    """
+    lazy = stirred_beaker.joined_by_motion
+    best_join = motion_joins.Joins.best_join
+
+    def best_of_all_tested(joins):
         untested = [number for number, join in enumerate(joins.candidates) if not join.was_tested]
         joins.false_contact_of_joins(untested)
-        return original(joins)
+        return best_join(joins)
 
-    monkeypatch.setattr(motion_joins.Joins, "best_join", test_every_join)
-    eager = joined_by_motion(stirred_beaker.by_volume(FINEST), stirred_beaker.false_contacts, lambda: None)
+    monkeypatch.setattr(motion_joins.Joins, "best_join", best_of_all_tested)
+    eager = joined_by_motion(stirred_beaker.joined_by_volume(FINEST), stirred_beaker.false_contacts, lambda: None)
     assert sorted(lazy) == sorted(eager)
     for count, pieces in lazy.items():
-        corners = [piece.vertices for piece in pieces]
-        assert all(np.array_equal(a, b.vertices) for a, b in zip(corners, eager[count], strict=True))
+        for piece, other_piece in zip(pieces, eager[count], strict=True):
+            assert np.array_equal(piece.vertices, other_piece.vertices)

@@ -20,15 +20,15 @@ def cup():
     return trimesh.boolean.difference([outer, inner], engine="manifold")
 
 
-def shell(faces_kept, mesh):
-    """A mesh without those of its faces that a rule on their middles leaves out."""
-    mesh.update_faces(faces_kept(mesh.triangles_center))
+def with_faces(is_kept, mesh):
+    """The mesh with those of its faces whose middles a rule keeps."""
+    mesh.update_faces(is_kept(mesh.triangles_center))
     return mesh
 
 
 def beaker_of_one_wall():
     """A cylinder without its lid: nobody can tell whether it is filled."""
-    return shell(lambda middles: middles[:, 2] < 0.149, trimesh.creation.cylinder(0.08, 0.3, sections=20))
+    return with_faces(lambda middles: middles[:, 2] < 0.149, trimesh.creation.cylinder(0.08, 0.3, sections=20))
 
 
 def rack(*, missing):
@@ -88,6 +88,23 @@ def mesh_data(mesh):
     return MeshData(mesh.vertices, mesh.faces)
 
 
+def ball(radius, subdivisions=1):
+    """A ball of 80 faces, or four times as many for each further subdivision, about the origin."""
+    return trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
+
+
+def states_of(first, second, rotations, positions, budget=None):
+    """States of a pair of meshes in each frame; the first is at the origin, the second has these poses."""
+    return (
+        PairStates(mesh_data(first), mesh_data(second)).states(rotations, positions, budget or QueryBudget()).tolist()
+    )
+
+
+def unrotated(count):
+    """Rotations (count, 3, 3) of a body that does not turn."""
+    return np.tile(np.eye(3), (count, 1, 1))
+
+
 def winding_path(seed, reach):
     """Rotations (k, 3, 3) and positions (k, 3) along a smooth random path about the origin."""
     rng = np.random.default_rng(seed)
@@ -111,76 +128,100 @@ def exact_contacts(first, second, rotations, positions):
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
-    """Both bodies of SHAPES on a random path, 300 frames; at most one frame in 100 may be left unknown."""
+    """Of two bodies the first rests, the second moves along a random path about it, in 300 frames.
+
+    States by FCL are contact, separated or, in at most one frame of 100, unknown; those that are known are the verdicts
+    of the exact detector, which has contact in some frames and none in others.
+    """
     first, second = SHAPES[shape]
     rotations, positions = winding_path(seed, reach=0.3)
-    states = PairStates(mesh_data(first), mesh_data(second)).states(rotations, positions, QueryBudget())
+    states = np.array(states_of(first, second, rotations, positions))
     contact = exact_contacts(first, second, rotations, positions)
     is_known = states != PairState.UNKNOWN
+    assert 0 < contact.sum() < FRAMES
     assert is_known.mean() > 0.99
     assert ((states == PairState.CONTACT) == contact)[is_known].all()
-    assert contact.any() and not contact.all()
+
+
+COST_OF_A_PAIR = 10.0 + 30.0 + 0.02 * 160
+"""Microseconds, by estimate, of a collision query and a distance query of two balls of 80 faces each."""
 
 
 def test_slow_motion_far_apart_needs_few_distance_queries():
-    """Balls of 5 cm are 20 cm apart and move 2 cm at most; the budget allows ten distance queries for all frames."""
-    ball = mesh_data(trimesh.creation.icosphere(subdivisions=1, radius=0.05))
-    rotations, positions = np.tile(np.eye(3), (FRAMES, 1, 1)), np.zeros((FRAMES, 3))
+    """Two balls of 5 cm radius, 0.3 m from middle to middle, sway by 1 cm in 300 frames: always 19 cm apart or more.
+
+    The budget allows queries for ten frames: a distance tells for how many frames nothing can touch.
+    """
+    positions = np.zeros((FRAMES, 3))
     positions[:, 0] = 0.3 + 0.01 * np.sin(np.arange(FRAMES) / 50)
-    pair = PairStates(ball, ball)
-    cost_of_ten = 10 * (10.0 + 30.0 + 0.02 * 160)
-    assert (pair.states(rotations, positions, QueryBudget(cost_of_ten)) == PairState.SEPARATED).all()
+    states = states_of(ball(0.05), ball(0.05), unrotated(FRAMES), positions, QueryBudget(10 * COST_OF_A_PAIR))
+    assert states == [PairState.SEPARATED] * FRAMES
+
+
+def test_query_within_the_budget_is_answered():
+    """Two balls of 5 cm radius, 0.3 m apart, in one frame; the budget is a little more than 43.2 us, by estimate."""
+    states = states_of(ball(0.05), ball(0.05), unrotated(1), [[0.3, 0.0, 0.0]], QueryBudget(COST_OF_A_PAIR + 0.1))
+    assert states == [PairState.SEPARATED]
 
 
 def test_query_dearer_than_the_budget_is_refused():
-    """A collision and a distance of two balls of 80 faces take 10 + 30 + 0.02 * 160 microseconds by estimate."""
-    ball = mesh_data(trimesh.creation.icosphere(subdivisions=1, radius=0.05))
-    separated = np.eye(3)[None], np.array([[0.3, 0.0, 0.0]])
-    assert PairStates(ball, ball).states(*separated, QueryBudget(43.3)) == [PairState.SEPARATED]
+    """Two balls of 5 cm radius, 0.3 m apart, in one frame; the budget is a little less than 43.2 us, by estimate."""
     with pytest.raises(QueryLimitError):
-        PairStates(ball, ball).states(*separated, QueryBudget(43.1))
+        states_of(ball(0.05), ball(0.05), unrotated(1), [[0.3, 0.0, 0.0]], QueryBudget(COST_OF_A_PAIR - 0.1))
 
 
 def test_bodies_that_rest_on_each_other_decide_nothing_by_rounding():
-    """Gaps up to 9 um may be rounding, and are not called apart; 20 um are."""
-    box = trimesh.creation.box((0.1, 0.1, 0.1))
-    gaps = np.array([0.0, 1e-12, 1e-7, 9e-6, 2e-5])
-    positions = np.zeros((5, 3))
-    positions[:, 1] = 0.1 + gaps
-    states = PairStates(mesh_data(box), mesh_data(box)).states(np.tile(np.eye(3), (5, 1, 1)), positions, QueryBudget())
-    assert (states[:4] != PairState.SEPARATED).all() and states[4] == PairState.SEPARATED
+    """Cubes of 0.1 m, one above the other: gaps up to 9 um may be rounding, and are not called separated; 20 um are."""
+    cube = trimesh.creation.box((0.1, 0.1, 0.1))
+    gaps = [0.0, 1e-12, 1e-7, 9e-6, 2e-5]
+    positions = [[0.0, 0.1 + gap, 0.0] for gap in gaps]
+    *states_by_rounding, state_at_20_um = states_of(cube, cube, unrotated(len(gaps)), positions)
+    assert PairState.SEPARATED not in states_by_rounding
+    assert state_at_20_um == PairState.SEPARATED
 
 
-def test_steps_into_touch_or_through_a_surface_are_noticed():
-    """Cubes 50 mm apart, then 9 micrometres, which is no clear gap; a ball before a block, then inside it."""
-    box, ball = trimesh.creation.box((0.1, 0.1, 0.1)), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
-    still = np.tile(np.eye(3), (2, 1, 1))
-    approaching, entering = np.zeros((2, 2, 3))
-    approaching[:, 1], entering[0, 1] = [0.15, 0.1 + 9e-6], 0.1
-    states = PairStates(mesh_data(box), mesh_data(box)).states(still, approaching, QueryBudget())
-    assert states.tolist() == [PairState.SEPARATED, PairState.UNKNOWN]
-    states = PairStates(mesh_data(box), mesh_data(ball)).states(still, entering, QueryBudget())
-    assert states.tolist() == [PairState.SEPARATED, PairState.CONTACT]
+def test_step_into_touch_is_not_called_separated():
+    """Cubes of 0.1 m, 50 mm apart in the first frame, 9 um in the second, which may be rounding."""
+    cube = trimesh.creation.box((0.1, 0.1, 0.1))
+    states = states_of(cube, cube, unrotated(2), [[0.0, 0.15, 0.0], [0.0, 0.1 + 9e-6, 0.0]])
+    assert states == [PairState.SEPARATED, PairState.UNKNOWN]
+
+
+def test_step_through_a_surface_is_contact():
+    """A ball of 2 cm radius, 10 cm from the middle of a cube of 0.1 m in the first frame, in its middle in the second.
+
+    There it touches no face of the cube, but it is inside.
+    """
+    cube = trimesh.creation.box((0.1, 0.1, 0.1))
+    states = states_of(cube, ball(0.02), unrotated(2), [[0.0, 0.1, 0.0], [0.0, 0.0, 0.0]])
+    assert states == [PairState.SEPARATED, PairState.CONTACT]
+
+
+def test_inside_of_a_closed_mesh_is_contact():
+    """A ball of 4 cm radius in the middle of a cube of 0.3 m, which it does not touch."""
+    cube = trimesh.creation.box((0.3, 0.3, 0.3))
+    assert states_of(cube, ball(0.04), unrotated(1), [[0.0, 0.0, 0.0]]) == [PairState.CONTACT]
 
 
 def test_inside_of_an_open_mesh_is_unknown():
-    """A ball of 4 cm in the middle of a block of 30 cm, once with a face removed."""
-    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)
-    open_block = MeshData(block.vertices, block.faces[:-1])
-    poses = np.eye(3)[None], np.zeros((1, 3))
-    assert PairStates(open_block, mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
-    assert PairStates(mesh_data(block), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.CONTACT]
+    """A ball of 4 cm radius in the middle of a cube of 0.3 m that lacks a face: is the cube filled or hollow?"""
+    cube = trimesh.creation.box((0.3, 0.3, 0.3))
+    cube.update_faces(np.arange(len(cube.faces)) > 0)
+    assert states_of(cube, ball(0.04), unrotated(1), [[0.0, 0.0, 0.0]]) == [PairState.UNKNOWN]
+
+
+def ball_with_a_hole():
+    """The surface of a ball of 18 cm radius, open around its upper pole."""
+    return with_faces(lambda middles: middles[:, 2] < 0.17, ball(0.18, subdivisions=2))
 
 
 MESHES_WITH_HOLES = {
-    "one-face": lambda: shell(lambda middles: np.arange(len(middles)) > 0, trimesh.creation.box((0.3, 0.3, 0.3))),
-    "ball-with-a-hole": lambda: shell(
-        lambda middles: middles[:, 2] < 0.17, trimesh.creation.icosphere(subdivisions=2, radius=0.18)
+    "cube that lacks a face": lambda: with_faces(
+        lambda middles: np.arange(len(middles)) > 0, trimesh.creation.box((0.3, 0.3, 0.3))
     ),
-    "half-a-ball": lambda: shell(
-        lambda middles: middles[:, 2] < 0.0, trimesh.creation.icosphere(subdivisions=2, radius=0.18)
-    ),
-    "deep-tube": lambda: shell(lambda middles: middles[:, 2] < 0.249, trimesh.creation.cylinder(0.06, 0.5)),
+    "ball with a hole": ball_with_a_hole,
+    "half a ball": lambda: with_faces(lambda middles: middles[:, 2] < 0.0, ball(0.18, subdivisions=2)),
+    "deep tube": lambda: with_faces(lambda middles: middles[:, 2] < 0.249, trimesh.creation.cylinder(0.06, 0.5)),
 }
 
 
@@ -188,48 +229,60 @@ MESHES_WITH_HOLES = {
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
 def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
-    """A state may be unknown; one that is known must be right."""
-    holed, ball = MESHES_WITH_HOLES[shape](), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
+    """A ball of 2 cm radius moves along a random path about a mesh with a hole, in 300 frames.
+
+    Many states may be unknown there; those that are known are the verdicts of the exact detector.
+    """
+    mesh_with_hole = MESHES_WITH_HOLES[shape]()
     rotations, positions = winding_path(seed, reach=0.3)
-    states = PairStates(mesh_data(holed), mesh_data(ball)).states(rotations, positions, QueryBudget())
-    contact = exact_contacts(holed, ball, rotations, positions)
+    states = np.array(states_of(mesh_with_hole, ball(0.02), rotations, positions))
+    contact = exact_contacts(mesh_with_hole, ball(0.02), rotations, positions)
     is_known = states != PairState.UNKNOWN
     assert is_known.any()
     assert ((states == PairState.CONTACT) == contact)[is_known].all()
 
 
 def test_body_that_crossed_no_surface_is_still_separated():
-    """It sinks by a hole into a hollow ball, where alone nobody could tell whether the ball is filled."""
-    hollow, small = MESHES_WITH_HOLES["ball-with-a-hole"](), trimesh.creation.icosphere(subdivisions=1, radius=0.02)
-    positions, still = np.zeros((60, 3)), np.tile(np.eye(3), (60, 1, 1))
+    """A ball of 2 cm radius sinks in 60 frames through the upper hole of a hollow ball into its middle.
+
+    It is separated all the time, since it crossed no surface; the last frame alone does not tell whether the hollow
+    ball is filled.
+    """
+    positions = np.zeros((60, 3))
     positions[:, 2] = np.linspace(0.4, 0.0, 60)
-    pair = PairStates(mesh_data(hollow), mesh_data(small))
-    assert (pair.states(still, positions, QueryBudget()) == PairState.SEPARATED).all()
-    assert pair.states(still[-1:], positions[-1:], QueryBudget()) == [PairState.UNKNOWN]
+    assert states_of(ball_with_a_hole(), ball(0.02), unrotated(60), positions) == [PairState.SEPARATED] * 60
+    assert states_of(ball_with_a_hole(), ball(0.02), unrotated(1), positions[-1:]) == [PairState.UNKNOWN]
 
 
 def test_inside_of_doubled_shells_is_never_taken_for_apart():
-    """A ball in the middle of a box within a box, where parity of crossings says outside."""
-    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(subdivisions=1, radius=0.04)
-    larger = trimesh.creation.box((0.4, 0.4, 0.4))
-    nested = trimesh.util.concatenate([block, larger])
-    poses = np.eye(3)[None], np.zeros((1, 3))
-    assert PairStates(mesh_data(nested), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
+    """A ball of 4 cm radius in the middle of a cube of 0.3 m within a cube of 0.4 m, all one mesh.
+
+    A ray from there crosses two surfaces, an even number, which by parity would be outside.
+    """
+    boxes = [trimesh.creation.box((edge, edge, edge)) for edge in (0.3, 0.4)]
+    nested = trimesh.util.concatenate(boxes)
+    assert states_of(nested, ball(0.04), unrotated(1), [[0.0, 0.0, 0.0]]) == [PairState.UNKNOWN]
 
 
 def test_degenerate_faces_do_not_change_states_of_a_pair():
-    """A box of 0.1 m with a point and a segment as faces: overlap at 0.05 and 0.0999, apart at 0.1002."""
-    box = trimesh.creation.box((0.1, 0.1, 0.1))
-    point, segment = [0, 0, 0], [int(box.faces[0, 0]), int(box.faces[0, 1]), int(box.faces[0, 1])]
-    with_flat = MeshData(box.vertices, np.concatenate([box.faces, [point, segment]]))
-    assert can_be_tested(with_flat)
-    positions = np.zeros((3, 3))
-    positions[:, 0] = 0.05, 0.0999, 0.1002
-    poses = np.tile(np.eye(3), (3, 1, 1)), positions
-    expected = [PairState.CONTACT, PairState.CONTACT, PairState.SEPARATED]
-    assert PairStates(with_flat, with_flat).states(*poses, QueryBudget()).tolist() == expected
+    """A cube of 0.1 m, two of whose faces are a point and a segment, beside itself: it overlaps 0.05 and 0.0999 m away.
+
+    At 0.1002 m it is separated.
+    """
+    cube = trimesh.creation.box((0.1, 0.1, 0.1))
+    first, second, _third = cube.faces[0].tolist()
+    point, segment = [0, 0, 0], [first, second, second]
+    with_flat_faces = MeshData(cube.vertices, np.concatenate([cube.faces, [point, segment]]))
+    assert can_be_tested(with_flat_faces)
+    positions = [[0.05, 0.0, 0.0], [0.0999, 0.0, 0.0], [0.1002, 0.0, 0.0]]
+    assert states_of(with_flat_faces, with_flat_faces, unrotated(3), positions) == [
+        PairState.CONTACT,
+        PairState.CONTACT,
+        PairState.SEPARATED,
+    ]
 
 
-def test_loose_segments_cost_no_query():
-    """Three corners on a line are a face without area, one of whose corners no other face has: FCL would miss it."""
-    assert not can_be_tested(MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))
+def test_mesh_with_a_loose_segment_is_not_tested():
+    """Corners 0, 1 and 2 lie on a line: a face without area, whose corner 2 no other face has; FCL would miss it."""
+    corners = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]]
+    assert not can_be_tested(MeshData(corners, [[0, 1, 2], [0, 1, 3]]))

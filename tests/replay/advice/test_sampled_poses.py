@@ -21,10 +21,10 @@ fixed = { position = [0.0, 2.0, 0.0] }
 """
 
 
-def test_fixed_bodies_stand_once_where_the_scene_says():
+def test_fixed_body_stands_where_the_scene_says_unless_recorded():
     """A scene fixes the table at y = -1 m and the shelf at y = 2 m; the cup moves along x by 1 m a frame.
 
-    The table was recorded too, at x = 5 m, which does not count; the shelf was not. Frames 0 and 2 are placed.
+    The table was recorded too, at x = 5 m, where it is then; the shelf was not recorded. Frames 0 and 2 are placed.
     """
     session = unit_cubes_on_x({"cup": [0.0, 1.0, 2.0], "table": [5.0] * 3}, scene=parse_scene(SCENE))
     session = replace(session, meshes={**session.meshes, "shelf": cube()})
@@ -32,7 +32,7 @@ def test_fixed_bodies_stand_once_where_the_scene_says():
     position_of = dict(zip(poses.names, poses.positions.transpose(1, 0, 2).tolist(), strict=True))
     assert position_of == {
         "cup": [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
-        "table": [[0.0, -1.0, 0.0], [0.0, -1.0, 0.0]],
+        "table": [[5.0, 0.0, 0.0], [5.0, 0.0, 0.0]],
         "shelf": [[0.0, 2.0, 0.0], [0.0, 2.0, 0.0]],
     }
     assert poses.is_usable.all()

@@ -211,7 +211,7 @@ def test_time_limit_excludes_compiling(bumped, monkeypatch):
 
 
 def test_pose_dropped_by_the_policy_gives_no_contact():
-    """Eight frames of 10 ms; unit cube b is 0.9 m from a, in contact, in frames 1, 2 and 5; in 5 its quaternion is zero.
+    """Eight frames of 10 ms; unit cube b is in contact with a in frames 1, 2 and 5; in 5 its quaternion is zero.
 
     The policy drops that pose, so one contact is left; the tradeoff starts at 10 ms and has 60 ms.
     """

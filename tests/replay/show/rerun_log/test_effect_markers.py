@@ -9,7 +9,7 @@ from replay.show.rerun_log.effects import log_effects
 def test_events_with_a_position_have_a_dot_unless_information():
     """Four events of an effect, at 1 to 4 s: dots at 1 and 3 s, of the warning and the error that have a position.
 
-    The event at 2 s is information only, that at 4 s has no position. A dot is called by the number of its event.
+    The event at 2 s is information only, that at 4 s has no position. Dots are numbered from 1.
     """
     events = (
         EffectEvent(1.0, "spill", level="warning", point=(0.0, 1.0, 0.0)),
@@ -25,4 +25,4 @@ def test_events_with_a_position_have_a_dot_unless_information():
         session_rows=lambda path, times, columns: time_of_dot.update({path.rpartition("/")[2]: times.tolist()}),
     )
     log_effects(writer, {"pour": run})
-    assert time_of_dot == {"1": [1_000_000_000], "3": [3_000_000_000]}
+    assert time_of_dot == {"1": [1_000_000_000], "2": [3_000_000_000]}
