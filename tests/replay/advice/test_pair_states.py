@@ -95,9 +95,8 @@ def ball(radius, subdivisions=1):
 
 def states_of(first, second, rotations, positions, budget=None):
     """States of a pair of meshes in each frame; the first is at the origin, the second has these poses."""
-    return (
-        PairStates(mesh_data(first), mesh_data(second)).states(rotations, positions, budget or QueryBudget()).tolist()
-    )
+    pair = PairStates(mesh_data(first), mesh_data(second))
+    return pair.states(rotations, np.asarray(positions), budget or QueryBudget()).tolist()
 
 
 def unrotated(count):
