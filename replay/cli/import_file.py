@@ -170,13 +170,15 @@ def _import_recording(
     further_options = [f"--mesh {quote(text)}" for text in named]
     if meshes is not None:
         further_options.append(f"--meshes {quote(str(meshes))}")
-    if rotations := import_options.get("rotations"):
-        further_options.append(f"--rotations {rotations}")
-    with _drafting_a_mapping(source, out, further_options):
+    further_options += [
+        f"--{name} {quote(import_options[name])}" for name in ("convention", "rotations") if name in import_options
+    ]
+    convention = import_options.get("convention", "")
+    with _drafting_a_mapping(source, out, further_options, convention):
         try:
             imported = import_session(kind, source, **import_options)
         except UnknownColumnsError as error:
-            mapping = _draft_with_axes(error, source, import_options.get("convention", ""))
+            mapping = _draft_with_axes(error, source, convention)
             if mapping is None:
                 raise
             imported = import_session(error.format, source, **import_options, mapping=mapping)
@@ -217,10 +219,13 @@ def _adds_to_recording(scene: Path) -> bool:
 
 
 @contextmanager
-def _drafting_a_mapping(source: Path, session_file: Path, further_options: Sequence[str]) -> Iterator[None]:
+def _drafting_a_mapping(
+    source: Path, session_file: Path, further_options: Sequence[str], convention: str
+) -> Iterator[None]:
     """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on.
 
-    ``further_options``: those of the command that go with the mapping.
+    ``further_options``: those of the command that go with the mapping. ``convention``: the axes that it names, or
+    ``""``.
     """
     from sessions.errors import ImportFileError
     from sessions.importers.csv_draft import UnknownColumnsError
@@ -237,8 +242,8 @@ def _drafting_a_mapping(source: Path, session_file: Path, further_options: Seque
             raise ImportFileError(f"{error}; {draft_file} is there already: {todo}") from None
         with whole_file(draft_file, ImportFileError) as stream:
             stream.write(error.draft.encode())
-        unknown_columns = ", ".join(error.unknown)
-        axes = "; or name the axes with --convention" if error.draft_with_axes("unity") else ""
+        unknown_columns = ", ".join(error.unknown_beside(convention))
+        axes = "; or name the axes with --convention" if error.draft_with_axes("unity") and not convention else ""
         raise ImportFileError(
             f"{error}; a draft is in {draft_file}: say there {unknown_columns}{axes}, then: {todo}"
         ) from None

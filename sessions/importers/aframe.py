@@ -8,6 +8,7 @@ Source: the format of aframe-motion-capture-components (``poses``, ``events``, `
 
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -38,6 +39,12 @@ OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
 PRESSES: Final = {"buttondown": 1.0, "buttonup": 0.0}
 TRIGGER: Final = 1
 """The button of a VIVE wand. Source: A-Frame's vive-controls (idPrefix ``OpenVR Gamepad``)."""
+
+JSON_LINES: Final = re.compile(r"\s*\{.*\}[ \t]*\r?\n\s*\{")
+"""An object that ends in its line, and another one below it."""
+
+JSON_CURE: Final = "write its poses as CSV, a row for each body and time and a column for each number"
+"""What to do with JSON of another shape."""
 
 WITHOUT_POSES: Final = "without a list of poses"
 
@@ -91,9 +98,13 @@ def _devices(source: Path, ledger: Ledger) -> dict[str, dict[str, Any]]:
             repeated.extend(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
         return table
 
+    text = ""
     try:
-        data = json.loads(source.read_text(encoding="utf-8-sig"), object_pairs_hook=members)
+        text = source.read_text(encoding="utf-8-sig")
+        data = json.loads(text, object_pairs_hook=members)
     except (ValueError, RecursionError) as error:
+        if JSON_LINES.match(text):
+            raise ImportFileError(f"{source}: it is JSON Lines, an object a line; {JSON_CURE}") from None
         kind = kind_of_file(source)
         reason = f": {error}; export the recording again" if kind in (None, JSON) else f" but {kind}"
         raise ImportFileError(f"{source}: this is not JSON{reason}") from None
@@ -105,7 +116,9 @@ def _devices(source: Path, ledger: Ledger) -> dict[str, dict[str, Any]]:
     members_of = {name: value for name, value in entries.items() if isinstance(value, dict)}
     devices = {name: value for name, value in members_of.items() if isinstance(value.get("poses"), list)}
     if not devices:
-        raise ImportFileError(f"{source}: no device with a list of poses; this is no A-Frame motion capture")
+        raise ImportFileError(
+            f"{source}: no device with a list of poses; this is no A-Frame motion capture; {JSON_CURE}"
+        )
     without = {WITHOUT_POSES: len(members_of) - len(devices)}
     ledger.book("names", read=len(members_of), kept=len(devices), dropped=without)
     return devices

@@ -84,13 +84,22 @@ class UnknownColumnsError(ImportFileError):
         listed = ", ".join(columns[:24]) + (", ..." if len(columns) > 24 else "")
         super().__init__(f"{source}: its columns are of no known log: {listed}; describe them with --mapping FILE")
 
+    def unknown_beside(self, convention: str) -> list[str]:
+        """Returns what the draft lacks beside all that these axes say; ``""``: nobody named any.
+
+        Raises SessionError: no such axes.
+        """
+        known = {AXES_UNKNOWN} if convention else set()
+        if convention and convention_named(convention).euler_order:
+            known.add(ORDER_UNKNOWN)
+        return [text for text in self.unknown if text not in known]
+
     def draft_with_axes(self, convention: str) -> str:
         """Returns the draft with these axes; ``""``: it lacks more than they say and a unit that may be the usual one.
 
         Raises SessionError: no such axes.
         """
-        fixed_by_axes = {ORDER_UNKNOWN} if convention_named(convention).euler_order else set()
-        if not {*self.unknown} <= {AXES_UNKNOWN, UNIT_UNKNOWN, *fixed_by_axes}:
+        if not {*self.unknown_beside(convention)} <= {UNIT_UNKNOWN}:
             return ""
         return re.sub(r"^# convention = .*$", f"convention = {json.dumps(convention)}", self.draft, flags=re.MULTILINE)
 
@@ -595,6 +604,9 @@ def _names_of_bodies(
         return names, ""
     groups = table.rows_by_text(names[0]).values() if names else [np.ones(len(table), dtype=np.bool_)]
     lost = rows_lost(stamps, groups)
+    if is_large_loss(lost, len(table)):  # rows that stand twice are merged
+        distinct = table.distinct_rows()
+        lost = rows_lost(stamps, [rows & distinct for rows in groups])
     used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]
     if not is_large_loss(lost, len(table)):
         # Rows whose stamps all differ are those of one body, unless a column of names takes turns.

@@ -85,10 +85,14 @@ def repeats_within(table: CsvTable, stamps: Stamps, names: str, used: Collection
 
     ``names``: the column of bodies.
     """
-    bodies = table.rows_by_text(names)
+    distinct = table.distinct_rows()
+    bodies = {name: rows & distinct for name, rows in table.rows_by_text(names).items()}
     lost = rows_lost(stamps, bodies.values())
     if not is_large_loss(lost, len(table)):
         return ""
+    repeated = sum(int(rows.sum()) - len(np.unique(stamps[rows])) for rows in bodies.values())
+    if not is_large_loss(repeated, len(table)):
+        return f"{lost:,} of {len(table):,} rows would be dropped: they go back in time; sort the rows by their stamps"
     cure = "keep one row of each body and stamp in the file"
     for column in _candidates(table, {*used, names}):
         values = table.rows_by_text(column).values()

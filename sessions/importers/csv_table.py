@@ -324,6 +324,14 @@ class CsvTable:
         """The first cell of a column that is not empty, or nothing."""
         return next(filter(None, self._cells(column).unique().to_pylist()), "")
 
+    def distinct_rows(self) -> Rows:
+        """Mask (n,) of the rows that no earlier row equals in all cells."""
+        texts = pc.binary_join_element_wise(*self._table.columns, text_scalar("\0")).combine_chunks()
+        codes = np.from_dlpack(texts.dictionary_encode().indices)
+        is_first = np.zeros(len(self), dtype=np.bool_)
+        is_first[np.unique(codes, return_index=True)[1]] = True
+        return is_first
+
     def count_different(self, column: str) -> int:
         """How many different texts a column holds."""
         return int(pc.count_distinct(self._cells(column)).as_py())

@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.file_kinds import file_kind
+from sessions.file_kinds import JSON, file_kind
+from sessions.importers.aframe import JSON_CURE
 from sessions.importers.csv_head import read_head
 from sessions.importers.csv_table import NUMBER, excel_separator
 from sessions.importers.hands.hand_columns import hand_layout
@@ -52,8 +53,7 @@ def recognised_format(source: Path) -> tuple[str, str]:
             return name, why
     if head.startswith(b"PK\x03\x04") and source.suffix.lower() == ".usdz":
         return "usd", "it is a package of USD"
-    if kind := file_kind(head):
-        raise ImportFileError(f"{source}: it is {kind}")
+    _refuse_other_kind(source, head)
     if b"\x00" not in head and (joints := joints_in(source)):
         return "hands", joints
     number, line = _first_row_of_cells(head.decode("utf-8", errors="replace"))
@@ -63,6 +63,15 @@ def recognised_format(source: Path) -> tuple[str, str]:
     if len(cells := line.split()) >= LEAST_NUMBERS and all(map(NUMBER.fullmatch, cells)):
         return "csv", f"line {number} has {len(cells)} numbers between spaces"
     raise ImportFileError(f"{source}: nothing says what it is; name the format before the source: replay import FORMAT")
+
+
+def _refuse_other_kind(source: Path, head: bytes) -> None:
+    """Refuse a file of a known kind that no importer reads."""
+    kind = file_kind(head)
+    if kind is JSON:
+        raise ImportFileError(f"{source}: it is JSON, but no A-Frame motion capture; {JSON_CURE}")
+    if kind is not None:
+        raise ImportFileError(f"{source}: it is {kind}")
 
 
 def _first_row_of_cells(text: str) -> tuple[int, str]:

@@ -128,6 +128,16 @@ def test_command_offers_no_convention_where_more_is_unknown(tmp_path, capsys):
     assert "--convention" not in capsys.readouterr().err
 
 
+def test_named_axes_are_no_longer_asked_for(tmp_path, capsys):
+    """The log "kitti" still lacks its rate; the command that is printed to go on keeps the axes and the direction."""
+    path = copied_log(tmp_path, "kitti")
+    named = ["--convention", "openvr", "--rotations", "world-to-body"]
+    assert main(["import", "csv", str(path), "-o", str(tmp_path / "s.mcap"), *named]) == 1
+    output = " ".join(capsys.readouterr().err.split())
+    assert "the axes" not in output and "the rate" in output
+    assert "--convention openvr --rotations world-to-body -o" in output
+
+
 @pytest.mark.parametrize(("convention", "is_complete"), [("unity", True), ("unreal", True), ("openvr", False)])
 def test_convention_that_fixes_the_order_of_angles_completes_a_draft(tmp_path, convention, is_complete):
     """A log has angles about x, y, z. Unity and Unreal apply them in an order of their own, OpenVR in none.

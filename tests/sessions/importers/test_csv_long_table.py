@@ -9,6 +9,7 @@ from sessions.doctor.timing import typical_step
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.importers.csv_draft import UnknownColumnsError
+from sessions.importers.ledger import ledger_of
 from sessions.model.session import Status
 
 UIDS = (225397651484143, 194930206998778, 79582884925181, 270231216246839, 117658302265452, 223371871635142)
@@ -126,6 +127,31 @@ def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, table, cure):
     assert '# name = "object_uid"' in refusal.draft
     with pytest.raises(ImportFileError, match=r"give either \[body\]"):
         session_by_draft(path, refusal.draft)
+
+
+LONG_HEAD = "time,object,x,y,z,qx,qy,qz,qw"
+LONG_ROWS = [f"{step / 90:.6f},{name},{step},0,0,0,0,0,1" for step in range(MOMENTS) for name in ("cup", "rod")]
+
+
+def test_rows_that_are_there_twice_are_merged(tmp_path):
+    """Every fourth row of two bodies is repeated as it is: nothing is lost, and no question is left."""
+    path = tmp_path / "log.csv"
+    lines = [line for number, line in enumerate(LONG_ROWS) for line in [line] * (2 if number % 4 == 0 else 1)]
+    path.write_text("\n".join([LONG_HEAD, *lines, ""]))
+    refusal = refusal_with_draft(path)
+    assert not [gap for gap in refusal.unknown if "rows" in gap]
+    session = session_by_draft(path, refusal.draft)
+    assert [len(session.tracks[name].times_ns) for name in ("cup", "rod")] == [MOMENTS, MOMENTS]
+    merged = sum(sum(entry.merged.values()) for entry in ledger_of(session.facts))
+    assert merged == len(LONG_ROWS) // 4
+
+
+def test_shuffled_rows_are_to_be_sorted(tmp_path):
+    """No row repeats a stamp of its body; in another order they only go back in time."""
+    path = tmp_path / "log.csv"
+    lines = np.random.default_rng(0).permutation(LONG_ROWS).tolist()
+    path.write_text("\n".join([LONG_HEAD, *lines, ""]))
+    assert any("they go back in time; sort the rows by their stamps" in gap for gap in refusal_with_draft(path).unknown)
 
 
 @pytest.mark.parametrize(("column", "names"), [("gadget", ("rod", "cup")), ("dev", ("1", "2"))])

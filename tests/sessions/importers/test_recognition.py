@@ -171,3 +171,19 @@ def test_joints_make_hands_by_their_positions_alone(tmp_path, prefix, is_hands):
     (tmp_path / "take.csv").write_text("\n".join([",".join(header), ",".join(zeros)]))
     reason = joints_in(tmp_path / "take.csv")
     assert reason == ("its columns are called like joints of a hand" if is_hands else "")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"time": 0, "pose": [1, 2]}\n{"time": 1, "pose": [1, 2]}\n', "it is JSON Lines, an object a line; write its"),
+        ('[{"time": 0, "pose": [1, 2]}]', "it is JSON, but no A-Frame motion capture; write its poses as CSV"),
+        ('{"time": [0, 1], "pose": {"x": [1, 2]}}', "this is no A-Frame motion capture; write its poses as CSV"),
+    ],
+    ids=["lines", "list", "columns"],
+)
+def test_json_of_another_shape_is_named_with_a_cure(tmp_path, text, words):
+    """An object for each row, a list of rows, and an object of columns."""
+    (tmp_path / "log.json").write_text(text)
+    with pytest.raises(ImportFileError, match=words):
+        import_session("auto", tmp_path / "log.json")
