@@ -27,8 +27,6 @@ MOST_AT_A_PULSE: Final = 3
 """Samples a second from which they are not those of a clock that pulses on the second, which is off by little."""
 SEVERAL_FRACTIONS: Final = 5
 """Different parts of a second, of which chance puts none into its first thousandth."""
-SAME_POSE: Final = 1e-6
-"""Metres, and parts of a quaternion, by which odometry and the transform of its stamp may differ and be one pose."""
 LARGEST_GAP_NS: Final = 200_000_000
 """A frame silent for longer than this, and elsewhere after it, is not interpolated: its pose there is lost."""
 
@@ -207,22 +205,22 @@ class FrameTree:
         return repeating
 
     def _book_repeating_odometry(self, name: str, link: _Link) -> None:
-        """Book the odometry of a frame that transforms place: merged where it says the same, else dropped."""
-        stamps = np.frombuffer(link.stamps, dtype=np.int64)
-        stamps = np.where(stamps == NO_STAMP, np.frombuffer(link.log_times, dtype=np.int64), stamps)
+        """Book the odometry of a frame that transforms place: merged where it has the same numbers, else dropped.
+
+        Programs stamp the transform of an odometry with its own time or with a later one.
+        """
         rows = np.frombuffer(link.numbers, dtype=np.float64).reshape(-1, 7)
-        times, transforms = self._tables[name]
-        match = np.minimum(np.searchsorted(times, stamps), len(times) - 1)
-        is_same = (times[match] == stamps) & (np.abs(transforms[match] - rows) <= SAME_POSE).all(axis=1)
-        is_same &= link.parent == self._links[name].parent
-        merged, topic = int(is_same.sum()), self._links[name].topic
-        other = f"of {name!r}, which {topic} places too, elsewhere or at other stamps; choose one by --topic"
+        known = {row.tobytes() for row in self._tables[name][1]}
+        is_same_frame = link.parent == self._links[name].parent
+        merged = sum(row.tobytes() in known for row in rows) if is_same_frame else 0
+        topic = self._links[name].topic
+        other = f"of {name!r}, which {topic} places too, elsewhere or at other times; choose one by --topic"
         self._ledger.book(
             "transforms",
             link.topic,
-            read=len(stamps),
+            read=len(rows),
             kept=0,
-            dropped={other: len(stamps) - merged},
+            dropped={other: len(rows) - merged},
             merged={f"that repeat those of {name!r} on {topic}": merged},
         )
 

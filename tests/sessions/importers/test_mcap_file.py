@@ -620,14 +620,14 @@ def moving_frame(parent, child, body):
 
 
 REPEATED = "/base/odom: 25 of 25 transforms merged: that repeat those of 'base' on /tf"
-CONTRADICTED = "/base/odom: 25 of 25 transforms dropped: of 'base', which /tf places too, elsewhere or at other stamps"
+CONTRADICTED = "/base/odom: 25 of 25 transforms dropped: of 'base', which /tf places too, elsewhere or at other times"
 ODOMETRY = {
     "alone": (odometry(), "base", 0, ""),
     "of no frame": (odometry(child=""), "base/odom", 0, ""),
     "of its own parent": (odometry(child="/map"), "base/odom", 0, ""),
     "as /tf": (odometry() + moving_frame("map", "base", body=0), "base", 0, REPEATED),
     "elsewhere": (odometry() + moving_frame("map", "base", body=1), "base", 1, CONTRADICTED),
-    "at other stamps": (odometry(stamps=STAMPS + 7) + moving_frame("map", "base", body=0), "base", 0, CONTRADICTED),
+    "as /tf, a little later": (odometry(stamps=STAMPS + 7) + moving_frame("map", "base", body=0), "base", 0, REPEATED),
     "below a frame of /tf": (odometry(parent="hand") + moving_frame("map", "hand", body=0), "base", (0, 0), ""),
 }
 """Messages, the name of the body, the pose that it has (of several: a chain from the root), and the ledger's words."""
