@@ -72,7 +72,7 @@ def data_of(case):
 
 @pytest.mark.parametrize("case", [*TABLE["case"], *ENDLESS], ids=lambda case: f"{case['reader']}: {case['words'][:40]}")
 def test_bad_file_is_refused_in_a_sentence_with_its_cure(tmp_path, case):
-    """Cases: reader, content, and words that the refusal must hold."""
+    """A case has a reader, a wrong file, and words that the error must hold; the error also names the file."""
     name, read = READERS[case["reader"]]
     path = tmp_path / name
     path.write_bytes(data_of(case))
@@ -81,23 +81,24 @@ def test_bad_file_is_refused_in_a_sentence_with_its_cure(tmp_path, case):
         read(path)
     message = str(raised.value)
     assert re.search(case["words"], message), message
-    assert case.get("names", name) in message and message.isprintable()
+    assert case.get("names", name) in message
+    assert message.isprintable()
 
 
 @pytest.mark.parametrize("reader", TABLE["good"])
 def test_unchanged_originals_of_wrong_files_are_read(tmp_path, reader):
-    """The good file of each reader, in which the cases change a piece."""
+    """Each reader has a good file, in which the cases above change a piece: what it reads is not empty."""
     name, read = READERS[reader]
     (tmp_path / name).write_bytes(TABLE["good"][reader].encode())
     assert read(tmp_path / name)
 
 
-def recorded(folder, do, *given, **options):
-    """A call of a recorder between two frames; the recording goes on."""
+def call_while_recording(folder, method, *arguments, **options):
+    """Raises the error of a recorder's method that is called between two frames, both of which must be recorded."""
     with Recorder(folder / "s.mcap") as recorder:
         recorder.poses(1, {"cup": POSE})
         with pytest.raises(SessionError) as raised:
-            getattr(recorder, do)(*given, **options)
+            getattr(recorder, method)(*arguments, **options)
         recorder.poses(2, {"cup": POSE})
     assert read_session(folder / "s.mcap").frames.stamp_ns.tolist() == [1, 2]
     raise raised.value
@@ -112,12 +113,15 @@ CALLS = {
 
 @pytest.mark.parametrize("case", TABLE["call"], ids=lambda case: f"{case['of']}: {case['words'][:40]}")
 def test_invalid_arguments_are_refused_in_a_sentence(tmp_path, case):
-    """A row of bad_input.toml: a call (``of``; behind "record" a recorder's method), arguments, words of its error."""
-    call, _, do = case["of"].partition("record ")
+    """A case of bad_input.toml has a function (``of``; behind "record" a recorder's method), arguments and error.
+
+    A recorder goes on after the error.
+    """
+    function, _, method = case["of"].partition("record ")
     calls = CALLS | {
-        "": partial(recorded, tmp_path, do),
+        "": partial(call_while_recording, tmp_path, method),
         "body of a scene": lambda **body: scene_meshes(Scene(bodies=(SceneBody(**body),)), tmp_path),
     }
     with pytest.raises(SessionError, match=case["words"]) as raised:
-        calls[call](*case.get("given", ()), **case.get("options", {}))
+        calls[function](*case.get("given", ()), **case.get("options", {}))
     assert str(raised.value).isprintable()

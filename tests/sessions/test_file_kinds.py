@@ -45,34 +45,38 @@ READERS = {
     "codebook": ("c.yaml", read_codebook),
     "printed tables": ("t.toml", check_published),
 }
-READ = {("answers", "UTF-16"), ("answers", "empty")}
-"""A spreadsheet's text may be in UTF-16, and a table of answers without rows."""
+ACCEPTED = {("answers", "UTF-16"), ("answers", "empty")}
+"""(Reader, kind of file) that are read: a spreadsheet's text may be in UTF-16, a table of answers without rows."""
 
 
-@pytest.mark.parametrize("noun", FILES)
-def test_every_reader_names_a_file_of_another_kind(tmp_path, noun):
-    """The message has the kind, the file's name and, behind a semicolon, what to do."""
+@pytest.mark.parametrize("kind", FILES)
+def test_every_reader_names_a_file_of_another_kind(tmp_path, kind):
+    """A file is called as each reader expects, and holds something else (FILES), as after a failed download.
+
+    The error says the kind, the file's name and, behind a semicolon, what to do.
+    """
     for reader, (name, read) in READERS.items():
-        if (reader, noun) in READ:
+        if (reader, kind) in ACCEPTED:
             continue
-        (tmp_path / name).write_bytes(FILES[noun])
+        (tmp_path / name).write_bytes(FILES[kind])
         with pytest.raises((SessionError, ReplayError)) as raised:
             read(tmp_path / name)
         message = str(raised.value)
-        assert noun in message and name in message and "; " in message, f"{reader}: {message}"
+        for text in (kind, name, "; "):
+            assert text in message, f"{reader}: {message}"
 
 
-@pytest.mark.parametrize("noun", ["an HTML page", "an error message of a server in JSON"])
-def test_doctor_refuses_a_page_in_place_of_a_file(tmp_path, noun):
-    """A session, a mesh and a scene that hold what a server sent instead."""
-    for name in ("s.mcap", "m.glb", "s.toml"):
-        (tmp_path / name).write_bytes(FILES[noun])
-        with pytest.raises(SessionError, match=f"file .*{name} is {noun}"):
-            examine(tmp_path / name)
+@pytest.mark.parametrize("kind", ["an HTML page", "an error message of a server in JSON"])
+@pytest.mark.parametrize("name", ["s.mcap", "m.glb", "s.toml"])
+def test_doctor_refuses_a_page_in_place_of_a_file(tmp_path, kind, name):
+    """The doctor examines a session, a mesh or a scene for damage; this file holds what a server sent instead."""
+    (tmp_path / name).write_bytes(FILES[kind])
+    with pytest.raises(SessionError, match=f"file .*{name} is {kind}"):
+        examine(tmp_path / name)
 
 
 def test_line_of_json_above_a_table_is_no_json_file(tmp_path):
-    """A CSV whose first line is {"unit": "m"} is no file in JSON: what it lacks is a mapping of its columns."""
+    """A CSV has {"unit": "m"} above its header: it is no file in JSON, and only lacks a mapping of its columns."""
     rows = "".join(f"{k / 60:.4f},{k / 60:.4f},1,0,0,0,0,1\n" for k in range(30))
     (tmp_path / "log.csv").write_text('{"unit": "m"}\ntime,cup_x,cup_y,cup_z,cup_qx,cup_qy,cup_qz,cup_qw\n' + rows)
     with pytest.raises(SessionError, match="describe them with --mapping"):

@@ -15,12 +15,12 @@ from sessions.input_files import (
 )
 
 READ = {
-    "count": lambda table: table.count("key", 1, 1, 5),
+    "count": lambda table: table.count("key", default=1, least=1, most=5),
     "number": lambda table: table.number("key", 1.0, above=0.0),
     "flag": lambda table: table.flag("key"),
     "text": lambda table: table.text("key", None),
-    "text among": lambda table: table.text("key", "auto", among=["a", "b"]),
-    "texts": lambda table: table.texts("key", 2),
+    "text among": lambda table: table.text("key", default="auto", among=["a", "b"]),
+    "texts": lambda table: table.texts("key", count=2),
     "text or texts": lambda table: table.text_or_texts("key"),
     "vector": lambda table: table.vector("key", (0.0, 0.0)),
     "named tables": lambda table: [*table.named_tables("key")],
@@ -55,27 +55,41 @@ def test_value_is_taken_as_written_or_refused(kind, taken, refused):
 
 
 def test_absent_tables_are_none_and_absent_values_defaults():
-    """The TOML is empty; a default is the second argument, of ``texts`` an empty tuple."""
+    """The TOML is empty; the default of ``texts`` is always an empty tuple."""
     table = parse_toml("", "scene.toml", SceneError)
-    assert (table.table("key"), table.tables("key"), table.named_tables("key")) == (None, None, {})
-    assert (table.text("key", "auto"), table.texts("key"), table.vector("key", (1.0, 2.0))) == ("auto", (), (1.0, 2.0))
+    assert table.table("key") is None
+    assert table.tables("key") is None
+    assert table.named_tables("key") == {}
+    assert table.text("key", default="auto") == "auto"
+    assert table.texts("key") == ()
+    assert table.vector("key", default=(1.0, 2.0)) == (1.0, 2.0)
 
 
 def test_unknown_key_is_refused_with_the_nearest_known_key():
-    """Keys that were queried ("group", "mass") are known when ``done`` is called, and those that it is given."""
+    """A table is queried for "group" and "mass", and then done with: any other key of it, as "mas", is unknown."""
     table = parse_toml("mas = 1\ngroup = 'a'", "scene.toml", SceneError)
-    assert "group" in table and "mass" not in table
+    assert "group" in table
+    assert "mass" not in table
     with pytest.raises(SceneError, match="unknown key 'mas'; did you mean 'mass'"):
         table.done()
-    assert parse_toml("mass = 1", "scene.toml", SceneError).done(["mass"])
+
+
+def test_key_that_is_named_at_the_end_is_known():
+    """Nobody queried the table for "mass"; ``done`` is given it as known, and says that no key was unknown."""
+    assert parse_toml("mass = 1", "scene.toml", SceneError).done(known=["mass"])
 
 
 def test_collected_faults_leave_defaults_and_reading_goes_on():
-    """Collected are text for a number, and numbers for a flag and for text; nothing is raised."""
+    """A list is given for faults: text for a number, and numbers for a flag and for text go there, and none is raised.
+
+    What is read of such a key is its default.
+    """
     faults = []
     table = parse_toml("a = 'x'\n[b]\nc = 2\nd = 1", "scene.toml", SceneError, faults)
-    within = table.table("b")
-    assert (table.number("a", 3.0), within.flag("c", True), within.text("d", "auto")) == (3.0, True, "auto")
+    inner_table = table.table("b")
+    assert table.number("a", default=3.0) == 3.0
+    assert inner_table.flag("c", default=True) is True
+    assert inner_table.text("d", default="auto") == "auto"
     assert faults == [
         "scene.toml: a is 'x'; give a finite number",
         "scene.toml: [b]: c is 2; give true or false",
@@ -84,11 +98,16 @@ def test_collected_faults_leave_defaults_and_reading_goes_on():
 
 
 def test_nearest_name_is_searched_among_few():
-    """Up to MOST_NAMED names are compared; of more only the number is said, of few unlike ones all names."""
+    """An unknown name is compared with up to MOST_NAMED others; of more only the number is said."""
     names = [f"body {number}" for number in range(MOST_NAMED)]
     assert nearest("body 7x", names) == "; did you mean 'body 7'?"
     assert nearest("body 7x", [*names, "last"]) == f"; there are {MOST_NAMED + 1} others"
-    assert (nearest("cup", ["a", "b"]), nearest("cup", [])) == ("; there are: a, b", "; there are none")
+
+
+def test_names_of_which_none_is_near_are_listed():
+    """The name "cup" is like neither "a" nor "b"."""
+    assert nearest("cup", ["a", "b"]) == "; there are: a, b"
+    assert nearest("cup", []) == "; there are none"
 
 
 def test_numbers_are_finite_and_not_truth_values():
@@ -97,32 +116,58 @@ def test_numbers_are_finite_and_not_truth_values():
     assert not any(map(is_number, (True, 10**400, float("nan"), "1", None)))
 
 
-def test_quoted_value_stays_on_a_line():
-    """With its quotes a value has 80 characters at most; a longer one is cut after 76 letters."""
-    for length, quoted in ((78, "'" + "x" * 78 + "'"), (79, "'" + "x" * 76 + "...")):
-        with pytest.raises(SceneError) as raised:
-            parse_toml(f"key = '{'x' * length}'", "scene.toml", SceneError).flag("key")
-        assert str(raised.value) == f"scene.toml: key is {quoted}; give true or false"
+@pytest.mark.parametrize(
+    ("length", "quoted"),
+    [
+        pytest.param(78, "'" + "x" * 78 + "'", id="80 with its quotes"),
+        pytest.param(79, "'" + "x" * 76 + "...", id="81 with its quotes"),
+    ],
+)
+def test_quoted_value_stays_on_a_line(length, quoted):
+    """A key that must be true or false holds a text of ``length`` letters; an error quotes 80 characters at most.
+
+    A longer text is cut after a quote and 76 letters, for three dots.
+    """
+    table = parse_toml(f"key = '{'x' * length}'", "scene.toml", SceneError)
+    with pytest.raises(SceneError) as raised:
+        table.flag("key")
+    assert str(raised.value) == f"scene.toml: key is {quoted}; give true or false"
 
 
-def test_text_in_another_encoding_is_refused(tmp_path):
-    """Zero bytes may be a quarter of a CSV, as in "a\\0bc", and not a third; in UTF-16 every second byte is one."""
-    check_encoding(tmp_path, b"t,x\n" * 60 + 60 * b"\0")
-    check_encoding(tmp_path, b"a\0bc")
-    for data in ("t,x\n".encode("utf-16-le"), "t,x".encode("utf-16"), b"PK\x03\x04", b"a\0b"):
-        with pytest.raises(ImportFileError, match="this is no CSV"):
-            check_encoding(tmp_path, data)
+@pytest.mark.parametrize(
+    "data", [pytest.param(b"t,x\n" * 60 + 60 * b"\0", id="zeros at the end"), pytest.param(b"a\0bc", id="one of four")]
+)
+def test_csv_may_have_zeros_in_a_quarter_of_its_bytes(tmp_path, data):
+    """Some loggers write zeros; nothing is raised."""
+    check_encoding(tmp_path, data)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        pytest.param("t,x\n".encode("utf-16-le"), id="UTF-16"),
+        pytest.param("t,x".encode("utf-16"), id="UTF-16 with its mark"),
+        pytest.param(b"PK\x03\x04", id="an archive"),
+        pytest.param(b"a\0b", id="a third zeros"),
+    ],
+)
+def test_text_in_another_encoding_is_refused(tmp_path, data):
+    """In UTF-16 every second byte of Latin letters is a zero; an archive is known by its first bytes."""
+    with pytest.raises(ImportFileError, match="this is no CSV"):
+        check_encoding(tmp_path, data)
 
 
 def test_line_ends_of_text_become_line_feeds(tmp_path):
-    """A byte order mark, then lines that end in CR LF, CR and LF."""
+    """A file has a byte order mark, then lines that end in CR LF, CR and LF."""
     (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
     assert read_text(tmp_path / "scene.toml", "scene", SceneError) == "a\nb\nc\n"
 
 
 def test_folder_is_no_regular_file(tmp_path):
+    """A folder, a device or a pipe has a name for its kind, a regular file none ("")."""
     (tmp_path / "scene.toml").touch()
-    assert (special_kind(tmp_path), special_kind(tmp_path / "scene.toml")) == ("a folder", "")
+    assert special_kind(tmp_path) == "a folder"
+    assert special_kind(tmp_path / "scene.toml") == ""
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ TRIANGLE = [[0, 0, 0], [3, 0, 0], [0, 4, 0]]
 
 
 def test_negative_zeros_become_zeros():
-    """A triangle with the coordinate -0.0 in each vertex."""
+    """A triangle has the coordinate -0.0 in each vertex; no coordinate of its mesh has a minus sign."""
     vertices = MeshData([[-0.0, 0, 0], [3, -0.0, 0], [0, 4, -0.0]], [[0, 1, 2]]).vertices
     assert not np.signbit(vertices).any()
 
@@ -36,26 +36,35 @@ def test_wrong_row_of_a_mesh_is_named(vertices, faces, message):
 
 
 def test_smallest_face_and_bounds_of_its_faces():
-    """Legs of 3 and 0.5 m make the smallest face, 0.75 m2. No face has the vertex that is moved from (9, 9, 9)."""
+    """Right triangles with legs of 3 and 4 m, and of 3 and 0.5 m, have their right angle at (1, 2, 3).
+
+    The smaller has 0.75 m2. A fifth vertex, at (10, 11, 12), is of no face and does not count for the bounds.
+    """
     vertices = np.add([*TRIANGLE, [0, 0, 0.5], [9, 9, 9]], [1, 2, 3])
     mesh = MeshData(vertices, [[0, 1, 2], [0, 1, 3]])
-    assert least_area(mesh) == pytest.approx(0.75)
+    assert least_area(mesh) == pytest.approx(3.0 * 0.5 / 2)
     assert mesh.bounds.tolist() == [[1, 2, 3], [4, 6, 3.5]]
 
 
-@pytest.mark.parametrize("side", [2.0, -2.0])
-def test_stretched_or_mirrored_mesh_still_faces_outwards(side):
-    """A cube is stretched by 2 along X, or mirrored too, and moved by 3.3 km: the volume doubles and stays positive."""
-    unit, matrix = cube(), np.diag([side, 1.0, 1.0, 1.0])
-    matrix[:3, 3] = away = np.array([1e4, -5.0, 7.0]) / 3.0
-    posed = unit.transformed(matrix)
-    np.testing.assert_allclose(posed.vertices, unit.vertices * [side, 1, 1] + away)
-    assert posed.volume == pytest.approx(2.0 * abs(unit.volume), rel=1e-9) and has_consistent_winding(posed)
+@pytest.mark.parametrize("factor", [2.0, -2.0])
+def test_stretched_or_mirrored_mesh_still_faces_outwards(factor):
+    """A cube of 1 m3 is stretched by 2 along X, or mirrored too, and moved by 3.3 km.
+
+    The volume doubles, and stays positive, as of faces that look outwards.
+    """
+    unit, matrix = cube(), np.diag([factor, 1.0, 1.0, 1.0])
+    offset = np.array([1e4, -5.0, 7.0]) / 3.0
+    matrix[:3, 3] = offset
+    moved = unit.transformed(matrix)
+    np.testing.assert_allclose(moved.vertices, unit.vertices * [factor, 1, 1] + offset)
+    assert moved.volume == pytest.approx(2.0, rel=1e-9)
+    assert has_consistent_winding(moved)
 
 
 def test_joined_meshes_keep_their_faces_in_order():
-    """A closed cube and a single triangle, which leaves the whole open."""
-    first, second = cube(), MeshData(TRIANGLE, [[0, 1, 2]])
-    both = concatenated_meshes([first, second])
-    np.testing.assert_array_equal(both.triangles, [*first.triangles, *second.triangles])
-    assert has_consistent_winding(first) and not has_consistent_winding(both)
+    """A closed cube and a single triangle, which leaves the whole open, are joined."""
+    closed, single = cube(), MeshData(TRIANGLE, [[0, 1, 2]])
+    both = concatenated_meshes([closed, single])
+    np.testing.assert_array_equal(both.triangles, [*closed.triangles, *single.triangles])
+    assert has_consistent_winding(closed)
+    assert not has_consistent_winding(both)

@@ -18,12 +18,12 @@ LEFT_HANDS = (
 )
 
 
-@pytest.mark.parametrize(
-    "name", [*LEFT_HANDS, "VIVEWandLeft", "LeftGlove", "glove_left", "left controller 2", "hand_L"]
-)
+@pytest.mark.parametrize("name", [*LEFT_HANDS, "LeftGlove", "glove_left", "left controller 2", "hand_L"])
 def test_spellings_of_a_left_hand(name):
-    """``proxy_for`` names the mesh that may stand in for such a body: a controller."""
-    assert is_hand(name) and not is_head(name) and side_of(name) == "left"
+    """Each name is a hand's, on the left; a body of that name without a mesh gets that of a controller."""
+    assert is_hand(name)
+    assert not is_head(name)
+    assert side_of(name) == "left"
     assert proxy_for(name) == "proxy_wand"
 
 
@@ -32,33 +32,43 @@ OTHERS = ("handle", "beaker_handle", "handbook", "wanderer", "GloveBox", "glove_
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_words_containing_hand_or_head_are_neither(name):
-    """``proxy_for`` names the mesh that may stand in for a hand or a head, and none for these."""
-    assert not is_hand(name) and not is_head(name) and proxy_for(name) == ""
+    """A body of such a name without a mesh gets none in its place ("")."""
+    assert not is_hand(name)
+    assert not is_head(name)
+    assert proxy_for(name) == ""
 
 
 @pytest.mark.parametrize("name", ["righthandanchor", "RightHandAnchor", "hand_tracker_right", "rightcontroller1"])
 def test_spellings_of_a_right_hand_with_its_role(name):
-    assert is_hand(name) and side_of(name) == "right"
+    """Each name has, beside hand and side, what the object is for: an anchor, a tracker."""
+    assert is_hand(name)
+    assert side_of(name) == "right"
 
 
 @pytest.mark.parametrize("name", ["handmodel", "HandModel", "controllertracker", "glovemesh"])
 def test_hands_with_a_role_and_no_side(name):
-    assert is_hand(name) and side_of(name) == ""
+    """A side that is not in the name is "": nothing is guessed."""
+    assert is_hand(name)
+    assert side_of(name) == ""
 
 
 @pytest.mark.parametrize("name", ["HMD", "Main Camera", "head", "vive-headset"])
 def test_spellings_of_a_head(name):
-    """``proxy_for`` names the mesh that may stand in for such a body: a headset."""
-    assert is_head(name) and not is_hand(name) and side_of(name) == "" and proxy_for(name) == "proxy_headset"
+    """A head has no side; a body of such a name without a mesh gets that of a headset."""
+    assert is_head(name)
+    assert not is_hand(name)
+    assert side_of(name) == ""
+    assert proxy_for(name) == "proxy_headset"
 
 
-@pytest.mark.parametrize(("name", "proxy"), [("left", "proxy_wand"), ("left_wheel", ""), ("bright", "")])
-def test_a_side_is_a_controller_only_alone(name, proxy):
-    """``proxy``: the mesh that may stand in for it, none for another body."""
-    assert proxy_for(name) == proxy
+@pytest.mark.parametrize(("name", "mesh"), [("left", "proxy_wand"), ("left_wheel", ""), ("bright", "")])
+def test_a_side_is_a_controller_only_alone(name, mesh):
+    """A body called "left" alone is a controller, and without a mesh of its own gets a wand's; the others get none."""
+    assert proxy_for(name) == mesh
 
 
 def test_name_is_split_into_terms():
-    """Numbers are no terms; words are split where capitals begin, or are known (lefthand)."""
-    assert name_tokens("LeftHand_2") == name_tokens("lefthand") == ["left", "hand"]
+    """Numbers are no terms; words are split where capitals begin, or where two known words meet (lefthand)."""
+    assert name_tokens("LeftHand_2") == ["left", "hand"]
+    assert name_tokens("lefthand") == ["left", "hand"]
     assert name_tokens("VIVEController") == ["vive", "controller"]

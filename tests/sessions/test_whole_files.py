@@ -17,14 +17,14 @@ def file_names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-def listed_files(folder):
-    """Names of files that may be replaced; refuses a folder that is not marked as its own."""
+def replaceable_files(folder):
+    """Names of the files that a writer may replace; refuses a folder with files but without its "mark"."""
     if not (folder / "mark").is_file() and any(folder.iterdir()):
         raise RefusalError(f"{folder} is foreign")
     return ("table", "mark")
 
 
-KILLED = """
+PROGRAM_THAT_KILLS_ITSELF = """
 import os
 from pathlib import Path
 from sessions.whole_files import whole_folder
@@ -44,33 +44,41 @@ with whole_folder(Path("{out}"), OSError, lambda _: ("table", "mark")) as folder
 """
 
 
-def write(folder, word):
-    """Write both files of a folder."""
+def write_both_files(folder, word):
+    """Writes the files "table" and "mark" of a folder, each with this word."""
     (folder / "table").write_text(word)
     (folder / "mark").write_text(word)
 
 
 def test_last_writer_to_finish_determines_the_file(tmp_path):
-    """Two write at the same time; the second closes first, so the file is the first writer's."""
+    """Two write one file at the same time; the second closes first, so that the file is the first writer's.
+
+    No temporary file is left.
+    """
     out = tmp_path / "out"
     with whole_file(out, RefusalError) as closed_last, whole_file(out, RefusalError) as closed_first:
-        closed_last.write(b"last" * 9)
-        closed_first.write(b"first")
-    assert out.read_bytes() == b"last" * 9 and file_names(tmp_path) == ["out"]
+        closed_last.write(b"the longer text, closed last")
+        closed_first.write(b"closed first")
+    assert out.read_bytes() == b"the longer text, closed last"
+    assert file_names(tmp_path) == ["out"]
 
 
 def test_file_that_appears_meanwhile_is_replaced_only_on_request(tmp_path):
-    """Without ``overwrite`` the other program's file stays, and no temporary file is left."""
+    """Another program writes the file while it is being written; without ``overwrite`` its file stays.
+
+    No temporary file is left.
+    """
     out = tmp_path / "out"
     with pytest.raises(RefusalError, match="was written by another program meanwhile; name another"):  # noqa: SIM117
         with whole_file(out, RefusalError, overwrite=False) as stream:
             stream.write(b"mine")
-            out.write_bytes(b"theirs")
-    assert out.read_bytes() == b"theirs" and file_names(tmp_path) == ["out"]
+            out.write_bytes(b"another program's")
+    assert out.read_bytes() == b"another program's"
+    assert file_names(tmp_path) == ["out"]
 
 
-class Watched(type(Path())):
-    """A place that is written only by who holds it to the end."""
+class PathLockedWhileRenamed(type(Path())):
+    """A path that fails where it is renamed while nobody has a lock on it: another writer could remove it."""
 
     def replace(self, target):
         assert not is_abandoned(Path(self)), "another writer may remove it"
@@ -79,118 +87,151 @@ class Watched(type(Path())):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there an open file takes no other name")
 def test_written_file_is_locked_until_renamed_to_its_final_name(tmp_path):
-    """``Watched`` is a path whose renaming fails once the lock of the temporary file is given up."""
-    with whole_file(Watched(tmp_path / "out"), RefusalError) as stream:
+    """The file is written under a temporary name, which it must not lose before its lock."""
+    with whole_file(PathLockedWhileRenamed(tmp_path / "out"), RefusalError) as stream:
         stream.write(b"all of it")
     assert (tmp_path / "out").read_bytes() == b"all of it"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no file is locked there")
 def test_only_files_that_nobody_holds_are_abandoned(tmp_path):
-    """A link is abandoned even if the file it leads to is held; what is absent, or a folder, is not."""
+    """An abandoned file may be removed: a file without a lock, and a link, even to a locked file.
+
+    What is absent, and a folder, is not abandoned.
+    """
     locked, link = tmp_path / "locked", tmp_path / "link"
     locked.touch()
     link.symlink_to(locked)
     with locked.open("rb") as stream:
         assert locks(stream)
-        assert not is_abandoned(locked) and is_abandoned(link)
-    assert is_abandoned(locked)
-    assert not is_abandoned(tmp_path / "none") and not is_abandoned(tmp_path)
+        assert not is_abandoned(locked)
+        assert is_abandoned(link)
+    assert is_abandoned(locked)  # closing it gave the lock up
+    assert not is_abandoned(tmp_path / "none")
+    assert not is_abandoned(tmp_path)
 
 
-class Swept(type(Path())):
-    """A place whose first file another writer removes before it is held."""
+class PathRemovedWhenFirstOpened(type(Path())):
+    """A path whose first file is removed right after it is opened, as by another writer that cleans up."""
 
     removed = False
 
     def open(self, *how):
         stream = super().open(*how)
-        if not Swept.removed:
-            Swept.removed = True
+        if not PathRemovedWhenFirstOpened.removed:
+            PathRemovedWhenFirstOpened.removed = True
             self.unlink()
         return stream
 
 
 def test_temporary_file_removed_before_locking_is_created_again(tmp_path):
-    """``Swept`` is a path whose first temporary file another writer removes at once."""
-    with whole_file(Swept(tmp_path / "out"), RefusalError) as stream:
+    """Another writer removes the temporary file between its creation and its lock."""
+    with whole_file(PathRemovedWhenFirstOpened(tmp_path / "out"), RefusalError) as stream:
         stream.write(b"all of it")
+    assert PathRemovedWhenFirstOpened.removed
     assert (tmp_path / "out").read_bytes() == b"all of it"
 
 
 def test_no_link_is_followed(tmp_path):
-    """Links to a precious file have the names that a writer uses: they are replaced, the file is not written."""
+    """Links to a precious file have the names that a writer uses: "out" is replaced, the file is not written."""
     (tmp_path / "precious").write_text("thesis")
     for name in ("out.writing", ".out.partial", ".out.12345678.partial", "out"):
         (tmp_path / name).symlink_to(tmp_path / "precious")
     with whole_file(tmp_path / "out", RefusalError) as stream:
         stream.write(b"new")
-    assert (tmp_path / "precious").read_text() == "thesis" and (tmp_path / "out").read_text() == "new"
+    assert (tmp_path / "precious").read_text() == "thesis"
+    assert (tmp_path / "out").read_text() == "new"
     assert not (tmp_path / "out").is_symlink()
 
 
 def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
-    """They write at one time: one ends, the others are refused, and both files are of the one."""
-    out, ends = tmp_path / "out", []
-    begin = threading.Barrier(12)
+    """Twelve threads write the same folder and end at the same time: eleven are refused.
 
-    def overwrite(word):
+    Both files of the folder are those of the writer that was not, and no temporary folder is left.
+    """
+    writers = 12
+    out, words_written = tmp_path / "out", []
+    all_have_written = threading.Barrier(writers)
+
+    def write_folder(word):
         try:
             with whole_folder(out, RefusalError) as folder:
-                write(folder, word)
-                begin.wait()
-            ends.append(word)
+                write_both_files(folder, word)
+                all_have_written.wait()
+            words_written.append(word)
         except RefusalError as error:
             assert "another program" in str(error)
 
-    threads = [threading.Thread(target=overwrite, args=(str(k),)) for k in range(12)]
-    [thread.start() for thread in threads]
-    [thread.join() for thread in threads]
-    assert len(ends) == 1 and (out / "table").read_text() == (out / "mark").read_text() == ends[0]
+    threads = [threading.Thread(target=write_folder, args=(str(k),)) for k in range(writers)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [(out / "table").read_text()] == words_written
+    assert [(out / "mark").read_text()] == words_written
     assert file_names(tmp_path) == ["out"]
 
 
 def test_replacing_a_folder_removes_only_files_it_lists(tmp_path):
-    """The second writer replaces files of the first and keeps the user's; a folder without its mark is foreign."""
+    """A folder is written twice, and the user puts a file into it after each: only "table" and "mark" are replaced."""
     out = tmp_path / "out"
     for word in ("first", "second"):
-        with whole_folder(out, RefusalError, listed_files) as folder:
-            write(folder, word)
-        (out / f"{word}.txt").write_text("mine")
-    assert file_names(out) == ["first.txt", "mark", "second.txt", "table"] and (out / "mark").read_text() == "second"
-    (out / "mark").unlink()
-    with pytest.raises(RefusalError, match="is foreign"), whole_folder(out, RefusalError, listed_files) as folder:
-        write(folder, "third")
-    assert file_names(tmp_path) == ["out"] and (out / "table").read_text() == "second"
+        with whole_folder(out, RefusalError, replaceable_files) as folder:
+            write_both_files(folder, word)
+        (out / f"{word}.txt").write_text("the user's")
+    assert file_names(out) == ["first.txt", "mark", "second.txt", "table"]
+    assert (out / "mark").read_text() == "second"
+
+
+def test_folder_that_its_owner_refuses_is_not_replaced(tmp_path):
+    """The folder has a table and no mark, so that ``replaceable_files`` raises: the table stays."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "table").write_text("old")
+    with pytest.raises(RefusalError, match="is foreign"), whole_folder(out, RefusalError, replaceable_files) as folder:
+        write_both_files(folder, "new")
+    assert (out / "table").read_text() == "old"
+    assert file_names(tmp_path) == ["out"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there")
 @pytest.mark.parametrize("moment", ["before the first rename", "between two renames"])
 def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
-    """A writer is killed while it renames; of two that live, neither removes the other's folder."""
+    """A folder is there, with a note of the user's; a program that replaces it is killed and leaves its own behind.
+
+    Then two write at once: the one that ends first removes what the killed one left, and not the other's folder.
+    """
     out = tmp_path / "out"
-    with whole_folder(out, RefusalError, listed_files) as folder:
-        write(folder, "first")
-    (out / "note").write_text("mine")
-    program = KILLED.format(out=str(out), moment=moment)
+    with whole_folder(out, RefusalError, replaceable_files) as folder:
+        write_both_files(folder, "first")
+    (out / "note").write_text("the user's")
+    program = PROGRAM_THAT_KILLS_ITSELF.format(out=str(out), moment=moment)
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -9
-    assert len(file_names(tmp_path)) == 3  # a lock, the new folder, the old one or what was set aside
-    with whole_folder(out, RefusalError, listed_files) as living:
-        with whole_folder(out, RefusalError, listed_files) as folder:
-            write(folder, "second")
-        assert living.is_dir()
-        write(living, "third")
-    assert file_names(tmp_path) == ["out"] and file_names(out) == ["mark", "note", "table"]
-    assert (out / "mark").read_text() == "third" and (out / "note").read_text() == "mine"
+    assert len(file_names(tmp_path)) == 3  # a lock, the new folder, and the old folder or where it was moved to
+
+    with whole_folder(out, RefusalError, replaceable_files) as ends_last:
+        with whole_folder(out, RefusalError, replaceable_files) as ends_first:
+            write_both_files(ends_first, "second")
+        assert ends_last.is_dir()
+        write_both_files(ends_last, "third")
+    assert file_names(tmp_path) == ["out"]
+    assert file_names(out) == ["mark", "note", "table"]
+    assert (out / "mark").read_text() == "third"
+    assert (out / "note").read_text() == "the user's"
 
 
 def test_unwritable_path_is_refused_in_a_sentence(tmp_path):
-    """A path below a file, a name of 300 letters, and a full disk; the file that was there stays."""
+    """A path below a file, and a name of 300 letters."""
     (tmp_path / "file").write_text("")
     for target in (tmp_path / "file" / "out", tmp_path / ("x" * 300)):
         with pytest.raises(RefusalError, match="cannot be written"), whole_file(target, RefusalError):
             pass
-    # A full disk is no other program, also where there is a file already.
+
+
+def test_full_disk_is_said_and_leaves_the_old_file(tmp_path):
+    """The system has no space while a file is replaced: the error does not blame another program."""
+    (tmp_path / "file").write_text("old")
     with pytest.raises(RefusalError, match=r"cannot be written .No space"), whole_file(tmp_path / "file", RefusalError):
         raise OSError(28, "No space left")
+    assert (tmp_path / "file").read_text() == "old"
     assert file_names(tmp_path) == ["file"]

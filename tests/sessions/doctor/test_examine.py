@@ -16,46 +16,53 @@ from sessions.model.scene import Pose, SceneBody
 
 
 def finding_codes(path):
-    """Codes of what the doctor finds in a file."""
-    return [item.code for item in examine(path)]
+    """Codes of what the doctor, which examines files for damage, reports of a file."""
+    return [finding.code for finding in examine(path)]
 
 
-def test_unreadable_files_give_findings_instead_of_errors(tmp_path):
-    """An empty file, another text, the first eight bytes of a session, and meshes and a scene that cannot be read."""
-    (tmp_path / "empty.mcap").write_bytes(b"")
-    (tmp_path / "text.mcap").write_bytes(b"not an MCAP")
-    (tmp_path / "magic.mcap").write_bytes(b"\x89MCAP0\r\n")
-    (tmp_path / "broken.glb").write_bytes(b"glTF????")
-    (tmp_path / "scene.toml").write_text("[[body]]\nid = 3\n")
-    (tmp_path / "points.obj").write_text("v 0 0 0\n")
-    (tmp_path / "nothing.stl").write_bytes(b"")
-    assert finding_codes(tmp_path / "empty.mcap") == finding_codes(tmp_path / "text.mcap") == ["not-mcap"]
-    assert finding_codes(tmp_path / "magic.mcap") == ["torn", "no-poses"]
-    assert finding_codes(tmp_path / "broken.glb") == ["mesh-unreadable"]
-    assert finding_codes(tmp_path / "scene.toml") == ["bad-scene"]
-    assert finding_codes(tmp_path / "points.obj") == finding_codes(tmp_path / "nothing.stl") == ["mesh-empty"]
+@pytest.mark.parametrize(
+    ("name", "data", "codes"),
+    [
+        pytest.param("empty.mcap", b"", ["not-mcap"], id="an empty session"),
+        pytest.param("text.mcap", b"not an MCAP", ["not-mcap"], id="a text"),
+        pytest.param("magic.mcap", b"\x89MCAP0\r\n", ["torn", "no-poses"], id="the first bytes of a session"),
+        pytest.param("broken.glb", b"glTF????", ["mesh-unreadable"], id="half a mesh"),
+        pytest.param("scene.toml", b"[[body]]\nid = 3\n", ["bad-scene"], id="a scene with a number for a name"),
+        pytest.param("points.obj", b"v 0 0 0\n", ["mesh-empty"], id="a mesh without faces"),
+        pytest.param("nothing.stl", b"", ["mesh-empty"], id="an empty mesh"),
+    ],
+)
+def test_unreadable_files_give_findings_instead_of_errors(tmp_path, name, data, codes):
+    """A session, a mesh or a scene that cannot be read is reported by a code of what is wrong."""
+    (tmp_path / name).write_bytes(data)
+    assert finding_codes(tmp_path / name) == codes
 
 
 def test_torn_file_finding_counts_unreadable_bytes(tmp_path):
-    """The first eight bytes of a session file, then 100 bytes that are no record."""
+    """A file has the first eight bytes of a session file, and then 100 bytes that are no record."""
     (tmp_path / "torn.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\xff" * 100)
     torn = next(finding for finding in examine(tmp_path / "torn.mcap") if finding.code == "torn")
     assert torn.count == 100
 
 
 def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
-    """A cube and a scene with it: nothing is wrong."""
+    """A cube of 10 cm and a scene that has it as a body: nothing is wrong with either."""
     (tmp_path / "cube.glb").write_bytes(mesh_to_glb(cube(edge=0.1), "cube"))
     (tmp_path / "scene.toml").write_text('[[body]]\nid = "cube"\nmesh = "cube.glb"\n')
-    assert finding_codes(tmp_path / "cube.glb") == [] == finding_codes(tmp_path / "scene.toml")
+    assert finding_codes(tmp_path / "cube.glb") == []
+    assert finding_codes(tmp_path / "scene.toml") == []
 
 
 def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
-    """Each fault is planted in one of two bodies, 50 frames after the one before."""
+    """900 frames of three bodies have each fault of FAULTS, in the first two bodies in turn, 50 frames apart.
+
+    More are planted in the third body and at the end. All findings equal the snapshot; their texts for readers, which
+    have tests of their own, are left out.
+    """
     draft = clean_draft()
     for number, (name, plant) in enumerate(FAULTS.items()):
-        if name != "millimetres":  # of such a body no jump is told
-            plant(draft, number % 2, 40 + 50 * number)
+        if name != "millimetres":  # jumps of such a body are not reported
+            plant(draft, body=number % 2, frame=40 + 50 * number)
     rotations, status = draft.arrays["quaternion_xyzw"], draft.arrays["status"]
     draft.arrays["position"][1:700:7, 2] = np.inf
     draft.arrays["position"][850:880:4, 0] += 0.2
@@ -68,10 +75,12 @@ def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
 
 
 def test_memory_and_file_give_the_same_findings(tmp_path):
-    """A position in frame 300 is no number."""
+    """A recording of 900 frames has one fault: a position in frame 300 is no number."""
     draft = clean_draft()
     draft.arrays["position"][300, 1] = float("nan")
-    assert examine(draft.session()) == examine(draft.write(tmp_path / "a.mcap"))
+    findings = examine(draft.session())
+    assert findings
+    assert findings == examine(draft.write(tmp_path / "a.mcap"))
 
 
 def scene_codes(scene, names, meshes):
@@ -80,9 +89,9 @@ def scene_codes(scene, names, meshes):
 
 
 def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
-    """Declared are a, b and c, and d in a pair; recorded are a and e; a and c have a mesh.
+    """A scene declares the bodies a, b and c, and d in a pair; recorded are a and e; a and c have a mesh.
 
-    Fixed c is carried by a lost body.
+    The mesh of a stands in for its own (proxy); c is fixed to a body that is not there, which is an error.
     """
     scene = Scene(
         bodies=(SceneBody("a", proxy=True), SceneBody("b"), SceneBody("c", parent="gone", fixed=Pose())),
@@ -99,34 +108,44 @@ def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
 
 
 @pytest.mark.parametrize(
-    ("topic", "text"),
-    [("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr"), ("/vive", "it has no poses")],
+    ("topic", "message"),
+    [
+        pytest.param("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr", id="poses in ROS's own coding"),
+        pytest.param("/vive", "it has no poses", id="no poses"),
+    ],
 )
-def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, text):
-    """A ROS 2 bag in MCAP, with poses (/tf) in ROS's own coding or without, and a bag of ROS 1."""
-    body = b"\x00\x01\x00\x00" + b"\x01" * 80
-    messages = [(10 * k, 10 * k, body) for k in range(20)]
-    reported = {"topic": topic, "schema": "tf2_msgs/msg/TFMessage", "encoding": "cdr", "profile": "ros2"}
+def test_a_ros_2_bag_is_not_recovered_but_imported(tmp_path, topic, message):
+    """The doctor examines a bag of ROS 2 in MCAP: the cure is the command that imports it, not that for recovery."""
+    content = b"\x00\x01\x00\x00" + b"\x01" * 80  # of any message
+    messages = [(10 * k, 10 * k, content) for k in range(20)]
+    schema = {"topic": topic, "schema": "tf2_msgs/msg/TFMessage", "encoding": "cdr", "profile": "ros2"}
+    (finding,) = examine(write_foreign(tmp_path / "second.mcap", messages, **schema))
+    assert (finding.code, finding.message) == ("no-poses", message)
+    assert "replay import" in finding.fix
+    assert "recover" not in finding.fix
+
+
+def test_a_ros_1_bag_is_not_recovered_but_imported(tmp_path):
+    """A bag of ROS 1 is no MCAP file at all; it is known by its first line."""
     (tmp_path / "first.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(4096))
-    (result,) = examine(write_foreign(tmp_path / "second.mcap", messages, **reported))
-    assert (result.code, result.message) == ("no-poses", text)
-    (older,) = examine(tmp_path / "first.bag")
-    for item in (result, older):
-        assert "recover" not in item.fix and "replay import" in item.fix
+    (finding,) = examine(tmp_path / "first.bag")
+    assert "replay import" in finding.fix
+    assert "recover" not in finding.fix
 
 
 def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
-    """90 poses of 10 ms from second 1 on; scalar "apart" begins at second 6, "good" within them.
+    """90 poses are 10 ms apart from second 1 on; the scalar "apart" lasts from second 6 to 8, "good" begins with them.
 
-    Of anna's gaze, sample 3 has no direction and 7 is not seen, so that one is reported; none of ben's is seen.
+    Sample 3 of anna's gaze has no direction, which is reported; sample 7 has none and says so itself. All of ben's
+    gaze says that it is of no use, and the only number of the scalar "empty" is nan. Session and file give the same.
     """
     position, rotation = np.linspace((0, 0, 0), (1, 0, 0), 90), np.tile([0.0, 0.0, 0.0, 1.0], (90, 1))
     stamps = 10**9 + 10_000_000 * np.arange(90)
-    nowhere = np.tile([0.0, 0.0, -1.0], (90, 1))
-    nowhere[3], nowhere[7], valid = 0, np.nan, np.arange(90) != 7
+    direction = np.tile([0.0, 0.0, -1.0], (90, 1))
+    direction[3], direction[7] = 0.0, np.nan
     gaze = {
-        "anna": GazeTrack(stamps, position, nowhere, valid),
-        "ben": GazeTrack(stamps, position, nowhere, ~(stamps > 0)),
+        "anna": GazeTrack(stamps, position, direction, valid=np.arange(90) != 7),
+        "ben": GazeTrack(stamps, position, direction, valid=np.zeros(90, dtype=bool)),
     }
     scalars = {
         "good": ScalarTrack([10**9, 10**10], [1, 2]),
@@ -146,7 +165,7 @@ def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
 
 
 def test_unlisted_bodies_and_foreign_frames_are_examined(tmp_path):
-    """The list of bodies in the file is replaced by other names; 50 samples of the hand are in another frame."""
+    """A file of 900 frames lists two of three bodies under other names; 50 samples of the hand are in frame "attic"."""
     draft = clean_draft()
     unknown_frame(draft, body=1, frame=300)
     path = draft.write(tmp_path / "a.mcap")

@@ -10,61 +10,94 @@ from sessions.model.scene import SceneBody
 
 
 def test_only_heads_and_hands_are_recognised_by_name():
-    """Role -> column of the body. A strap and a beaker are none, and neither is a headset that another body carries."""
+    """Which column of a recording is the head, the left and the right hand; a strap and a beaker are none."""
     roles = roles_of(("camera", "leftHand", "right", "beaker-left", "head-strap"), Scene())
     assert roles == {"head": 0, "left": 1, "right": 2}
-    roles = roles_of(("flask", "hand-right", "headset"), Scene(bodies=(SceneBody("headset", parent="flask"),)))
-    assert roles == {"right": 1}
 
 
-def test_facts_that_admit_a_left_handed_source_are_believed():
-    """A recording from left-handed axes is reported, unless its facts say that it was mirrored."""
+def test_headset_that_another_body_carries_is_no_head():
+    """The scene says that the headset hangs on a flask; the hand in column 1 is one."""
+    scene = Scene(bodies=(SceneBody("headset", parent="flask"),))
+    assert roles_of(("flask", "hand-right", "headset"), scene) == {"right": 1}
+
+
+@pytest.mark.parametrize(
+    ("facts", "codes"),
+    [
+        pytest.param({"handedness": "left"}, ["handedness"], id="not mirrored"),
+        pytest.param({"handedness": "left", "conversions": "handedness mirrored along Z"}, [], id="mirrored"),
+    ],
+)
+def test_facts_that_admit_a_left_handed_source_are_believed(facts, codes):
+    """A recording from left-handed axes is reported, unless its facts say that the importer mirrored it."""
     outcome = run_pose_pass([clean_draft().session().frames])
-    assert [item.code for item in scale_findings(outcome, Scene(), {"handedness": "left"})] == ["handedness"]
-    reported = {"handedness": "left", "conversions": "handedness mirrored along Z"}
-    assert [*scale_findings(outcome, Scene(), reported)] == []
-    assert np.isfinite(outcome.position).all()
+    assert [finding.code for finding in scale_findings(outcome, Scene(), facts)] == codes
 
 
-def head_of_height(height, away):
-    """A head that is upright by its own axes, keeps ``height`` along one axis and walks along the others."""
-    count = 200
-    walk = np.stack([np.linspace(-2, 2, count), 0.05 * np.sin(np.arange(count)), np.linspace(3, -1, count)], axis=1)
+COUNT = 200
+STAMPS = np.arange(COUNT) * 11_111_111
+"""200 frames at 90 Hz, in ns."""
+NO_ROTATION = np.tile([0.0, 0.0, 0.0, 1.0], (COUNT, 1))
+
+
+def head_that_walks(height, height_axis):
+    """A session of a head, upright by its own axes, at ``height`` m along an axis; it walks 4 m along both others."""
+    walk = np.stack([np.linspace(-2, 2, COUNT), 0.05 * np.sin(np.arange(COUNT)), np.linspace(3, -1, COUNT)], axis=1)
     walk[:, 1] += height
-    position = walk if away == "y" else walk[:, [0, 2, 1]]
-    poses = {"head": (position, np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)))}
-    return Session.from_arrays(np.arange(count) * 11_111_111, poses)
+    position = walk if height_axis == "y" else walk[:, [0, 2, 1]]
+    return Session.from_arrays(STAMPS, {"head": (position, NO_ROTATION)})
 
 
-@pytest.mark.parametrize(("factor", "samples"), [(1e3, "down"), (1e2, "down"), (1e3, "ahead")])
-def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(factor, samples):
-    """A head at 1.5 m in millimetres or centimetres, which looks down or ahead."""
-    down = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5] if samples == "down" else [0.0, 0.0, 0.0, 1.0]
-    position, quaternion = np.array([[0.0, 1.5, 0.4]]), np.array([down])
-    walk = np.repeat(position, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]
-    rotated = np.repeat(quaternion, 200, axis=0)
-    poses = {"head": (factor * walk, rotated), "cup": (factor * (walk + 0.3), rotated)}
-    outcome = run_pose_pass([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
-    assert {item.code for item in scale_findings(outcome, Scene(), {})} == {"unit-suspect"}
+LOOKS_DOWN = np.tile([-(0.5**0.5), 0.0, 0.0, 0.5**0.5], (COUNT, 1))
+"""A quarter of a circle about X, so that -Z points down."""
 
 
-@pytest.mark.parametrize(("gap", "codes"), [(0.5, ["speed-suspect"]), (0.005, [])])
-def test_two_alternating_sources_are_no_wrong_unit(gap, codes):
-    """Each stamp has two sources 1 ms and ``gap`` metres from each other: 0.5 m would be 500 m/s."""
-    stamps = np.arange(200) // 2 * 11_111_111 + np.arange(200) % 2 * 1_000_000
-    position = np.column_stack([gap * (np.arange(200) % 2), 1 + np.arange(200) / 1000, np.full(200, -0.4)])
-    poses = {"cup": (position, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}
+@pytest.mark.parametrize(
+    ("units_in_a_metre", "rotation"),
+    [
+        pytest.param(1000, LOOKS_DOWN, id="mm, looks down"),
+        pytest.param(100, LOOKS_DOWN, id="cm, looks down"),
+        pytest.param(1000, NO_ROTATION, id="mm, looks ahead"),
+    ],
+)
+def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(units_in_a_metre, rotation):
+    """A head 1.5 m above the floor and a cup, both swinging by 0.1 m, are in millimetres or centimetres.
+
+    A head that looks down by its own axes could also be one whose axes are wrong: only the unit is reported.
+    """
+    head = np.array([0.0, 1.5, 0.4]) + 0.1 * np.sin(np.arange(COUNT) / 90)[:, None]
+    poses = {"head": (units_in_a_metre * head, rotation), "cup": (units_in_a_metre * (head + 0.3), rotation)}
+    outcome = run_pose_pass([Session.from_arrays(STAMPS, poses).frames])
+    assert {finding.code for finding in scale_findings(outcome, Scene(), {})} == {"unit-suspect"}
+
+
+@pytest.mark.parametrize(("gap_m", "codes"), [(0.5, ["speed-suspect"]), (0.005, [])])
+def test_two_alternating_sources_are_no_wrong_unit(gap_m, codes):
+    """Two programs record one cup: each sample is followed, 1 ms later, by the other's, ``gap_m`` further along X.
+
+    0.5 m in 1 ms are 500 m/s, which is reported as a speed; 0.005 m in 1 ms, 5 m/s, is not.
+    """
+    source = np.arange(COUNT) % 2
+    stamps = np.arange(COUNT) // 2 * 11_111_111 + source * 1_000_000
+    position = np.column_stack([gap_m * source, 1 + np.arange(COUNT) / 1000, np.full(COUNT, -0.4)])
+    poses = {"cup": (position, NO_ROTATION)}
     outcome = run_pose_pass([Session.from_arrays(stamps, poses).frames])
     assert [item.code for item in scale_findings(outcome, Scene(), {})] == codes
 
 
-@pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
-def test_head_with_constant_z_is_reported_in_any_axes(height, away, codes):
-    """``away``: the axis along which the head keeps ``height``. Upright it is Y; at 0 m nothing can be said."""
-    outcome = run_pose_pass([head_of_height(height, away).frames])
-    result = [*scale_findings(outcome, Scene(), {})]
-    assert [item.code for item in result] == codes
-    assert not codes or result[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
+def test_head_with_constant_z_is_reported_in_any_axes():
+    """A head keeps to 1.6 m along Z while its Y, the height, goes from 3 to -1 m, 1 m in the median."""
+    outcome = run_pose_pass([head_that_walks(height=1.6, height_axis="z").frames])
+    (finding,) = scale_findings(outcome, Scene(), {})
+    assert finding.code == "up-axis"
+    assert finding.message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
+
+
+@pytest.mark.parametrize("height", [1.6, 0.0])
+def test_head_with_constant_height_is_not_reported(height):
+    """The head keeps to its height along Y, as heads do; a headset may also lie on the floor."""
+    outcome = run_pose_pass([head_that_walks(height, height_axis="y").frames])
+    assert [*scale_findings(outcome, Scene(), {})] == []
 
 
 @pytest.mark.parametrize(("count", "codes"), [(200, ["handedness"]), (15, [])], ids=["200 frames", "too few frames"])
@@ -80,17 +113,21 @@ def test_right_hand_often_left_of_head_is_reported(count, codes):
 
 
 @pytest.mark.parametrize(
-    ("position", "shift", "is_reported"),
+    ("position", "middle_of_mesh", "codes"),
     [
-        ((0.3, 0.9, -0.4), (1.5, 0.9, -2.0), True),
-        ((0.3, 0.9, -0.4), (0.2, 0, 0), False),
-        ((0, 0, 0), (1.5, 0.9, 0), False),
+        pytest.param((0.3, 0.9, -0.4), (1.5, 0.9, -2.0), ["mesh-pivot"], id="2.3 m from its origin"),
+        pytest.param((0.3, 0.9, -0.4), (0.2, 0, 0), [], id="0.2 m from its origin"),
+        pytest.param((0, 0, 0), (1.5, 0.9, 0), [], id="the poses are at 0"),
     ],
 )
-def test_mesh_drawn_where_it_stood_is_reported(position, shift, is_reported):
-    """The mesh's corners are ``shift`` from its own origin, one far outlier aside; the cup stays at ``position``."""
+def test_mesh_drawn_where_it_stood_is_reported(position, middle_of_mesh, codes):
+    """A cup of 10 cm stays at ``position``; its mesh was drawn far from its own origin, and would stand elsewhere.
+
+    Where all poses are at 0 they may be meant so. A vertex of the mesh that no face has is 1,000 km away.
+    """
     unit = cube()
-    mesh = MeshData([*(0.1 * (unit.vertices - unit.bounds.mean(axis=0)) + shift), [1e6, 0, 0]], unit.faces)
-    poses = {"cup": (np.tile(position, (200, 1)).astype(float), np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))}
-    outcome = run_pose_pass([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
-    assert [item.code for item in pivot_findings(outcome, {"cup": mesh}, ["cup"])] == ["mesh-pivot"] * is_reported
+    centred = unit.vertices - unit.bounds.mean(axis=0)
+    mesh = MeshData([*(0.1 * centred + middle_of_mesh), [1e6, 0, 0]], unit.faces)
+    poses = {"cup": (np.tile(position, (COUNT, 1)).astype(float), NO_ROTATION)}
+    outcome = run_pose_pass([Session.from_arrays(STAMPS, poses).frames])
+    assert [finding.code for finding in pivot_findings(outcome, {"cup": mesh}, ["cup"])] == codes

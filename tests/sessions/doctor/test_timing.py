@@ -9,97 +9,125 @@ from sessions.doctor.timing import FEW_FRAMES, time_findings
 
 
 def time_findings_of(draft):
-    """Findings about the times of a session."""
+    """What the doctor, which examines recordings for damage, reports about the times of a session."""
     return [*time_findings(run_pose_pass([draft.session().frames]))]
 
 
-@pytest.mark.parametrize(("steps", "expected"), [(2.9, False), (3.1, True)])
-def test_a_gap_is_longer_than_three_median_steps(steps, expected):
-    """``steps``: length of the step to frame 400."""
+# `clean_draft` makes a recording without faults: 900 frames at 90 Hz of three bodies, of which 1 is "hand-left".
+HAND = 1
+
+
+@pytest.mark.parametrize(("steps", "is_gap"), [(2.9, False), (3.1, True)])
+def test_a_gap_is_longer_than_three_median_steps(steps, is_gap):
+    """All steps are alike but that to frame 400, which is ``steps`` times as long; a gap is no more than a note."""
     draft = clean_draft()
     draft.shift(slice(400, None), round((steps - 1) * STEP_NS))
-    gaps = [item for item in time_findings_of(draft) if item.code == "gap"]
+    gaps = [finding for finding in time_findings_of(draft) if finding.code == "gap"]
     stamps = draft.arrays["stamp_ns"]
-    assert [(item.start_ns, item.end_ns) for item in gaps] == [(stamps[399], stamps[400])] * expected
-    assert all(item.severity == Severity.NOTE for item in gaps)
+    expected = [(stamps[399], stamps[400], Severity.NOTE)] if is_gap else []
+    assert [(gap.start_ns, gap.end_ns, gap.severity) for gap in gaps] == expected
 
 
 def test_body_absent_for_100_frames_is_reported_as_gap():
-    """Absent in frames 300 to 399: from its sample in 299 to that in 400."""
+    """A hand is absent in frames 300 to 399: the gap is from its sample in 299 to that in 400."""
     draft = clean_draft()
-    draft.arrays["status"][300:400, 1] = Status.ABSENT
-    (item,) = time_findings_of(draft)
+    draft.arrays["status"][300:400, HAND] = Status.ABSENT
+    (gap,) = time_findings_of(draft)
     stamps = draft.arrays["stamp_ns"]
-    assert (item.code, item.body, item.start_ns, item.end_ns) == ("gap", "hand-left", stamps[299], stamps[400])
+    assert (gap.code, gap.body) == ("gap", "hand-left")
+    assert (gap.start_ns, gap.end_ns) == (stamps[299], stamps[400])
 
 
 def test_pause_of_the_recording_is_no_gap_of_a_body():
-    """Nothing is recorded for ten steps before frame 400; elsewhere a body is absent in a single frame."""
+    """Nothing is recorded for ten steps before frame 400; in frame 10 a hand is absent, which is too short for a gap.
+
+    The only gap is that of the whole recording, without a body.
+    """
     draft = clean_draft()
-    draft.arrays["status"][10, 1] = Status.ABSENT
+    draft.arrays["status"][10, HAND] = Status.ABSENT
     draft.shift(slice(400, None), 10 * STEP_NS)
-    (item,) = time_findings_of(draft)
-    assert (item.code, item.body) == ("gap", "")
+    (gap,) = time_findings_of(draft)
+    assert (gap.code, gap.body) == ("gap", "")
 
 
 def test_body_at_a_third_of_rate_has_no_gap():
-    """The body has a pose in every third frame."""
+    """A hand has a pose in every third frame: that is its own rate."""
     draft = clean_draft()
-    draft.arrays["status"][np.arange(FRAMES) % 3 > 0, 1] = Status.ABSENT
+    draft.arrays["status"][np.arange(FRAMES) % 3 > 0, HAND] = Status.ABSENT
     assert time_findings_of(draft) == []
 
 
-def test_shifted_log_clock_is_accepted_and_its_jump_reported():
-    """The log clock is 10^18 ns behind throughout, then jumps by 5 s in frame 600."""
+def test_log_clock_that_is_always_behind_is_accepted():
+    """Frames are stamped, and logged by another clock, which is 10^18 ns behind throughout."""
     draft = clean_draft()
     draft.arrays["log_ns"] = draft.arrays["log_ns"] - 10**18
     assert time_findings_of(draft) == []
-    draft.arrays["log_ns"][600:] += 5 * 10**9
-    (item,) = time_findings_of(draft)
-    assert (item.code, item.severity, item.start_ns) == ("clock-skew", Severity.WARNING, draft.arrays["stamp_ns"][600])
 
 
-@pytest.mark.parametrize(
-    ("step_ns", "expected"), [(400_000, True), (600_000, False), (400_000_000, False), (16_666_666_667, True)]
-)
-def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
-    """2,500 Hz and a frame in 17 s are no rates of a recorder; 1,667 Hz and 2.5 Hz may be."""
+def test_jump_of_the_log_clock_is_reported():
+    """The clock by which frames are logged jumps by 5 s in frame 600, that of their stamps goes on."""
     draft = clean_draft()
-    draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
-    reported = [item for item in time_findings_of(draft) if item.code == "clock-unit"]
-    assert [(item.severity, item.count) for item in reported] == [(Severity.WARNING, FRAMES)] * expected
+    draft.arrays["log_ns"][600:] += 5 * 10**9
+    (skew,) = time_findings_of(draft)
+    assert (skew.code, skew.severity) == ("clock-skew", Severity.WARNING)
+    assert skew.start_ns == draft.arrays["stamp_ns"][600]
 
 
 @pytest.mark.parametrize(
-    ("count", "step_ns", "expected"), [(FEW_FRAMES, 10**10, True), (FEW_FRAMES - 1, 10**10, False), (FRAMES, 0, False)]
-)
-def test_few_frames_and_equal_stamps_say_no_unit(count, step_ns, expected):
-    """A frame in 10 s is a wrong unit from FEW_FRAMES frames on; equal stamps have no rate."""
-    session = session_of_frames(step_ns * np.arange(count), np.full((count, 1), Status.VALID))
-    codes = {item.code for item in time_findings(run_pose_pass([session.frames]))}
-    assert ("clock-unit" in codes) == expected
-
-
-IN_FIRST_HALF = np.arange(FRAMES) < FRAMES // 2
-"""Frames of a first clock, where the others are of a second one."""
-
-
-@pytest.mark.parametrize(
-    ("rows", "expected"),
+    ("step_ns", "is_reported"),
     [
-        (np.arange(FRAMES) == 0, True),  # recorded once, as what stands still
-        (np.arange(FRAMES) % (FRAMES // 3) == 0, True),  # recorded when it changed
-        (IN_FIRST_HALF, True),
-        (np.zeros(FRAMES, dtype=bool), True),
-        (np.arange(FRAMES) % 4 == 0, False),  # a quarter of the rate
-        (np.arange(FRAMES) > FRAMES // 4, False),  # appears
+        pytest.param(400_000, True, id="2,500 Hz"),
+        pytest.param(600_000, False, id="1,667 Hz"),
+        pytest.param(400_000_000, False, id="2.5 Hz"),
+        pytest.param(16_666_666_667, True, id="a frame in 17 s"),
     ],
 )
-def test_body_without_a_pose_in_most_frames_is_named(rows, expected):
-    """``rows``: the frames in which it has a pose."""
+def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, is_reported):
+    """No recorder has more than 2,000 or fewer than 2 frames a second; a warning counts all 900 frames."""
     draft = clean_draft()
-    draft.arrays["status"][~rows, 1] = Status.ABSENT
-    reported = [item for item in time_findings_of(draft) if item.code == "often-missing"]
-    assert [item.body for item in reported] == ["hand-left"] * expected
-    for item in reported:
-        assert f"{item.count:,} of {FRAMES:,} frames; its samples: {int(rows.sum()):,}" in item.message
+    draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
+    reported = [finding for finding in time_findings_of(draft) if finding.code == "clock-unit"]
+    expected = [(Severity.WARNING, FRAMES)] if is_reported else []
+    assert [(finding.severity, finding.count) for finding in reported] == expected
+
+
+@pytest.mark.parametrize(
+    ("frames", "step_ns", "is_reported"),
+    [
+        pytest.param(FEW_FRAMES, 10**10, True, id="enough frames, 10 s apart"),
+        pytest.param(FEW_FRAMES - 1, 10**10, False, id="a frame fewer"),
+        pytest.param(FRAMES, 0, False, id="equal stamps"),
+    ],
+)
+def test_few_frames_and_equal_stamps_say_no_unit(frames, step_ns, is_reported):
+    """A recording with a frame in 10 s has the wrong unit, from FEW_FRAMES frames on; equal stamps have no rate."""
+    session = session_of_frames(step_ns * np.arange(frames), np.full((frames, 1), Status.VALID))
+    codes = {finding.code for finding in time_findings(run_pose_pass([session.frames]))}
+    assert ("clock-unit" in codes) == is_reported
+
+
+FRAME = np.arange(FRAMES)
+
+
+@pytest.mark.parametrize(
+    ("is_present", "is_reported"),
+    [
+        pytest.param(FRAME == 0, True, id="once, as what stands still"),
+        pytest.param(FRAME % (FRAMES // 3) == 0, True, id="three times, when it changed"),
+        pytest.param(FRAME < FRAMES // 2, True, id="the first half"),
+        pytest.param(FRAME < 0, True, id="never"),
+        pytest.param(FRAME % 4 == 0, False, id="a quarter of the rate"),
+        pytest.param(FRAME > FRAMES // 4, False, id="appears later"),
+    ],
+)
+def test_body_without_a_pose_in_most_frames_is_named(is_present, is_reported):
+    """A hand has a pose in some of 900 frames; a lower rate, or a late start, is no fault.
+
+    The message has the number of frames without it, and of its samples.
+    """
+    draft = clean_draft()
+    draft.arrays["status"][~is_present, HAND] = Status.ABSENT
+    reported = [finding for finding in time_findings_of(draft) if finding.code == "often-missing"]
+    assert [finding.body for finding in reported] == ["hand-left"] * is_reported
+    for finding in reported:
+        assert f"{finding.count:,} of 900 frames; its samples: {is_present.sum()}" in finding.message
