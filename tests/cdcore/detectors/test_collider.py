@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from support.shapes import box_mesh
 
@@ -8,23 +9,35 @@ from cdcore.errors import InvalidSettingError
 from cdcore.protocol import Solids
 
 PIECE = box_mesh((0.5, 0.5, 0.5))
-BODIES = [Body("in pieces", box_mesh(), Solids((PIECE, PIECE), PIECE)), Body("whole", box_mesh())]
+IN_PIECES = Body("in pieces", box_mesh(), Solids((PIECE, PIECE), PIECE))
+"""A box of 1 m recorded with two convex colliders of 0.5 m."""
+WHOLE = Body("whole", box_mesh())
+"""A box of 1 m recorded without colliders."""
 
 
-@pytest.mark.parametrize(
-    ("shape", "counts", "width_m"), [("shipped", [2, 1], 0.5), ("hull", [1, 1], 1.0), ("box", [1, 1], 1.0)]
-)
-def test_only_shape_shipped_takes_pieces_of_the_body(shape, counts, width_m):
-    """Shipped are two pieces of 0.5 m for the first body; hull and box are made of its mesh of 1 m."""
-    solids = create_detector("collider", BODIES, shape=shape).parts
-    assert [len(solids[body.name]) for body in BODIES] == counts
-    assert solids["in pieces"][0].vertices[:, 0].max() == pytest.approx(width_m / 2)
+@pytest.mark.parametrize(("shape", "count", "width_m"), [("shipped", 2, 0.5), ("hull", 1, 1.0), ("box", 1, 1.0)])
+def test_only_shape_shipped_takes_pieces_of_the_body(shape, count, width_m):
+    """``shipped`` are the recorded colliders, two pieces of 0.5 m; ``hull`` and ``box`` are made of the mesh of 1 m."""
+    colliders = create_detector("collider", [IN_PIECES, WHOLE], shape=shape).parts["in pieces"]
+    assert len(colliders) == count
+    assert [np.ptp(collider.vertices[:, 0]) for collider in colliders] == pytest.approx(count * [width_m])
+
+
+@pytest.mark.parametrize("shape", ["shipped", "hull", "box"])
+def test_body_recorded_without_pieces_has_a_single_collider(shape):
+    """A box of 1 m, beside one that has pieces."""
+    (collider,) = create_detector("collider", [IN_PIECES, WHOLE], shape=shape).parts["whole"]
+    assert np.ptp(collider.vertices[:, 0]) == pytest.approx(1.0)
+
+
+def test_compound_takes_the_pieces_of_every_body():
+    """Two bodies recorded with two convex pieces each."""
+    other = replace(IN_PIECES, name="other")
+    pieces_by_body = create_detector("collider", [IN_PIECES, other], shape="compound").parts
+    assert {name: len(pieces) for name, pieces in pieces_by_body.items()} == {"in pieces": 2, "other": 2}
 
 
 def test_compound_of_a_body_without_pieces_is_refused():
-    """Two bodies with two pieces each are accepted; beside one without pieces they are not."""
-    in_pieces, whole = BODIES
-    other = replace(in_pieces, name="other")
-    assert len(create_detector("collider", [in_pieces, other], shape="compound").parts["other"]) == 2
+    """A body recorded with two convex pieces, and one without any."""
     with pytest.raises(InvalidSettingError, match="whole has no convex pieces"):
-        create_detector("collider", [in_pieces, whole], shape="compound")
+        create_detector("collider", [IN_PIECES, WHOLE], shape="compound")

@@ -11,8 +11,11 @@ class CompilesError(Exception):
 
 
 @pytest.fixture
-def nothing_compiles(monkeypatch):
-    """The program ends with `CompilesError` where it would begin; the garbage collector works again afterwards."""
+def compilation_raises_an_error(monkeypatch):
+    """The first stage that the program would build, to compile its kernels, raises `CompilesError`.
+
+    The program switches the garbage collector off, which works again afterwards.
+    """
 
     def begin(*_):
         raise CompilesError
@@ -22,8 +25,8 @@ def nothing_compiles(monkeypatch):
     gc.enable()
 
 
-def test_kernels_compile_only_where_the_module_is_the_program(nothing_compiles):
-    """A program would begin to compile, which a stand-in reports by `CompilesError`; an import does nothing."""
+def test_kernels_compile_only_where_the_module_is_the_program(compilation_raises_an_error):
+    """``compile_beside`` compiles, and so raises the error of a stand-in, as ``__main__``; an import does nothing."""
     runpy.run_module("cdcore.detectors.compile_beside", run_name="imported")
     with pytest.raises(CompilesError):
         runpy.run_module("cdcore.detectors.compile_beside", run_name="__main__")

@@ -6,34 +6,39 @@ from support.shapes import hulls_at
 from cdcore import Verdict, create_detector
 from cdcore.detectors.detector_table import detector_row
 
+FIRST_PAIR = 0
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(
-    ("name", "settings", "slack"),
+    ("name", "settings", "error_m"),
     [
-        ("collider", {"shape": "hull", "skin_m": 0.004}, 1e-6),
-        ("collider", {"shape": "mesh", "skin_m": 0.001}, 1e-6),
-        ("mujoco", {"margin_m": 0.005}, 1e-4),
-        ("bullet", {"margin_m": 0.0}, 2e-4),
-        ("bullet", {"margin_m": 0.001}, 2e-4),
-        ("bullet", {"margin_m": 0.004}, 2e-4),
+        pytest.param("collider", {"shape": "hull", "skin_m": 0.004}, 1e-6, id="hulls with skins of 4 mm"),
+        pytest.param("collider", {"shape": "mesh", "skin_m": 0.001}, 1e-6, id="meshes with skins of 1 mm"),
+        pytest.param("mujoco", {"margin_m": 0.005}, 1e-4, id="MuJoCo, 5 mm"),
+        pytest.param("bullet", {"margin_m": 0.0}, 2e-4, id="Bullet, 0 mm"),
+        pytest.param("bullet", {"margin_m": 0.001}, 2e-4, id="Bullet, 1 mm"),
+        pytest.param("bullet", {"margin_m": 0.004}, 2e-4, id="Bullet, 4 mm"),
     ],
 )
-def test_contact_is_reported_below_the_reach_and_not_beyond(name, settings, slack, seed):
-    """Convex hulls 0.3 times the reach apart, and ``slack`` metres within and beyond it."""
+def test_contact_is_reported_below_the_reach_and_not_beyond(name, settings, error_m, seed):
+    """``contact_reach`` says from which distance a detector reports contact; ``error_m``: how far it may be off.
+
+    Two random convex hulls stand at 0.3 of that distance, a little within it, and a little beyond.
+    """
     if name in ENGINES:
         pytest.importorskip(ENGINES[name])
-    bodies, _ = hulls_at(seed, [0.1])
-    reach = create_detector(name, bodies, **settings).contact_reach(0)
-    bodies, motion = hulls_at(seed, [0.3 * reach, reach - slack, reach + slack])
+    bodies, _motion = hulls_at(seed, gaps=[0.1])
+    reach = create_detector(name, bodies, **settings).contact_reach(FIRST_PAIR)
+    bodies, motion = hulls_at(seed, gaps=[0.3 * reach, reach - error_m, reach + error_m])
     verdict = create_detector(name, bodies, **settings).detect(motion).verdict[:, 0]
     assert (verdict == Verdict.CONTACT).tolist() == [True, True, False]
 
 
-def test_detectors_without_a_contact_offset_reach_nowhere():
-    """A contact offset is the distance from which a detector reports contact; these three report at 0 m."""
-    bodies, _ = hulls_at(seed=0, gaps=[0.1])
-    for name in ("exact", "discrete", "hybrid-qaco"):
-        assert create_detector(name, bodies).contact_reach(0) == 0.0 and detector_row(name).contact_offset == ""
+@pytest.mark.parametrize("name", ["exact", "discrete", "hybrid-qaco"])
+def test_detectors_without_a_contact_offset_reach_nowhere(name):
+    """A contact offset is a setting: the distance from which contact is reported; without one it is reported at 0 m."""
+    bodies, _motion = hulls_at(seed=0, gaps=[0.1])
+    assert create_detector(name, bodies).contact_reach(FIRST_PAIR) == 0.0
+    assert detector_row(name).contact_offset == "", "the name of the setting"

@@ -9,14 +9,14 @@ from cdcore.detectors.continuous import GAP_BEFORE, LOST_BEFORE
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
 
 BALL, PLATE = Body("ball", ball_mesh(0.01)), Body("plate", box_mesh((0.3, 0.3, 0.002)))
-TOUCH = 0.011
-"""Height of the ball at which it touches: its radius and half the plate."""
+TOUCH = 0.010 + 0.001
+"""Height in metres at which the ball touches the plate: its radius, 1 cm, and half the plate's 2 mm."""
 TOI_WIDTH = 1e-6
 """Seconds from the lower to the upper bound of a time of impact, as the detector promises."""
 
 
 def ball_over_plate(z, valid=None, linked=None, bodies=(BALL, PLATE)):
-    """A ball above a plate at these heights, frame by frame, 90 a second."""
+    """A ball at these heights over a plate at rest at 0, frame by frame, 90 a second."""
     position = np.zeros((len(z), len(bodies), 3))
     position[:, 0, 2] = z
     rotation = np.tile(np.eye(3), (len(z), len(bodies), 1, 1))
@@ -34,95 +34,129 @@ def verdict_names(detection):
 
 
 def test_tunnelling_ball_is_detected_with_its_time():
-    """From 5 cm above to 5 cm below in the step to frame 2: it touches after (0.05 - TOUCH) / 0.1 of it."""
+    """From 5 cm above to 5 cm below the plate in the step from frame 1 to 2, at 90 Hz: no frame has contact.
+
+    The ball touches after (5 cm - TOUCH) of 10 cm of that step.
+    """
     motion = ball_over_plate([0.1, 0.05, -0.05, -0.1])
+    assert (create_detector("exact", (BALL, PLATE)).detect(motion).verdict == Verdict.CLEAR).all()
     detection = detect(motion)
     assert detection.covers == "intervals"
     assert verdict_names(detection) == ["CLEAR", "CLEAR", "CONTACT", "CLEAR"]
-    assert (create_detector("exact", (BALL, PLATE)).detect(motion).verdict == Verdict.CLEAR).all()
-    ((lower, upper),) = detection.toi.values()
+    assert list(detection.toi) == [(2, 0)], "(frame, pair)"
+    lower, upper = detection.toi[2, 0]
     assert lower <= (1 + (0.05 - TOUCH) / 0.1) / 90 <= upper <= lower + TOI_WIDTH
-    assert list(detection.toi) == [(2, 0)]
 
 
-@pytest.mark.parametrize("away", [0.0, 1e4])
+@pytest.mark.parametrize("away", [0.0, 1e4], ids="{:g} m from the origin".format)
 def test_slow_approach_far_out_gets_a_wider_true_bound(away):
-    """10 km from the origin the detector leaves some nanometres to rounding: 2 microseconds of a fall of 1.8 mm/s."""
+    """A ball sinks by 20 micrometres between two frames at 90 Hz, 1.8 mm/s, and touches in the middle of them.
+
+    10 km from the origin the detector leaves some nanometres to rounding: 2 microseconds of that fall. Times are
+    seconds since 1970, which are rounded too.
+    """
     fall = ball_over_plate([TOUCH + 1e-5, TOUCH - 1e-5])
-    seconds_since_1970 = 1.7e9
-    motion = Motion(seconds_since_1970 + fall.times, fall.translations + away, fall.rotations)
+    motion = Motion(1.7e9 + fall.times, fall.translations + away, fall.rotations)
     ((lower, upper),) = detect(motion).toi.values()
-    (first, plate), (last, _) = motion.translations[:, :, 2]
-    touch = motion.times[0] + (first - plate - TOUCH) / (first - last) * (motion.times[1] - motion.times[0])
-    assert lower <= touch + np.spacing(touch) and touch - np.spacing(touch) <= upper
+    (first, plate), (last, _plate) = motion.translations[:, :, 2]
+    start, end = motion.times
+    touch = start + (first - plate - TOUCH) / (first - last) * (end - start)
+    rounding = np.spacing(touch)
+    assert lower - rounding <= touch <= upper + rounding
     assert (upper - lower > TOI_WIDTH) == (away > 0.0)
 
 
 def test_only_the_start_of_a_contact_has_a_time():
-    """Times of impact by (frame, pair): contact begins at the end of the interval to frame 1, or in frame 0."""
+    """The ball touches the plate in frames 1 and 2 of 5, at 90 Hz, and leaves it on its path to frame 3.
+
+    The time of impact of the pair, by frame and pair, is the end of the interval to frame 1.
+    """
     detection = detect(ball_over_plate([0.1, TOUCH, TOUCH, 0.1, 0.2]))
     assert verdict_names(detection) == ["CLEAR", "CONTACT", "CONTACT", "CONTACT", "CLEAR"]
     assert list(detection.toi) == [(1, 0)]
     _earliest, latest = detection.toi[1, 0]
-    assert latest == 1 / 90, "frame 1, at 90 Hz"
-    first = detect(ball_over_plate([0.0, 0.1, 0.2]))
-    assert verdict_names(first) == ["CONTACT", "CONTACT", "CLEAR"]
-    assert first.toi == {(0, 0): (0.0, 0.0)}
+    assert latest == 1 / 90
+
+
+def test_contact_in_the_first_frame_begins_at_its_time():
+    """The ball is in the plate in frame 0, at 0 s, and leaves it on its path to frame 1."""
+    detection = detect(ball_over_plate([0.0, 0.1, 0.2]))
+    assert verdict_names(detection) == ["CONTACT", "CONTACT", "CLEAR"]
+    assert detection.toi == {(0, 0): (0.0, 0.0)}
 
 
 def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
-    """The ball has no pose in frame 2; the plate's poses of frames 4 and 5 belong to two takes.
+    """The ball has no pose in frame 2; the plate's poses of frames 4 and 5 are not linked: they belong to two takes.
 
-    From frame 2 to 3 and 4 to 5 the ball would cross the plate. ``after``: it is in the plate when its pose comes back,
-    which is a contact from the time of that frame on.
+    From frame 1 to 3 and from 4 to 5 the ball would cross the plate; nothing says that it did.
     """
-    valid = np.ones((7, 2), dtype=bool)
-    valid[2, 0] = False
-    linked = np.ones((7, 2), dtype=bool)
-    linked[5, 1] = False
-    detection = detect(ball_over_plate([0.1, 0.1, 0.0, -0.1, -0.1, 0.1, 0.1], valid, linked))
+    motion = ball_over_plate([0.1, 0.1, 0.0, -0.1, -0.1, 0.1, 0.1], *lost_in_frame_2_cut_before_frame_5())
+    detection = detect(motion)
     assert verdict_names(detection) == ["CLEAR", "CLEAR", "NO_POSE", "NO_POSE", "CLEAR", "NO_POSE", "CLEAR"]
     assert detection.reasons == {(3, 0): LOST_BEFORE, (5, 0): GAP_BEFORE}
-    after = detect(ball_over_plate([0.1, 0.1, 0.1, 0.0, 0.0, 0.1, 0.1], valid, linked))
-    assert verdict_names(after) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
-    assert after.toi == {(3, 0): (3 / 90, 3 / 90)}
+
+
+def test_contact_at_the_end_of_a_loss_begins_there():
+    """The ball has no pose in frame 2; in frame 3, at 90 Hz, its pose comes back in the plate."""
+    detection = detect(ball_over_plate([0.1, 0.1, 0.1, 0.0, 0.0, 0.1, 0.1], *lost_in_frame_2_cut_before_frame_5()))
+    assert verdict_names(detection) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
+    assert detection.toi == {(3, 0): (3 / 90, 3 / 90)}
+
+
+def lost_in_frame_2_cut_before_frame_5():
+    """Seven frames: which poses are valid, not the ball's in frame 2, and linked to the last, not the plate's in 5."""
+    valid, linked = np.ones((7, 2), dtype=bool), np.ones((7, 2), dtype=bool)
+    valid[2, 0] = False
+    linked[5, 1] = False
+    return valid, linked
 
 
 def test_ball_in_a_box_is_contained_until_it_leaves():
-    """The box reaches up to 0.5 m: the ball of 1 cm passes its wall between 0.2 and 0.9 m, on its path to frame 4.
-
-    Without containment a ball inside is clear, and the answer says that it was refused.
-    """
+    """The box reaches up to 0.5 m: the ball of 1 cm passes its wall on its path from 0.2 to 0.9 m, to frame 4."""
     bodies = BALL, Body("room", box_mesh((1, 1, 1)))
     detection = detect(ball_over_plate([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=bodies), bodies)
     assert verdict_names(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
-    refused = detect(ball_over_plate([0, 0.1], bodies=bodies), bodies, containment=False)
-    assert verdict_names(refused) == ["CLEAR", "CLEAR"]
-    assert refused.containment == ("refused: containment=False",)
+
+
+def test_ball_in_a_box_is_clear_where_containment_is_off():
+    """The answer says that the question was refused."""
+    bodies = BALL, Body("room", box_mesh((1, 1, 1)))
+    detection = detect(ball_over_plate([0, 0.1], bodies=bodies), bodies, containment=False)
+    assert verdict_names(detection) == ["CLEAR", "CLEAR"]
+    assert detection.containment == ("refused: containment=False",)
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
-    """Eight poses within each step: none of a step that is clear has contact."""
+    """Five bodies in a laboratory, 90 frames: a contact at a frame is in the interval to it, and none is undecided.
+
+    At eight poses within an interval that is clear ``exact`` sees no contact.
+    """
     bodies, motion = lab_bodies_and_motion(frames=90, seed=seed)
+    exact, instants = create_detector("exact", bodies), 8
     detection = detect(motion, bodies)
-    exact = create_detector("exact", bodies)
-    at_frames = exact.detect(motion).verdict
-    contact = at_frames == Verdict.CONTACT
-    assert (detection.verdict[contact] == Verdict.CONTACT).all()
-    finer = poses_within_intervals(motion, instants=8)
-    dense = exact.detect(finer).verdict.reshape(len(motion) - 1, 8, -1) == Verdict.CONTACT
+    assert (detection.verdict != Verdict.UNRESOLVED).all()
+    at_frames = exact.detect(motion).verdict == Verdict.CONTACT
+    assert (detection.verdict[at_frames] == Verdict.CONTACT).all()
+    within = exact.detect(poses_within_intervals(motion, instants)).verdict == Verdict.CONTACT
+    seen_within = within.reshape(len(motion) - 1, instants, -1).any(axis=1)
     clear = np.isin(detection.verdict[1:], [Verdict.CLEAR, Verdict.CONTAINED])
     assert clear.sum() > 300, "of 890 intervals many are clear"
-    assert not dense.any(axis=1)[clear].any()
-    begins = [position for position in detection.toi if position[0]]
-    assert len(begins) > 4
-    assert all(upper - lower <= TOI_WIDTH for lower, upper in detection.toi.values())
-    assert (detection.verdict != Verdict.UNRESOLVED).all()
+    assert not seen_within[clear].any()
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+def test_times_of_impact_are_a_microsecond_wide(seed):
+    """Five bodies in a laboratory, 90 frames, in which contacts begin; those of frame 0 have its time."""
+    bodies, motion = lab_bodies_and_motion(frames=90, seed=seed)
+    toi = detect(motion, bodies).toi
+    contacts_that_begin = [(frame, pair) for frame, pair in toi if frame > 0]
+    assert len(contacts_that_begin) > 4
+    assert all(upper - lower <= TOI_WIDTH for lower, upper in toi.values())
 
 
 def poses_within_intervals(motion, instants):
-    """The motion at so many ``instants`` within each interval, ends included."""
+    """The motion at so many ``instants`` within each interval, ends included, on lines and with a constant rotation."""
     frames, bodies = motion.valid.shape
     rotation, position = np.empty((frames - 1, instants, bodies, 3, 3)), np.empty((frames - 1, instants, bodies, 3))
     pose = np.empty(12)
@@ -138,9 +172,9 @@ def poses_within_intervals(motion, instants):
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("block", [1, 3, 40])
+@pytest.mark.parametrize("block", [1, 3, 40], ids="blocks of {} frames".format)
 def test_continuous_detector_in_blocks_equals_the_whole_motion(block):
-    """Times of impact (``toi``), reasons, verdicts and the number of searches."""
+    """Five bodies, 30 frames: times of impact, reasons, verdicts (their digest), and the number of searches."""
     bodies, motion = lab_bodies_and_motion(frames=30, seed=2)
     whole = detect(motion, bodies)
     joined = join(create_detector("continuous", bodies).stream(motion.blocks(block)))
@@ -150,18 +184,25 @@ def test_continuous_detector_in_blocks_equals_the_whole_motion(block):
     assert joined.work["searched"] == whole.work["searched"]
 
 
-def test_resting_or_distant_bodies_cost_no_search():
-    """At rest no interval is examined; 1 m away nine are and none is searched; 9 mm away all are."""
-    still = detect(ball_over_plate([0.02] * 10))
-    assert still.work["searched"] == still.work["intervals"] == 0
-    far = detect(ball_over_plate(np.linspace(1, 2, 10)))
-    assert (far.work["searched"], far.work["intervals"]) == (0, 9)
-    near = detect(ball_over_plate(np.linspace(0.02, 0.03, 10)))
-    assert near.work["searched"] == 9
+@pytest.mark.parametrize(
+    ("heights_m", "examined", "searched"),
+    [
+        pytest.param([0.02] * 10, 0, 0, id="at rest, 9 mm above"),
+        pytest.param(np.linspace(1, 2, 10), 9, 0, id="moves, 1 m above"),
+        pytest.param(np.linspace(0.02, 0.03, 10), 9, 9, id="moves, 9 mm above"),
+    ],
+)
+def test_resting_or_distant_bodies_cost_no_search(heights_m, examined, searched):
+    """A ball of 1 cm over a plate for ten frames, nine intervals: volumes clear what is far, searches what is near."""
+    work = detect(ball_over_plate(heights_m)).work
+    assert work["intervals"] == examined
+    assert work["searched"] == searched
 
 
 def test_undecidable_pairs_are_unresolved_counted_and_explained():
-    """A millimetre above the plate, the ball turns by half a turn: which way, two poses do not say."""
+    """A millimetre above the plate the ball turns by half a turn between two frames: poses do not say
+    which way round.
+    """
     bodies, motion = (BALL, PLATE), ball_over_plate([TOUCH + 0.001] * 2)
     rotation = motion.rotations.copy()
     rotation[1, 0] = np.diag([1.0, -1.0, -1.0])
@@ -172,16 +213,19 @@ def test_undecidable_pairs_are_unresolved_counted_and_explained():
 
 
 @pytest.mark.parametrize(
-    ("missing_faces", "interval_labels"),
+    ("missing_faces", "interval_verdicts"),
     [
-        (1, ["CONTAINED", "CONTAINED", "CONTACT", "CLEAR"]),  # a lost face: the ball passes through the other half
-        (2, ["UNRESOLVED", "UNRESOLVED", "UNRESOLVED", "CLEAR"]),  # no top
+        pytest.param(1, ["CONTAINED", "CONTAINED", "CONTACT", "CLEAR"], id="a triangle of the top is missing"),
+        pytest.param(2, ["UNRESOLVED", "UNRESOLVED", "UNRESOLVED", "CLEAR"], id="the top is missing"),
     ],
 )
-def test_path_out_of_a_box_depends_on_its_top(missing_faces, interval_labels):
-    """The ball leaves the box between frames 1 and 2, whose end alone would say CLEAR."""
+def test_path_out_of_a_box_depends_on_its_top(missing_faces, interval_verdicts):
+    """A ball leaves a box of 1 m between frames 1 and 2, through the other half of its top or where that is missing.
+
+    At both ends of the interval it touches nothing, and at the second it is outside, clear of the box.
+    """
     closed = box_mesh((1.0, 1.0, 1.0))
     top_faces = np.flatnonzero(closed.triangles.mean(axis=1)[:, 2] > 0.49)
     box = Body("box", TriangleMesh(closed.vertices, np.delete(closed.faces, top_faces[:missing_faces], axis=0)))
-    detection = detect(ball_over_plate([0.0, 0.0, 2.0, 2.0]), (BALL, box))
-    assert verdict_names(detection) == interval_labels
+    detection = detect(ball_over_plate([0.0, 0.0, 2.0, 2.0], bodies=(BALL, box)), (BALL, box))
+    assert verdict_names(detection) == interval_verdicts

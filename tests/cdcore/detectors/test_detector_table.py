@@ -17,25 +17,30 @@ from cdcore.detectors.sphere import SphereDetector
 from cdcore.errors import InvalidSettingError, MissingEngineError, UnknownDetectorError
 
 TABLE = [*DETECTORS, *OPTIONAL]
+"""Names of all detectors of our own and of the engines of others."""
 BODIES = [Body("a", box_mesh()), Body("b", box_mesh())]
 
 
 @pytest.mark.parametrize("name", TABLE)
 def test_every_row_names_a_class_of_that_name(name):
+    """A row of the table has an entry ``module:Class``; the class has a ``name`` of its own."""
     assert load_detector(name).name == name
 
 
 @pytest.mark.parametrize("name", ROWS)
 def test_stage_seconds_sum_to_at_most_the_call(name):
-    """Seconds that a detector reports for its stages, beside the clock around the call."""
+    """Seconds by stage, as the detector reports them, against the clock around the call that detects three frames."""
     bodies, motion = lab_bodies_and_motion(frames=3)
     detector, start = create_detector(name, bodies), perf_counter()
-    spent = [float(np.sum(stage)) for stage in detector.detect(motion).seconds.values()]
-    assert min(spent) >= 0 and 0 < sum(spent) <= perf_counter() - start
+    detection = detector.detect(motion)
+    elapsed = perf_counter() - start
+    stage_seconds = [float(np.sum(seconds)) for seconds in detection.seconds.values()]
+    assert min(stage_seconds) >= 0
+    assert 0 < sum(stage_seconds) <= elapsed
 
 
 def test_unknown_name_is_answered_with_known_names():
-    """A name that is close to one of them, spheer, and one that is not, chaos."""
+    """A name close to one of them, spheer, and one close to none, chaos."""
     with pytest.raises(
         UnknownDetectorError, match=r"no detector 'spheer'; did you mean 'sphere'\? There are: .*hybrid"
     ):
@@ -44,10 +49,11 @@ def test_unknown_name_is_answered_with_known_names():
         create_detector("chaos", BODIES)
 
 
-def test_detectors_load_without_reading_installed_packages(monkeypatch):
-    """Calling ``entry_points``, which lists installed packages, would fail: it is None here."""
+@pytest.mark.parametrize("name", ["sphere", "cdcore.detectors.sphere:SphereDetector"], ids=["name", "module and class"])
+def test_detectors_load_without_reading_installed_packages(name, monkeypatch):
+    """``entry_points`` would list installed packages, which takes time; it is None here, so that a call fails."""
     monkeypatch.setattr(table, "entry_points", None)
-    assert load_detector("sphere") is load_detector("cdcore.detectors.sphere:SphereDetector") is SphereDetector
+    assert load_detector(name) is SphereDetector
 
 
 OWN_MODULES = {
@@ -57,20 +63,52 @@ OWN_MODULES = {
 }
 
 
+OWN_MODULES = {
+    "own_engine": "class Detector: pass",
+    "own_without_scipy": "import scipy_of_tomorrow",
+    "own_with_fault": "1 / 0",
+}
+"""Name -> code of a module that a user wrote."""
+
+
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("own_engine:Detektor", r"own_engine has no class 'Detektor'; did you mean own_engine:Detector\?"),
-        ("own_engine:Mesh", "own_engine has no class 'Mesh'; it defines: Detector"),
-        ("own_engin:Detector", "there is no module 'own_engin' in this folder or this environment"),
-        ("own_engine.parts:Detector", "there is no module 'own_engine.parts' in this folder or this environment"),
-        ("own_without_scipy:Detector", "own_without_scipy cannot be imported: No module named 'scipy_of_tomorrow'"),
-        ("own_with_fault:Detector", "own_with_fault cannot be imported: ZeroDivisionError: division by zero"),
-        ("own_engine:Detector", "'own_engine:Detector' is no detector: it defines no Settings, detect, stream.*"),
+        pytest.param(
+            "own_engine:Detektor",
+            r"own_engine has no class 'Detektor'; did you mean own_engine:Detector\?",
+            id="class misspelt",
+        ),
+        pytest.param("own_engine:Mesh", "own_engine has no class 'Mesh'; it defines: Detector", id="another class"),
+        pytest.param(
+            "own_engin:Detector",
+            "there is no module 'own_engin' in this folder or this environment",
+            id="module misspelt",
+        ),
+        pytest.param(
+            "own_engine.parts:Detector",
+            "there is no module 'own_engine.parts' in this folder or this environment",
+            id="no such submodule",
+        ),
+        pytest.param(
+            "own_without_scipy:Detector",
+            "own_without_scipy cannot be imported: No module named 'scipy_of_tomorrow'",
+            id="imports what is not installed",
+        ),
+        pytest.param(
+            "own_with_fault:Detector",
+            "own_with_fault cannot be imported: ZeroDivisionError: division by zero",
+            id="raises an error",
+        ),
+        pytest.param(
+            "own_engine:Detector",
+            "'own_engine:Detector' is no detector: it defines no Settings, detect, stream.*",
+            id="class without methods",
+        ),
     ],
 )
 def test_unloadable_own_detector_is_refused_with_the_reason(name, sentence, monkeypatch, tmp_path):
-    """``name``: module and class of a detector of one's own, in the modules of OWN_MODULES; ``sentence``: why not."""
+    """A detector of one's own is named ``module:Class``; OWN_MODULES are written to a folder of the import path."""
     for module, code in OWN_MODULES.items():
         (tmp_path / f"{module}.py").write_text(code)
         monkeypatch.delitem(sys.modules, module, raising=False)
@@ -80,92 +118,118 @@ def test_unloadable_own_detector_is_refused_with_the_reason(name, sentence, monk
 
 
 def test_an_installed_package_adds_a_row(monkeypatch):
-    """A stand-in for an installed package offers the class of ``sphere`` under the name outside."""
+    """A stand-in for ``entry_points`` has a package that offers the class of ``sphere`` under the name "outside"."""
     point = EntryPoint("outside", "cdcore.detectors.sphere:SphereDetector", table.ENTRY_POINT_GROUP)
 
-    def answer(group, name=None):
+    def entry_points(group, name=None):
         assert group == table.ENTRY_POINT_GROUP
         return [point] if name in (None, "outside") else []
 
-    monkeypatch.setattr(table, "entry_points", answer)
+    monkeypatch.setattr(table, "entry_points", entry_points)
     assert detector_names()[-1] == "outside"
     assert load_detector("outside") is SphereDetector
 
 
 @pytest.mark.parametrize(
-    ("entry", "why"),
+    ("entry", "reason"),
     [
-        ("no_such_module:Thing", "there is no module"),
-        ("breaks_on_import:X", "boom"),
-        ("cdcore.detectors.sphere:Spheer", "has no class"),
+        pytest.param("no_such_module:Thing", "there is no module", id="no module"),
+        pytest.param("breaks_on_import:X", "boom", id="raises an error"),
+        pytest.param("cdcore.detectors.sphere:Spheer", "has no class", id="no class"),
     ],
 )
-def test_failing_package_is_named_and_hides_no_built_in(entry, why, monkeypatch, tmp_path):
-    """An installed package offers two broken detectors, one of them called ``sphere``, as one of ours is."""
+def test_detector_of_a_failing_package_is_refused_by_name(entry, reason, monkeypatch, tmp_path):
+    """A stand-in for ``entry_points`` has a package that offers a detector "broken", which cannot be imported."""
     (tmp_path / "breaks_on_import.py").write_text("raise ZeroDivisionError('boom')")
     monkeypatch.syspath_prepend(tmp_path)
-    points = {name: EntryPoint(name, entry, table.ENTRY_POINT_GROUP) for name in ("broken", "sphere")}
-    monkeypatch.setattr(table, "entry_points", lambda group, name: [points[name]])
+    point = EntryPoint("broken", entry, table.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(table, "entry_points", lambda group, name: [point])
     with pytest.raises(
-        UnknownDetectorError, match=f"detector 'broken' \\({entry}\\) cannot be loaded: .*{why}.*; repair or"
+        UnknownDetectorError, match=f"detector 'broken' \\({entry}\\) cannot be loaded: .*{reason}.*; repair or"
     ):
         load_detector("broken")
+
+
+def test_failing_package_hides_no_built_in_detector(monkeypatch):
+    """The package offers a broken detector "sphere", as one of ours is called."""
+    point = EntryPoint("sphere", "no_such_module:Thing", table.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(table, "entry_points", lambda group, name: [point])
     assert load_detector("sphere") is SphereDetector
 
 
 def test_unknown_settings_are_answered_with_known_settings():
+    """``sphere`` has a single setting, which is called sphere too."""
     with pytest.raises(InvalidSettingError, match="'sphere' has no setting 'speed'; it has: sphere"):
         create_detector("sphere", BODIES, speed=3)
 
 
 @pytest.mark.parametrize("name", OPTIONAL)
 def test_missing_engine_error_names_the_pip_command(name, monkeypatch):
-    """The message is one sentence in one line."""
+    """The module of an engine cannot be imported; the message is one sentence in one line.
+
+    PhysX and Newton are extras of their own, all others the extra "engines".
+    """
     module = ENGINE_MODULE[name]
     monkeypatch.setitem(sys.modules, module, None)
     extra = name if name in ("physx", "newton") else "engines"
     with pytest.raises(
         MissingEngineError, match=rf'^{module} is not installed; pip install "vrlab-replay\[{extra}\]"'
-    ) as text:
+    ) as error:
         create_detector(name, BODIES)
-    assert "\n" not in str(text.value) and ". " not in str(text.value)
+    message = str(error.value)
+    assert "\n" not in message
+    assert ". " not in message
 
 
 def test_settings_arrive_and_are_kept():
+    """The setting "paper" of ``sphere``, which by default is another."""
     assert create_detector("sphere", BODIES, sphere="paper").settings.sphere == "paper"
 
 
 def test_table_loads_no_engine_before_use():
-    """A new process imports the core and names its table: no library of ``engines`` is loaded."""
+    """A new process imports the core and uses its table: no library of ``engines`` is loaded."""
     engines = {"fcl", "numba", "scipy", "mujoco", "rapier3d", "pybullet", "ovphysx", "newton", "warp"}
     code = f"import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({engines} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert done.stdout.strip() == "set()"
+    process = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert process.stdout.strip() == "set()"
 
 
 @pytest.mark.parametrize(
-    ("name", "lacks"),
+    ("name", "missing"),
     [
-        ("cdcore:FrameDetector", "look"),
-        ("cdcore:Motion", "Settings, detect, stream"),
-        ("cdcore:join", "Settings, detect, stream"),
+        pytest.param("cdcore:FrameDetector", "look", id="abstract class"),
+        pytest.param("cdcore:Motion", "Settings, detect, stream", id="another class"),
+        pytest.param("cdcore:join", "Settings, detect, stream", id="function"),
     ],
 )
-def test_incomplete_detector_class_is_refused_naming_missing_methods(name, lacks):
-    """``name``: things of the core that are no detector; ``lacks``: what each would have to define."""
-    with pytest.raises(UnknownDetectorError, match=f"'{name}' is no detector: it defines no {lacks}; see"):
+def test_incomplete_detector_class_is_refused_naming_missing_methods(name, missing):
+    """``name``: things of the core that are no detector; ``missing``: what each would have to define."""
+    with pytest.raises(UnknownDetectorError, match=f"'{name}' is no detector: it defines no {missing}; see"):
         load_detector(name)
 
 
 @pytest.mark.parametrize("name", TABLE)
-def test_every_row_has_sources_purpose_and_limits(name):
-    """Different sources of at least four words; ``choose_when`` and ``cannot`` are phrases without a full stop."""
-    detector = load_detector(name)
-    sources = detector.sources
-    assert isinstance(sources, tuple) and sources
-    assert all(isinstance(source, str) and len(source.split()) >= 4 for source in sources)
+def test_every_row_has_sources(name):
+    """A tuple of different texts, each of at least four words."""
+    sources = load_detector(name).sources
+    assert isinstance(sources, tuple)
+    assert sources
+    assert all(len(source.split()) >= 4 for source in sources)
     assert len(set(sources)) == len(sources)
-    for labels in (detector.choose_when, detector.cannot):
-        assert isinstance(labels, str) and labels == labels.strip() and len(labels.split()) >= 2
-        assert "\n" not in labels and not labels.endswith(".")
-    assert detector.__doc__
+
+
+@pytest.mark.parametrize("name", TABLE)
+@pytest.mark.parametrize("attribute", ["choose_when", "cannot"])
+def test_every_row_has_its_purpose_and_limits(name, attribute):
+    """Phrases in one line, without a full stop, of at least two words."""
+    phrase = getattr(load_detector(name), attribute)
+    assert phrase == phrase.strip()
+    assert len(phrase.split()) >= 2
+    assert "\n" not in phrase
+    assert not phrase.endswith(".")
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_every_detector_class_has_a_docstring(name):
+    """It says what the detector does."""
+    assert load_detector(name).__doc__

@@ -22,14 +22,9 @@ TWO_BALLS = merge_meshes(ball_mesh(0.1), shift_mesh(ball_mesh(0.1), [0.9, 0, 0])
 THREE_BALLS = merge_meshes(*(shift_mesh(ball_mesh(0.08), [0.5 * k, 0.1 * k, 0]) for k in range(3)))
 
 
-def reversed_faces(mesh):
-    """The mesh inside out."""
-    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
-
-
 @cache
-def pairs():
-    """Name -> outer mesh, inner mesh."""
+def outer_and_inner_meshes():
+    """Name -> a mesh, and a smaller one, or one of several components, for places within its bounds."""
     return {
         "ball in box": (box_mesh(), ball_mesh(0.1)),
         "rod in box": (box_mesh(), rod_mesh()),
@@ -40,9 +35,14 @@ def pairs():
     }
 
 
-def verdicts(name, first, second, seed=0):
-    """The answer of a detector for the second body at random places within the bounds of the first."""
-    rng = np.random.default_rng(seed)
+def reversed_faces(mesh):
+    """The mesh inside out."""
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def verdicts(name, first, second):
+    """The answer of a detector in 20 frames, with the second mesh at random places within the bounds of the first."""
+    rng = np.random.default_rng(0)
     lower, upper = first.bounds
     rotations = random_rotations(rng, FRAMES, 2)
     positions = np.einsum("nij,nj->ni", rotations[:, 0], rng.uniform(lower, upper, (FRAMES, 3)))
@@ -50,36 +50,52 @@ def verdicts(name, first, second, seed=0):
     return create_detector(name, [Body("a", first), Body("b", second)]).detect(motion)
 
 
-@pytest.mark.parametrize(
-    ("name", "exchanged"), [*((name, False) for name in pairs()), ("ball in box", True), ("one ball of two", True)]
-)
-def test_contained_bodies_are_not_called_contact(name, exchanged):
-    """20 random places of the second body within the bounds of the first; truth is the answer of ``exact``."""
-    first, second = pairs()[name]
-    if exchanged:
-        first, second = second, first
-    truth, sample = (verdicts(asker, first, second).verdict[:, 0] for asker in ("exact", "image-space"))
+@pytest.mark.parametrize("name", outer_and_inner_meshes())
+def test_contained_bodies_are_not_called_contact(name):
+    """An inner mesh at 20 random places within the bounds of an outer one; ``exact`` says where it is contained.
+
+    ``image-space`` compares depth images of a limited resolution: now and then its rays pass a thin crossing, so that a
+    contact is called contained, in fewer than 10 % of the frames.
+    """
+    outer, inner = outer_and_inner_meshes()[name]
+    truth, answer = (verdicts(detector, outer, inner).verdict[:, 0] for detector in ("exact", "image-space"))
     contained = truth == Verdict.CONTAINED
-    assert exchanged or contained.sum() > 3
-    assert not (sample[contained] == Verdict.CONTACT).any()
-    # Rays pass a thin crossing now and then.
-    assert ((truth == Verdict.CONTACT) & (sample == Verdict.CONTAINED)).mean() < 0.1
+    assert contained.sum() > 3
+    assert (answer[contained] != Verdict.CONTACT).all()
+    assert ((truth == Verdict.CONTACT) & (answer == Verdict.CONTAINED)).mean() < 0.1
+
+
+@pytest.mark.parametrize("name", ["ball in box", "one ball of two"])
+def test_contained_bodies_are_not_called_contact_outer_mesh_second(name):
+    """The same with the outer mesh as the second of the pair, at random places within the bounds of the inner one."""
+    outer, inner = outer_and_inner_meshes()[name]
+    truth, answer = (verdicts(detector, inner, outer).verdict[:, 0] for detector in ("exact", "image-space"))
+    contained, contact = truth == Verdict.CONTAINED, truth == Verdict.CONTACT
+    assert contained.any() or contact.any()
+    assert (answer[contained] != Verdict.CONTACT).all()
+    assert (contact & (answer == Verdict.CONTAINED)).mean() < 0.1
 
 
 @pytest.mark.parametrize(
-    ("mesh", "why"),
+    ("mesh", "reason"),
     [
-        (without_faces(box_mesh(), count=1), "a is open"),
-        (merge_meshes(box_mesh(), box_mesh()), "a has faces drawn twice"),
-        (
+        pytest.param(without_faces(box_mesh(), count=1), "a is open", id="open"),
+        pytest.param(merge_meshes(box_mesh(), box_mesh()), "a has faces drawn twice", id="drawn twice"),
+        pytest.param(
             merge_meshes(box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2])),
             "a has faces drawn twice, or parts that cross",
+            id="two boxes that cross",
         ),
     ],
 )
-def test_meshes_without_ray_parity_are_invalid_not_clear(mesh, why):
-    """Crossings along a ray tell no inside of an open mesh, or of one that overlaps itself; boxes apart stay CLEAR."""
+def test_meshes_without_ray_parity_are_invalid_not_clear(mesh, reason):
+    """A ball at 20 random places in a box: crossings along a ray tell no inside of it, where it is open or overlaps.
+
+    It is clear at most where the boxes around both are apart; every invalid frame has the reason.
+    """
     answer = verdicts("image-space", mesh, ball_mesh(0.1))
-    assert set(answer.verdict[:, 0].tolist()) <= {Verdict.INVALID, Verdict.CLEAR}
-    assert (answer.verdict == Verdict.INVALID).any()
-    assert all(reason.startswith(why) for reason in answer.reasons.values())
+    invalid = answer.verdict[:, 0] == Verdict.INVALID
+    assert invalid.any()
+    assert (answer.verdict[~invalid] == Verdict.CLEAR).all()
+    assert len(answer.reasons) == invalid.sum()
+    assert all(text.startswith(reason) for text in answer.reasons.values())

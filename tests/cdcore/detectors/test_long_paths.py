@@ -75,18 +75,21 @@ def corrupt_pose_then_rest():
 
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize(
-    ("name", "recording"),
+    ("name", "scene_after_a_long_path"),
     [("exact", jumps_then_rest), pytest.param("exact", an_hour_of_jumps_then_rest, marks=pytest.mark.slow)]
     + [(name, corrupt_pose_then_rest) for name in ("exact", "obb", "solid-style")],
 )
-def test_contact_after_a_long_path_starts_in_its_frame(name, recording):
-    """In the last APPROACH frames contact comes and goes; blocks of 997 frames end within the path.
+def test_contact_after_a_long_path_starts_in_its_frame(name, scene_after_a_long_path):
+    """A plate jumps for thousands of frames, or to 3e14 m; then it rests while eight needles come nearer in tiny steps.
 
-    ``meets``: whether the needle's interval on x holds the plate, by its placed ends.
+    ``meets``: whether a needle's interval on x holds the plate, by its placed ends; in the last APPROACH frames that
+    comes and goes. Whole, in blocks of 997 frames, which end within the path, frame by frame, and for the last frame
+    alone the contacts are those.
     """
-    bodies, pairs, motion, meets = recording()
-    detector, last = create_detector(name, bodies, pairs=pairs), motion.frames(len(motion) - 1, len(motion))
+    bodies, pairs, motion, meets = scene_after_a_long_path()
     assert 0.2 < meets[-APPROACH:].mean() < 0.8
+    detector = create_detector(name, bodies, pairs=pairs)
     for answer in (detector.detect(motion), join(detector.stream(motion.blocks(997))), detect_live(detector, motion)):
         np.testing.assert_array_equal(answer.verdict == Verdict.CONTACT, meets)
-    np.testing.assert_array_equal(detector.detect(last).verdict == Verdict.CONTACT, meets[-1:])
+    last_frame = motion.frames(len(motion) - 1, len(motion))
+    np.testing.assert_array_equal(detector.detect(last_frame).verdict == Verdict.CONTACT, meets[-1:])

@@ -18,62 +18,80 @@ from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.protocol import counts_as_contact
 
 BALLS = [Body("a", ball_mesh()), Body("b", ball_mesh())]
+"""Of radius 1 m."""
 SEPARATED_FOR_4_FRAMES = motion_at_rest(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
+"""5 m from each other."""
 
 
-def test_distant_spheres_are_cleared_without_testing_trees():
-    """Bodies are far apart: counters of work show that no node of a tree was tested."""
-    spheres = create_detector("aabb", BALLS).detect(SEPARATED_FOR_4_FRAMES)
-    assert (spheres.verdict == Verdict.CLEAR).all()
-    assert spheres.work["sphere_tests"] == 4
-    assert spheres.work["node_tests"] == 0
-    sweep = create_detector("solid-style", BALLS).detect(SEPARATED_FOR_4_FRAMES)
-    assert (sweep.verdict == Verdict.CLEAR).all()
-    assert sweep.work["node_tests"] == 0
+@pytest.mark.parametrize("name", ["aabb", "solid-style"])
+def test_distant_spheres_are_cleared_without_testing_trees(name):
+    """Two balls of radius 1 m, 5 m apart: no node of a tree is tested in four frames."""
+    detection = create_detector(name, BALLS).detect(SEPARATED_FOR_4_FRAMES)
+    assert detection.verdict.tolist() == 4 * [[Verdict.CLEAR]]
+    assert detection.work["node_tests"] == 0
+
+
+def test_spheres_are_tested_once_a_frame():
+    """A pair of balls for four frames."""
+    assert create_detector("aabb", BALLS).detect(SEPARATED_FOR_4_FRAMES).work["sphere_tests"] == 4
 
 
 def test_obb_tests_distant_bodies_at_rest_only_once():
-    """The first of 4 frames queries the trees, whose roots are apart; the three others reuse its answer."""
+    """Two balls 5 m apart; the first of 4 frames queries the trees, whose roots are apart; three reuse its answer."""
     work = create_detector("obb", BALLS).detect(SEPARATED_FOR_4_FRAMES).work
-    assert work["tree_queries"] == 1 and work["reused"] == 3
-    assert work["node_tests"] == 1 and work["leaf_tests"] == 0
+    assert (work["tree_queries"], work["reused"]) == (1, 3)
+    assert (work["node_tests"], work["leaf_tests"]) == (1, 0)
 
 
 def test_image_space_detector_has_no_false_contact():
-    """Its pictures have a limited resolution: it may miss contacts, here fewer than 20 % of those that it decides."""
+    """40 frames of a laboratory, against ``exact``; depth images of limited resolution may miss up to 20 % of contacts.
+
+    INVALID, where meshes are open, and NO_POSE decide nothing.
+    """
     bodies, motion = lab_bodies_and_motion(frames=40)
     truth = counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)
     detection = create_detector("image-space", bodies).detect(motion)
     answer = counts_as_contact(detection.verdict)
-    assert detection.approximate and not (answer & ~truth).any()
+    assert detection.approximate
+    assert not (answer & ~truth).any()
     decided = ~np.isin(detection.verdict, [Verdict.INVALID, Verdict.NO_POSE])
-    assert answer.sum() > 0.8 * (truth & decided).sum() > 0
+    assert (truth & decided).any()
+    assert answer.sum() > 0.8 * (truth & decided).sum()
 
 
-def test_open_mesh_is_invalid_only_where_boxes_overlap():
-    """A bowl of radius 1 m and a box of 1 m: their boxes overlap up to 1.5 m, their spheres up to about 1.87 m."""
+@pytest.mark.parametrize(
+    ("x", "verdict", "reasons"),
+    [
+        pytest.param(1.0, Verdict.INVALID, {(0, 0): "bowl is open: it has no inside to overlap"}, id="boxes overlap"),
+        pytest.param(1.6, Verdict.CLEAR, {}, id="only spheres overlap"),
+        pytest.param(-1.6, Verdict.CLEAR, {}, id="only spheres overlap, on the other side"),
+    ],
+)
+def test_open_mesh_is_invalid_only_where_boxes_overlap(x, verdict, reasons):
+    """A bowl of radius 1 m and a box of 1 m: their boxes overlap up to 1 + 0.5 m, their spheres up to 1 + 0.87 m."""
     bodies = [Body("bowl", without_faces(ball_mesh(), count=9)), Body("box", box_mesh())]
-    near = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (1, 0, 0)]))
-    assert near.verdict.tolist() == [[Verdict.INVALID]]
-    assert near.reasons == {(0, 0): "bowl is open: it has no inside to overlap"}
-    for beside in (1.6, -1.6):  # where their spheres overlap
-        far = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (beside, 0, 0)]))
-        assert far.verdict.tolist() == [[Verdict.CLEAR]] and far.reasons == {}
+    detection = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (x, 0, 0)]))
+    assert detection.verdict.tolist() == [[verdict]]
+    assert detection.reasons == reasons
 
 
-def test_ball_in_a_box_is_contained_touching_is_not():
-    """A ball of 0.2 m in a box of 1 m: inside, then across its side; two boxes side to side have no common depth."""
-    bodies = [Body("box", box_mesh()), Body("ball", ball_mesh(0.2))]
-    detector = create_detector("image-space", bodies)
-    assert detector.detect(motion_at_rest(bodies, [(0, 0, 0), (0.1, 0, 0)])).verdict.tolist() == [[Verdict.CONTAINED]]
-    assert detector.detect(motion_at_rest(bodies, [(0, 0, 0), (0.5, 0, 0)])).verdict.tolist() == [[Verdict.CONTACT]]
-    boxes = [Body("a", box_mesh()), Body("b", box_mesh())]
-    touching = create_detector("image-space", boxes).detect(motion_at_rest(boxes, [(0, 0, 0), (1, 0, 0)]))
-    assert touching.verdict.tolist() == [[Verdict.NOT_FOUND]]
+@pytest.mark.parametrize(
+    ("second", "x", "verdict"),
+    [
+        pytest.param(ball_mesh(0.2), 0.1, Verdict.CONTAINED, id="ball inside"),
+        pytest.param(ball_mesh(0.2), 0.5, Verdict.CONTACT, id="ball across a side"),
+        pytest.param(box_mesh(), 1.0, Verdict.NOT_FOUND, id="boxes side to side: no depth in common"),
+    ],
+)
+def test_image_space_tells_contained_from_contact(second, x, verdict):
+    """A box of 1 m, and a ball of radius 0.2 m or another such box at this x, by ``image-space``."""
+    bodies = [Body("box", box_mesh()), Body("second", second)]
+    detection = create_detector("image-space", bodies).detect(motion_at_rest(bodies, [(0, 0, 0), (x, 0, 0)]))
+    assert detection.verdict.tolist() == [[verdict]]
 
 
-def meshes_alone(bodies, motion, pairs):
-    """Every pair in every frame by FCL, without any volume in front."""
+def contacts_by_fcl(bodies, motion, pairs):
+    """Whether FCL says contact of the meshes of every pair in every frame, without any volume in front."""
     engine = FclMeshes([body.mesh for body in bodies])
     poses = [(motion.rotations[:, k], motion.translations[:, k]) for k in range(len(bodies))]
     return np.stack([engine.at_poses(engine.touch, i, j, poses[i], poses[j]) for i, j in pairs.tolist()], axis=1)
@@ -81,12 +99,12 @@ def meshes_alone(bodies, motion, pairs):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("settings", [{}, {"containment": False}])
+@pytest.mark.parametrize("settings", [{}, {"containment": False}], ids=["default", "without containment"])
 def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
-    """Truth is FCL on the meshes alone, for every pair in each of 200 frames."""
+    """Five bodies of a laboratory in 200 frames: ``hybrid`` says CONTACT where FCL, asked about the meshes, does."""
     bodies, motion = lab_bodies_and_motion(frames=200, seed=seed, gaps=False)
     detection = create_detector("hybrid", bodies, **settings).detect(motion)
-    expected = meshes_alone(bodies, motion, detection.pairs)
+    expected = contacts_by_fcl(bodies, motion, detection.pairs)
     assert expected.any()
     assert np.array_equal(detection.verdict == Verdict.CONTACT, expected)
 
@@ -94,16 +112,19 @@ def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
 def test_still_frames_take_a_single_query_per_pair():
     """A rod in the wall of a glass for 500 frames: one query of meshes, 499 answers reused."""
     bodies = [Body("glass", beaker_mesh()), Body("rod", rod_mesh())]
-    detection = create_detector("hybrid", bodies).detect(
-        motion_at_rest(bodies, [[0, 0, 0], [0.037, 0, 0.05]], frames=500)
-    )
+    in_the_wall = [0.037, 0, 0.05]
+    motion = motion_at_rest(bodies, [[0, 0, 0], in_the_wall], frames=500)
+    detection = create_detector("hybrid", bodies).detect(motion)
     assert (detection.verdict == Verdict.CONTACT).all()
     assert detection.work["mesh_queries"] == 1
     assert detection.work["reused"] == 499
 
 
 def test_sections_exist_for_every_contact():
-    """Segments of every ninth contact: some, and at most one for each pair of faces that meets."""
+    """Of every ninth contact in a laboratory the section, the segments in which surfaces cross: some, and finite.
+
+    There is at most one for each pair of faces that meets.
+    """
     bodies, motion = lab_bodies_and_motion(frames=150)
     detection = create_detector("hybrid", bodies).detect(motion, faces=True)
     contacts = np.argwhere(detection.verdict == Verdict.CONTACT).tolist()
@@ -114,25 +135,36 @@ def test_sections_exist_for_every_contact():
         assert np.isfinite(segments).all()
 
 
-@pytest.mark.parametrize(("mode", "most"), [("all", None), ("first", 1)])
-def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most):
-    """``exact`` lists all pairs of faces; mode all lists as many, mode first at most one."""
+@pytest.mark.parametrize(("mode", "most_faces"), [("all", np.inf), ("first", 1)])
+def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most_faces):
+    """``exact`` lists all pairs of faces that meet; ``rapid-style`` as many in mode all, and at most
+    one in mode first.
+    """
     bodies, motion = lab_bodies_and_motion(frames=40)
-    every = create_detector("exact", bodies).detect(motion, faces=True).face_counts
+    all_counts = create_detector("exact", bodies).detect(motion, faces=True).face_counts
     counts = create_detector("rapid-style", bodies, mode=mode).detect(motion, faces=True).face_counts
-    assert every.max() > 1
-    assert np.array_equal(counts, np.minimum(every, most or every))
+    assert all_counts.max() > 1
+    assert np.array_equal(counts, np.minimum(all_counts, most_faces))
 
 
-@pytest.mark.parametrize("mode", ["paper", "best"])
 @pytest.mark.parametrize(
-    ("gap", "verdict"), [(-1e-6, Verdict.CANDIDATE), (0.0, Verdict.CANDIDATE), (1e-6, Verdict.CLEAR)]
+    ("mode", "sphere_of"), [("paper", sphere_by_triangle_mean), ("best", sphere_best)], ids=["paper", "best"]
 )
-def test_pairs_are_candidates_up_to_the_radius_sum(mode, gap, verdict):
-    """A ball and a beaker whose bounding spheres overlap by 1 um, touch, or are 1 um apart along x."""
+@pytest.mark.parametrize(
+    ("gap_m", "verdict"),
+    [
+        pytest.param(-1e-6, Verdict.CANDIDATE, id="overlap by 1 um"),
+        pytest.param(0.0, Verdict.CANDIDATE, id="touch"),
+        pytest.param(1e-6, Verdict.CLEAR, id="1 um apart"),
+    ],
+)
+def test_pairs_are_candidates_up_to_the_radius_sum(mode, sphere_of, gap_m, verdict):
+    """A ball and a beaker stand so that their bounding spheres have this gap along x.
+
+    Spheres are those of the paper, about the mean of all corners, or the best known.
+    """
     bodies = [Body("a", ball_mesh(0.5)), Body("b", beaker_mesh())]
-    build = {"paper": sphere_by_triangle_mean, "best": sphere_best}[mode]
-    item, other = (build(body.mesh) for body in bodies)
-    offset = np.array([item.radius + other.radius + gap, 0, 0]) + item.centre - other.centre
+    ball, beaker = (sphere_of(body.mesh) for body in bodies)
+    offset = ball.centre - beaker.centre + [ball.radius + beaker.radius + gap_m, 0, 0]
     motion = motion_at_rest(bodies, [[0, 0, 0], offset])
-    assert create_detector("sphere", bodies, sphere=mode).detect(motion).verdict[0, 0] == verdict
+    assert create_detector("sphere", bodies, sphere=mode).detect(motion).verdict.tolist() == [[verdict]]

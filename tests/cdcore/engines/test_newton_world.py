@@ -68,29 +68,41 @@ def world_of(monkeypatch, engine):
     return NewtonWorld(cubes, np.array([[0, 1]]), SimpleNamespace(gap_m=0.0))
 
 
-ENGINES = {
-    "all fits": (engine_that_finds(contacts=3, triangles=4), (4, 4)),
-    "a full list of contacts": (engine_that_finds(contacts=4, triangles=0), (8, 4)),
-    "more contacts than twice the room": (engine_that_finds(contacts=11, triangles=0), (22, 4)),
-    "triangles without room": (engine_that_finds(contacts=0, triangles=5), (4, 8)),
-    "as many triangles as there may be": (engine_that_finds(contacts=0, triangles=64), (4, 64)),
-    "insertions fail": (engine_that_finds(contacts=0, triangles=0, dropped=(1, 0), room_of_reducer=8), (4, 8)),
-    "contacts overflow": (engine_that_finds(contacts=0, triangles=0, dropped=(0, 1), room_of_reducer=8), (4, 8)),
-    "both": (engine_that_finds(contacts=0, triangles=0, dropped=(1, 1), room_of_reducer=8), (4, 8)),
-    "no reducer": (engine_that_finds(contacts=0, triangles=0, dropped=None), (4, 4)),
-}
+@pytest.mark.parametrize(
+    ("contacts", "triangles", "contact_room", "triangle_room"),
+    [
+        pytest.param(3, 4, 4, 4, id="all fits"),
+        pytest.param(4, 0, 8, 4, id="a full list of contacts, which may have lost some: twice the room"),
+        pytest.param(
+            11, 0, 22, 4, id="more contacts than twice the room: room for all would be full, so twice as much"
+        ),
+        pytest.param(0, 5, 4, 8, id="more pairs of triangles than room: twice the room"),
+        pytest.param(0, 64, 4, 64, id="as many pairs of triangles as there may be"),
+    ],
+)
+def test_buffers_grow_until_nothing_is_dropped(monkeypatch, contacts, triangles, contact_room, triangle_room):
+    """Room begins at 4 contacts and 4 pairs of triangles, and may grow to 64; every query has so many of each."""
+    world = world_of(monkeypatch, engine_that_finds(contacts, triangles))
+    assert (world.contact_room, world.triangle_room) == (contact_room, triangle_room)
 
 
-@pytest.mark.parametrize("case", ENGINES)
-def test_buffers_grow_until_nothing_is_dropped(monkeypatch, case):
-    """Room begins at 4 contacts and 4 pairs of triangles; ENGINES: what a frame holds, and how much room that takes."""
-    engine, rooms = ENGINES[case]
-    world = world_of(monkeypatch, engine)
-    assert (world.contact_room, world.triangle_room) == rooms
+@pytest.mark.parametrize("dropped", [(1, 0), (0, 1), (1, 1)], ids=["an insertion fails", "a contact overflows", "both"])
+def test_triangle_buffer_grows_while_the_reducer_drops_contacts(monkeypatch, dropped):
+    """Newton's reducer of contacts drops some while there is room for fewer than 8 pairs of triangles;
+    it begins at 4.
+    """
+    engine = engine_that_finds(contacts=0, triangles=0, dropped=dropped, room_of_reducer=8)
+    assert world_of(monkeypatch, engine).triangle_room == 8
 
 
-@pytest.mark.parametrize("engine", [engine_that_finds(65, 0), engine_that_finds(0, 65)], ids=["contacts", "triangles"])
-def test_buffers_beyond_the_largest_are_refused(monkeypatch, engine):
-    """The largest room is 64, and a frame has 65 contacts, or pairs of triangles."""
+def test_engine_without_a_reducer_keeps_its_buffers(monkeypatch):
+    """Nothing can have been dropped: room stays at 4."""
+    world = world_of(monkeypatch, engine_that_finds(contacts=0, triangles=0, dropped=None))
+    assert (world.contact_room, world.triangle_room) == (4, 4)
+
+
+@pytest.mark.parametrize(("contacts", "triangles"), [(65, 0), (0, 65)], ids=["contacts", "pairs of triangles"])
+def test_buffers_beyond_the_largest_are_refused(monkeypatch, contacts, triangles):
+    """The largest room is 64, and a frame has 65."""
     with pytest.raises(InvalidMeshError, match="more than 64 in one frame"):
-        world_of(monkeypatch, engine)
+        world_of(monkeypatch, engine_that_finds(contacts, triangles))

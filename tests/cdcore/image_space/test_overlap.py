@@ -12,7 +12,7 @@ from cdcore.image_space.overlap import overlap_of_placed
 from cdcore.poses import place_points
 
 
-def rotated(mesh):
+def inside_out(mesh):
     """The same surface with its normals the other way."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
@@ -52,50 +52,56 @@ def mesh_of(solid):
 PAIRS = {
     "ring and ball": (ring_mesh(), ball_mesh(0.035, rings=16, sides=24), 0.03),
     "box and ball, whatever way their faces look": (
-        rotated(box_mesh((0.1, 0.06, 0.03))),
+        inside_out(box_mesh((0.1, 0.06, 0.03))),
         ball_mesh(0.04, rings=16, sides=24),
         0.03,
     ),
     "boxes": (box_mesh((0.1, 0.06, 0.03)), box_mesh((0.05, 0.05, 0.05)), 0.02),
 }
+"""Name -> two meshes, and about how many metres they are from each other."""
 
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_overlap_volume_is_within_a_percent_of_the_boolean(name):
-    """Solids in random poses; manifold3d intersects them."""
+    """Two solids in six random poses; the library manifold3d intersects them.
+
+    Overlaps below a cubic centimetre, a sliver of few rays, are left out.
+    """
     a, b, spread = PAIRS[name]
     rng = np.random.default_rng(5)
-    checked = 0
+    compared = 0
     for _ in range(6):
         poses = np.tile(np.eye(4), (2, 1, 1))
         poses[:, :3, :3], poses[1, :3, 3] = random_rotations(rng, 2), rng.normal(size=3) * spread
-        want = (solid_of(a, poses[0]) ^ solid_of(b, poses[1])).volume()
-        answer = overlap_volume(a, b, *poses)
-        if want > 1e-6:  # a cubic centimetre: below, the overlap is a sliver of few rays
-            assert answer.volume == pytest.approx(want, rel=0.01)
-            checked += 1
-    assert checked >= 2
+        expected = (solid_of(a, poses[0]) ^ solid_of(b, poses[1])).volume()
+        volume = overlap_volume(a, b, *poses).volume
+        if expected > 1e-6:
+            assert volume == pytest.approx(expected, rel=0.01)
+            compared += 1
+    assert compared >= 2
 
 
 def test_window_thinner_than_a_pixel_is_still_sampled():
-    """Half of a plate of 0.1 mm is in a unit cube; 32 x 32 rays one way, 2 x 32 the other two ways.
+    """A plate of 1 x 1 m x 0.1 mm, whose lower half is above the cube's underside: 0.05 mm of it are in a cube of 1 m.
 
+    The window, what both boxes have in common, is 32 x 32 x 1 pixels: 32 x 32 rays along z and 32 along x and y each.
     Each ray has four layers: it enters and leaves both bodies.
     """
     lift = np.eye(4)
     lift[2, 3] = 0.5
     answer = overlap_volume(box_mesh((1, 1, 1e-4)), box_mesh(), pose_b=lift)
+    rays = 32 * 32 + 2 * 32
     assert answer.volume == pytest.approx(0.5e-4, rel=1e-6)
-    assert (answer.rays, answer.layers) == (32 * 32 + 2 * 32, 4 * (32 * 32 + 2 * 32))
+    assert answer.rays == rays
+    assert answer.layers == 4 * rays
 
 
 def test_touching_bodies_have_no_common_volume():
-    """A unit cube upon another, at random orientations."""
-    lift = np.eye(4)
+    """A cube of 1 m stands on another, in five random orientations of both and upright."""
+    base, lift = np.eye(4), np.eye(4)
+    base[:3, 3] = [0.1, 0.2, 0.3]
     for rotation in [np.eye(3), *random_rotations(np.random.default_rng(1), 5)]:
-        base = np.eye(4)
         base[:3, :3] = lift[:3, :3] = rotation
-        base[:3, 3] = [0.1, 0.2, 0.3]
         lift[:3, 3] = base[:3, 3] + rotation @ [0, 0, 1.0]
         assert overlap_volume(box_mesh(), box_mesh(), base, lift).volume == 0.0
 
@@ -107,34 +113,39 @@ CORNER = mesh_of(Manifold.cube((1, 4, 4)).translate((-2, -2, -2)) + Manifold.cub
 
 
 @pytest.mark.parametrize(
-    ("outer", "size", "position", "inside"),
+    ("outer", "size", "position", "is_inside"),
     [
-        (CRATE, 1, (0, 0, 0), True),
-        (CRATE, 1, (1.5, 0, 0), False),
-        (CRATE, 4, (0, 0, 0), False),
-        (HOLLOW, 0.5, (1.5, 0, 0), True),
-        (HOLLOW, 1, (1, 0, 0), False),
-        (CORNER, 1, (-1, 0.5, 0), False),
+        pytest.param(CRATE, 1, (0, 0, 0), True, id="in the middle of a crate"),
+        pytest.param(CRATE, 1, (1.5, 0, 0), False, id="touches the crate's side"),
+        pytest.param(CRATE, 4, (0, 0, 0), False, id="as large as the crate"),
+        pytest.param(HOLLOW, 0.5, (1.5, 0, 0), True, id="in the wall of a hollow crate"),
+        pytest.param(HOLLOW, 1, (1, 0, 0), False, id="half in the hollow"),
+        pytest.param(CORNER, 1, (-1, 0.5, 0), False, id="sticks out of a corner of two walls"),
     ],
 )
-def test_body_is_inside_when_its_box_and_volume_are(outer, size, position, inside):
-    """Crates have edges of 4 m and the hollow one of 2 m; ``inside`` is the number of the inner body, -1 for none."""
-    box = box_mesh((size,) * 3, centre=position)
-    assert overlap_volume(box, outer).inside == (0 if inside else -1)
-    assert overlap_volume(outer, box).inside == (1 if inside else -1)
+def test_body_is_inside_when_its_box_and_volume_are(outer, size, position, is_inside):
+    """A cube of this size at a position, and a crate with edges of 4 m, its hollow of 2 m, or walls 1 m thick.
+
+    ``inside`` is the number of the body that is inside the other, 0 or 1, or -1.
+    """
+    cube = box_mesh((size,) * 3, centre=position)
+    assert overlap_volume(cube, outer).inside == (0 if is_inside else -1)
+    assert overlap_volume(outer, cube).inside == (1 if is_inside else -1)
 
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("world", [box_mesh((2, 2, 2)).triangles, octahedron(None)], ids=["box", "ball"])
 def test_rays_through_edges_and_corners_cross_twice(world):
-    """Rays on integers, where diagonals of the box's faces, meridians of the ball and corners of both lie.
+    """Rays at -1, 0 and 1 m, where diagonals of a box's sides, meridians of a ball and corners of both lie.
 
-    Of 3 x 3 rays number 4 is the middle one: it enters and leaves at the ends of the body.
+    Depths of ray k are those from ``start[k]`` to ``start[k + 1]``; the middle one of 3 x 3 enters and leaves at both
+    ends of the body, and all cross surfaces an even number of times. The order of the faces does not matter.
     """
     layers_in_python = layers_of.__wrapped__  # to compile it alone takes a second
     window = Window(np.full(3, -1.0), np.ones(3), np.full(3, 3))
-    for faces in (world, world[::-1]):  # layers are sorted whatever order faces stand in
+    middle_ray, end = 4, world.max()
+    for faces in (world, world[::-1]):
         for axis in range(3):
             start, depths = layers_in_python(faces, axis, window)
-            assert depths[start[4] : start[5]].tolist() == [-world.max(), world.max()]
+            assert depths[start[middle_ray] : start[middle_ray + 1]].tolist() == [-end, end]
             assert (np.diff(start) % 2 == 0).all()

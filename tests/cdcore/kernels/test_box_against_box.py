@@ -14,6 +14,9 @@ from cdcore.kernels.box_against_box import (
 )
 
 SIGNS = np.array(list(itertools.product([-1.0, 1.0], repeat=3)))
+"""Of the eight corners of a box."""
+NEARLY = 1e-9
+"""Metres by which a pad is above or below a gap."""
 
 
 def two_boxes(rng):
@@ -30,36 +33,44 @@ def gaps_along(axes, m, d, half_a, half_b):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_separating_axes_agree_with_projected_corners(seed):
-    """A hundred pairs of random boxes; a ``pad`` just above their gap makes them no longer separate."""
+    """A hundred pairs of random boxes: the gap along the six face normals, and along all 15 axes, by projected corners.
+
+    A ``pad`` just below the gap leaves the boxes separated, one just above does not.
+    """
     rng = np.random.default_rng(seed)
-    only_by_edges = meeting = 0
+    separated_by_edges_only = overlapping = 0
     for _ in range(100):
         m, d, half_a, half_b = two_boxes(rng)
         faces = np.concatenate([np.eye(3), m.T])
         edges = np.cross(np.repeat(np.eye(3), 3, axis=0), np.tile(m.T, (3, 1)))
-        gap, gap_of_edges = gaps_along(faces, m, d, half_a, half_b).max(), gaps_along(edges, m, d, half_a, half_b).max()
+        gap, gap_of_edges = (gaps_along(axes, m, d, half_a, half_b).max() for axes in (faces, edges))
         assert gap_on_face_axes(m, d, half_a, half_b) == pytest.approx(gap)
-        for pad, is_separated in ((gap - 1e-9, True), (gap + 1e-9, False)):
-            assert separated_on_face_axes(m, d, half_a, half_b, pad) == is_separated
+        assert separated_on_face_axes(m, d, half_a, half_b, gap - NEARLY)
+        assert not separated_on_face_axes(m, d, half_a, half_b, gap + NEARLY)
         assert separated_on_all_axes(m, d, half_a, half_b, 0.0) == (max(gap, gap_of_edges) > 0.0)
-        only_by_edges += gap_of_edges > 0.0 > gap
-        meeting += max(gap, gap_of_edges) < 0.0
-    assert only_by_edges > 0 < meeting
+        separated_by_edges_only += gap_of_edges > 0.0 > gap
+        overlapping += max(gap, gap_of_edges) < 0.0
+    assert separated_by_edges_only > 0
+    assert overlapping > 0
 
 
 def test_edges_separate_by_more_than_the_pad():
-    """Two unit cubes along (1, 1, 0): an edge of A along z is next to an edge of B along (1, -1, 0)."""
+    """Two cubes of 1 m along (1, 1, 0), 1/8 m apart: an edge of A along z faces an edge of B along (1, -1, 0).
+
+    Only the cross product of both edges separates them. An edge is sqrt(1/2) m from the centre of its cube.
+    """
     root, half, gap = np.sqrt(0.5), np.array([0.5, 0.5, 0.5]), 0.125
-    # columns: the axes of B; both edges are sqrt(1/2) from the centres of their cubes
-    m = np.array([[root, -0.5, -0.5], [-root, -0.5, -0.5], [0.0, root, -root]])
+    m = np.array([[root, -0.5, -0.5], [-root, -0.5, -0.5], [0.0, root, -root]])  # columns: the axes of B
     d = np.array([1.0, 1.0, 0.0]) * root * (root + root + gap)
     assert not separated_on_face_axes(m, d, half, half, 0.0)
-    assert separated_on_all_axes(m, d, half, half, gap - 1e-9)
-    assert not separated_on_all_axes(m, d, half, half, gap + 1e-9)
+    assert separated_on_all_axes(m, d, half, half, gap - NEARLY)
+    assert not separated_on_all_axes(m, d, half, half, gap + NEARLY)
 
 
 def test_relative_box_is_that_of_matrix_products():
-    """Axes ``m`` and centre ``d`` of box b as seen from box a, each known in its own body, by products of NumPy."""
+    """Axes ``m`` and centre ``d`` of box b as seen from box a, each given in its own body; a random pose of body b in
+    a's.
+    """
     rng = np.random.default_rng(5)
     axes_a, axes_b, rotation = random_rotations(rng, 3)
     centre_a, centre_b, move = rng.normal(size=(3, 3))

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from errno import ENOSPC
+from time import perf_counter
 from typing import NamedTuple
 
 import numba
@@ -23,7 +24,7 @@ from cdcore.kernels.vectors import Vector
 
 @njit
 def doubled(x):
-    """A kernel that is never inlined."""
+    """A function that numba compiles."""
     never_inlined()
     return 2 * x
 
@@ -36,46 +37,55 @@ def machine_code_folder(tmp_path, monkeypatch):
 
 
 def test_where_nothing_can_be_written_kernels_compute_the_same(monkeypatch):
-    """``njit`` refuses to cache, as it does where no folder can be written."""
+    """``njit`` refuses to cache, as it does where no folder can be written: the kernel has no cache,
+    and 2 x 2 + 2 = 6.
+    """
 
-    def refuse(cache=False, **options):
+    def refuse_to_cache(cache=False, **options):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
         return njit(**options)
 
-    monkeypatch.setattr(compiling, "njit", refuse)
-    requested = kernel(lambda x: x * x + 2)
-    assert requested(2.0) == 6.0 and requested.dispatcher.stats.cache_path is None
+    monkeypatch.setattr(compiling, "njit", refuse_to_cache)
+    square_plus_two = kernel(lambda x: x * x + 2)
+    assert square_plus_two(2.0) == 6.0
+    assert square_plus_two.dispatcher.stats.cache_path is None
 
 
 def test_full_disk_costs_no_answer(machine_code_folder, monkeypatch):
-    """No file can be put in its place: nothing is stored. Afterwards an int, another signature, is."""
+    """On a full disk, where no file can be moved to its place, a kernel computes and stores nothing.
+
+    Afterwards its machine code for an int, another signature than a float, is stored.
+    """
 
     def full(*_):
         raise OSError(ENOSPC, "No space left on device")
 
-    requested = kernel(lambda x: x * x + 3)
+    square_plus_three = kernel(lambda x: x * x + 3)
     with monkeypatch.context() as patch:
         patch.setattr(os, "replace", full)
-        assert requested(2.0) == 7.0 and not list(machine_code_folder.rglob("*.nb?"))
-    assert requested(2) == 7 and list(machine_code_folder.rglob("*.nbi"))
+        assert square_plus_three(2.0) == 7.0
+        assert list(machine_code_folder.rglob("*.nb?")) == []
+    assert square_plus_three(2) == 7
+    assert list(machine_code_folder.rglob("*.nbi"))
 
 
 def test_compiling_a_kernel_keeps_numbas_cache_folder_setting(machine_code_folder):
-    """The kernel's files, seal included, are in the folder of the setting."""
+    """The folder of the setting gets the kernel's files, of which the seal is the last, and stays set."""
     kernel(lambda x: x * x + 4)(2.0)
-    assert str(machine_code_folder) == numba.config.CACHE_DIR and list(machine_code_folder.rglob("*.seal"))
+    assert str(machine_code_folder) == numba.config.CACHE_DIR
+    assert list(machine_code_folder.rglob("*.seal"))
 
 
 @kernel
-def shifted_by_seven(x):
+def doubled_plus_seven(x):
     """A kernel that is never inlined and calls one that always is: 2 x + 7."""
     never_inlined()
-    return doubled_part(x) + 7
+    return doubled_inline(x) + 7
 
 
 @hot_kernel
-def doubled_part(x):
+def doubled_inline(x):
     """A kernel that is always inlined."""
     always_inlined()
     return 2 * x
@@ -83,8 +93,8 @@ def doubled_part(x):
 
 @kernel
 def calls_both(x):
-    """A kernel that calls both kinds: 4 x + 9."""
-    return shifted_by_seven(x) + doubled_part(x + 1)
+    """A kernel that calls both kinds: (2 x + 7) + 2 (x + 1)."""
+    return doubled_plus_seven(x) + doubled_inline(x + 1)
 
 
 @kernel
@@ -106,58 +116,78 @@ def sum_below(count):
 
 
 def test_a_kernel_that_allocates_is_called_by_a_kernel():
-    """0 + 1 + 2 + 3 + 4 is 10."""
-    assert sum_below(5) == 10.0 and zero_to(3).tolist() == [0.0, 1.0, 2.0]
+    """``zero_to`` fills an array with the numbers below a count, ``sum_below`` adds them: 0 + 1 + 2 + 3 + 4 = 10."""
+    assert zero_to(3).tolist() == [0.0, 1.0, 2.0]
+    assert sum_below(5) == 10.0
 
 
 def test_kernels_call_other_kernels_compiled_and_interpreted():
-    """2 x 3 + 7 = 13, and twice 3 + 1 is 8."""
-    assert calls_both(3.0) == calls_both.__wrapped__(3.0) == 13.0 + 8.0
-    assert (shifted_by_seven(3), doubled_part(3)) == (13, 6)
+    """(2 x + 7) + 2 (x + 1) by two other kernels, for x = 3; ``__wrapped__`` is the kernel in Python."""
+    expected = (2 * 3.0 + 7) + 2 * (3.0 + 1)
+    assert calls_both(3.0) == expected
+    assert calls_both.__wrapped__(3.0) == expected
 
 
-TOGETHER = """
+CALLS_A_KERNEL = """
 from cdcore.kernels.compiling import compiling_reported
 import numpy as np
 from cdcore.narrow.published_trees.tree_search import twice_as_long
-with compiling_reported(lambda seconds: None) as heard:
+with compiling_reported(lambda seconds: None) as report:
     assert twice_as_long(np.zeros((2, 3), dtype=np.int64)).shape == (4, 3)
-print(heard.kernels)
+print(report.kernels)
 """
+"""A program that calls a kernel and prints how many it compiled for that."""
 
 
 @pytest.mark.slow
 def test_simultaneous_processes_compile_a_kernel_once(tmp_path):
-    """Each process prints how many kernels it compiled: of two one compiles, and a third loads."""
+    """Two processes call a kernel at the same time, with an empty cache: one compiles it, and the other loads it.
+
+    So does a third.
+    """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    start = [sys.executable, "-c", TOGETHER]
-    both = [subprocess.Popen(start, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    assert sorted(process.communicate(timeout=60)[0].strip() for process in both) == ["0", "1"]
-    assert subprocess.check_output(start, env=environment, text=True).strip() == "0"
+    command = [sys.executable, "-c", CALLS_A_KERNEL]
+    both = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    kernels_compiled = sorted(process.communicate(timeout=60)[0].strip() for process in both)
+    assert kernels_compiled == ["0", "1"]
+    assert subprocess.check_output(command, env=environment, text=True).strip() == "0"
 
 
-def test_the_collector_rests_while_kernels_compile_and_only_then():
-    """A kernel that calls another has it compiled before its own compilation ends; the outer end counts."""
+@pytest.mark.parametrize("is_enabled", [True, False], ids=["collector on", "collector off"])
+def test_the_collector_rests_while_kernels_compile_and_only_then(is_enabled):
+    """The garbage collector is off from the start of a compilation to its end, then as it was before.
+
+    Here one compilation starts within another, of a kernel that the first calls: the end of the outer counts.
+    """
     listener = Compiled(tell=lambda seconds: None)
     compilation = Event("numba:compile", "START", {"dispatcher": doubled})
-    for is_enabled in (True, False):
-        gc.enable() if is_enabled else gc.disable()
-        try:
-            listener.on_start(compilation)
-            assert not gc.isenabled()
-            listener.on_start(compilation)
-            assert not gc.isenabled()
-            listener.on_end(compilation)
-            assert not gc.isenabled(), "the outer kernel compiles still"
-            listener.on_end(compilation)
-            assert gc.isenabled() == is_enabled and 0.0 <= listener.seconds < 60.0
-        finally:
-            gc.enable()
+    gc.enable() if is_enabled else gc.disable()
+    try:
+        listener.on_start(compilation)
+        assert not gc.isenabled()
+        listener.on_start(compilation)
+        assert not gc.isenabled()
+        listener.on_end(compilation)
+        assert not gc.isenabled(), "the outer kernel compiles still"
+        listener.on_end(compilation)
+        assert gc.isenabled() == is_enabled
+    finally:
+        gc.enable()
+
+
+def test_seconds_of_nested_compilations_are_those_of_the_outer():
+    """A compilation within another, both over at once: the clock runs from the first start to the last end."""
+    listener = Compiled(tell=lambda seconds: None)
+    compilation = Event("numba:compile", "START", {"dispatcher": doubled})
+    start = perf_counter()
+    for notify in (listener.on_start, listener.on_start, listener.on_end, listener.on_end):
+        notify(compilation)
+    assert 0.0 <= listener.seconds <= perf_counter() - start
 
 
 @kernel
-def moved_by_one(address, count):
-    """Move eight numbers at an address to the place before, double the number at ``count``, and return it."""
+def shifted_down_and_doubled(address, count):
+    """Move eight numbers at an address down by one entry, double the entry number ``count``, and return it."""
     numbers = doubles_at(address)
     store(numbers, 0 * count, load8(numbers, 1))
     numbers[count] = 2 * numbers[count]
@@ -165,10 +195,10 @@ def moved_by_one(address, count):
 
 
 def test_numbers_are_read_and_written_at_their_address():
-    """The kernel moves entries 1 to 8 down by one and doubles entry 10."""
+    """A kernel gets the address of the numbers 0 to 11, moves entries 1 to 8 down by one and doubles entry 10."""
     array = np.arange(12.0)
-    assert moved_by_one(address_of(array), 10) == 20.0
-    assert array.tolist() == [*range(1, 9), 8, 9, 20, 11]
+    assert shifted_down_and_doubled(address_of(array), 10) == 2 * 10.0
+    assert array.tolist() == [1, 2, 3, 4, 5, 6, 7, 8, 8, 9, 20, 11]
 
 
 @kernel
@@ -178,8 +208,12 @@ def last_of_rows(real, whole):
 
 
 def test_array_of_rows_is_a_single_row_in_a_kernel():
-    """The sixth number of 1 to 6 in rows of three and of 0 to 5 in rows of two, and the first double."""
-    assert last_of_rows(np.arange(6.0).reshape(2, 3) + 1, np.arange(6).reshape(3, 2)) == (6.0, 5, 1.0)
+    """The sixth number of 1 to 6 in two rows and of 0 to 5 in three rows, and the first double: 6, 5 and 1.
+
+    ``doubles_of`` and ``integers_of`` give a kernel an array as one row.
+    """
+    doubles, integers = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), np.array([[0, 1], [2, 3], [4, 5]])
+    assert last_of_rows(doubles, integers) == (6.0, 5, 1.0)
 
 
 class Ball(NamedTuple):
@@ -189,7 +223,7 @@ class Ball(NamedTuple):
 
 class Weight(NamedTuple):
     grams: int
-    places: Doubles
+    readings: Doubles
 
 
 ball_at, weight_at = reader(Ball), reader(Weight)
@@ -200,27 +234,32 @@ def read_rows(real, whole, index):
     """All fields of a ball and of a weight at an index."""
     ball, weight = ball_at(doubles_of(real), index), weight_at(integers_of(whole), index)
     x, y, z = ball.centre
-    return x, y, z, ball.radius, weight.grams, weight.places[0]
+    return x, y, z, ball.radius, weight.grams, weight.readings[0]
 
 
 def test_rows_are_named_tuples_with_and_without_compiler():
-    """A row of a ball is four doubles, of a weight its grams and the address of its places."""
-    places = np.array([0.5, 0.25])
-    balls, weights = np.arange(8.0).reshape(2, 4), np.array([[3, address_of(places)], [5, address_of(places) + 8]])
+    """``reader`` makes named tuples of rows: a ball is a centre and a radius, four doubles.
+
+    A weight is its grams and the address of its readings, in integers.
+    """
+    readings = np.array([0.5, 0.25])
+    first_reading, second_reading = address_of(readings), address_of(readings) + readings.itemsize
+    balls = np.array([[0.0, 1.0, 2.0, 3.0], [4.0, 5.0, 6.0, 7.0]])
+    weights = np.array([[3, first_reading], [5, second_reading]])
     assert read_rows(balls, weights, 0) == (0.0, 1.0, 2.0, 3.0, 3, 0.5)
     assert read_rows(balls, weights, 1) == (4.0, 5.0, 6.0, 7.0, 5, 0.25)
-    assert ball_at.interpreted(balls.ravel(), 1) == Ball((4.0, 5.0, 6.0), 7.0)
+    assert ball_at.interpreted(balls.ravel(), 1) == Ball(centre=(4.0, 5.0, 6.0), radius=7.0)
     weight = weight_at.interpreted(weights.ravel(), 1)
-    assert (weight.grams, weight.places[0]) == (5, 0.25)
+    assert (weight.grams, weight.readings[0]) == (5, 0.25)
 
 
 def test_an_array_with_gaps_has_no_address():
-    """A column of a matrix: its numbers are four doubles from each other."""
+    """The numbers of a column of a matrix are four doubles from each other: asked in Python."""
     with pytest.raises(AssertionError):
         address_of(np.zeros((4, 4))[:, 1])
 
 
 def test_a_kernel_takes_no_address_of_an_array_with_gaps():
-    """The compiler refuses a column of a matrix."""
+    """A kernel that takes the address of a column of a matrix does not compile."""
     with pytest.raises(TypingError, match="make this one contiguous first"):
         last_of_rows(np.zeros((6, 2))[:, 0], np.zeros(6, dtype=np.int64))

@@ -1,4 +1,4 @@
-"""Callers hold the code of the hot kernels that they call, marks about inlining are kept, Python can call them."""
+"""Callers contain the code of the hot kernels that they call, marks about inlining are kept, Python can call them."""
 
 import numpy as np
 from numba import njit
@@ -7,6 +7,16 @@ from numba.core import event
 from cdcore.kernels.compiling import JIT_OPTIONS, always_inlined, hot_kernel, never_inlined
 
 OFFSET = 7
+
+
+def uncached_kernel(function):
+    """A kernel that no disk keeps: these tests look at what is compiled now."""
+    return njit(**JIT_OPTIONS)(function)
+
+
+def compiled_functions(recorder):
+    """Python functions that numba compiled while an event recorder listened, in order."""
+    return [event.data["dispatcher"].py_func for _time, event in recorder.buffer if event.is_start]
 
 
 @hot_kernel
@@ -29,11 +39,6 @@ def halved(x):
     return x / 2
 
 
-def fresh(function):
-    """A kernel that no disk keeps: these tests look at what is compiled now."""
-    return njit(**JIT_OPTIONS)(function)
-
-
 def code_of(compiled):
     """Lines of the LLVM code of the only compiled signature."""
     return next(iter(compiled.inspect_llvm().values())).splitlines()
@@ -45,63 +50,66 @@ def defined(lines, name):
 
 
 def test_inlining_marks_hold_through_nested_callers():
-    """LLVM's text calls ``shifted``, which is never inlined, and has no ``halved``, which always is."""
+    """``shifted``, x * x + OFFSET, is never inlined, ``halved`` always is: LLVM's text has a call of the one only."""
 
-    @fresh
-    def requested(x):
+    @uncached_kernel
+    def of_both(x):
         return shifted(x) + halved(x)
 
-    assert requested(4.0) == 16.0 + OFFSET + 2.0
-    assert requested(3) == 9 + OFFSET + 1.5
-    assert any("call" in line and "shifted" in line for line in code_of(requested))
-    assert not defined(code_of(requested), "halved")
+    assert of_both(4.0) == 4.0 * 4.0 + OFFSET + 4.0 / 2
+    assert of_both(3) == 3 * 3 + OFFSET + 1.5
+    code = code_of(of_both)
+    assert any("call" in line and "shifted" in line for line in code)
+    assert not defined(code, "halved")
 
 
 def test_shared_callee_is_compiled_once_for_two_callers():
-    """Complex arguments have not been compiled for by another test: (5j)^2 is -25."""
+    """Two kernels call ``shifted``, which calls ``squared``; the code of both kernels contains it.
 
-    @fresh
+    Complex arguments have not been compiled for by another test: (5j)^2 is -25.
+    """
+
+    @uncached_kernel
     def first(x):
         return shifted(x)
 
-    @fresh
-    def other(x):
+    @uncached_kernel
+    def second(x):
         return shifted(x) - 1
 
-    with event.install_recorder("numba:compile") as heard:
-        assert (first(5j), other(5j)) == (-25 + OFFSET, -26 + OFFSET)
-    compiled = [row.data["dispatcher"].py_func.__name__ for _, row in heard.buffer if row.is_start]
-    assert sorted(compiled) == ["first", "other", "shifted", "squared"]
+    with event.install_recorder("numba:compile") as recorder:
+        assert (first(5j), second(5j)) == (-25 + OFFSET, -26 + OFFSET)
+    names = sorted(function.__name__ for function in compiled_functions(recorder))
+    assert names == ["first", "second", "shifted", "squared"]
     assert defined(code_of(first), "shifted")
-    assert defined(code_of(other), "shifted")
+    assert defined(code_of(second), "shifted")
 
 
 def test_function_is_compiled_once_for_all_literal_numbers():
-    """3 and 4 are literals, for each of which numba would compile once more."""
+    """A hot kernel is called with 3 and with 4, literals, for each of which numba would compile it once more."""
 
     @hot_kernel
     def tripled(x):
         return 3 * x
 
-    @fresh
-    def requested(x):
-        x[0] += tripled(3) + tripled(4)
-        return x
+    @uncached_kernel
+    def add_to_first(numbers):
+        numbers[0] += tripled(3) + tripled(4)
 
     numbers = np.zeros(1, dtype=np.int64)
-    with event.install_recorder("numba:compile") as heard:
-        answer = requested(numbers)
-    compiled = [row.data["dispatcher"].py_func for _, row in heard.buffer if row.is_start]
-    del numbers
-    assert compiled == [requested.py_func, tripled]
-    assert answer.tolist() == [9 + 12]
+    with event.install_recorder("numba:compile") as recorder:
+        add_to_first(numbers)
+    assert compiled_functions(recorder) == [add_to_first.py_func, tripled]
+    assert numbers.tolist() == [3 * 3 + 3 * 4]
 
 
 def test_function_called_from_python_computes_the_same():
-    """`shifted` squares and adds OFFSET, `halved` halves."""
+    """``shifted`` squares and adds OFFSET, ``halved`` halves; both are called by Python and by a kernel, with 3."""
 
-    @fresh
+    @uncached_kernel
     def compiled(x):
         return shifted(x) + halved(x)
 
-    assert shifted(3) + halved(3) == compiled(3) == 9 + OFFSET + 1.5
+    expected = 3 * 3 + OFFSET + 1.5
+    assert shifted(3) + halved(3) == expected
+    assert compiled(3) == expected

@@ -46,41 +46,42 @@ def all_compiled(operands):
 
 
 def test_lane_operations_give_bits_of_their_python_bodies():
-    """The doubles include zeros of both signs, infinities and numbers near the limits."""
+    """Operations on eight lanes (LANE_OPERATIONS), compiled and as Python, in 5,000 rows of eight doubles.
+
+    These include zeros of both signs, infinities, NaN and numbers near the limits.
+    """
     rng = np.random.default_rng(1)
     operands = np.stack([ordinary_and_extreme_doubles(rng, ROWS) for _ in range(max(LANE_OPERATIONS.values()))])
     with np.errstate(all="ignore"):
-        expected = [getattr(simd, name).interpreted(*operands[:count]) for name, count in LANE_OPERATIONS.items()]
-    pairs = zip(all_compiled(operands), expected, strict=True)
-    assert [
-        name for name, (compiled, own) in zip(LANE_OPERATIONS, pairs, strict=True) if not same_bits(compiled, own)
-    ] == []
+        expected = {name: getattr(simd, name).interpreted(*operands[:count]) for name, count in LANE_OPERATIONS.items()}
+    compiled = dict(zip(LANE_OPERATIONS, all_compiled(operands), strict=True))
+    assert [name for name in LANE_OPERATIONS if not same_bits(compiled[name], expected[name])] == []
 
 
 @pytest.mark.parametrize("name", BIT_OPERATIONS)
 def test_lane_comparison_gives_bits_of_its_python_body(name):
-    """2000 times eight numbers, extreme ones among them; a bit is set for each lane that compares so."""
-    operation, rng = getattr(simd, name), np.random.default_rng(2)
-    load8 = simd.load8
+    """A comparison of eight lanes gives an integer of eight bits, one for each lane; 2,000 rows, extreme ones among
+    them.
+    """
+    operation, rng, load8 = getattr(simd, name), np.random.default_rng(2), simd.load8
 
     @njit
-    def over(a, b, out):
+    def compare_rows(first, second, out):
         for k in range(len(out)):
-            out[k] = operation(load8(a, 8 * k), load8(b, 8 * k))
+            out[k] = operation(load8(first, 8 * k), load8(second, 8 * k))
 
-    a, b, out = (
-        ordinary_and_extreme_doubles(rng, 2000),
-        ordinary_and_extreme_doubles(rng, 2000),
-        np.empty(2000, dtype=np.int64),
-    )
-    over(a, b, out)
-    assert out.tolist() == [operation.interpreted(*rows) for rows in zip(a, b, strict=True)]
-    assert out.any()
-    assert out.max() <= 255
+    first, second = (ordinary_and_extreme_doubles(rng, rows=2000) for _ in range(2))
+    out = np.empty(2000, dtype=np.int64)
+    compare_rows(first, second, out)
+    assert out.tolist() == [operation.interpreted(*rows) for rows in zip(first, second, strict=True)]
+    assert 0 < out.max() <= 255
 
 
 def test_lanes_are_loaded_shuffled_and_spread_as_in_python():
-    """A compiled function writes the lanes of each operation into a row; operations as Python write the same bits."""
+    """Loads and shuffles of four and eight lanes: a compiled function writes each result behind the last, into one row.
+
+    The same operations as Python must give the same bits.
+    """
     load4, corners4, first3 = simd.load4, simd.corners4, simd.first3
     following4, first4, splat8, store, plus, load8 = (
         simd.following4, simd.first4, simd.splat8, simd.store, simd.plus, simd.load8,
@@ -111,7 +112,9 @@ def test_lanes_are_loaded_shuffled_and_spread_as_in_python():
 
 
 def test_compiled_bits_of_a_double_equal_the_python_version():
-    """The bits of 800 doubles, as whole numbers; infinities and numbers near the limits among them."""
+    """``bits_of`` is a double's 64 bits as a whole number; 800 doubles, infinities and numbers near the limits among
+    them.
+    """
 
     @njit
     def over(values, out):
