@@ -6,7 +6,10 @@ from replay.document.before_after import Count, Errors, change_text, errors_of_r
 
 
 def errors_of_detector(false=0.86, missed=(0, 1, 0.5), late=(0, 0, 0.0), seconds=None, contacts=18):
-    """Wrong contacts of a detector: false fraction, and (least, most, mean) missed and late over sampling offsets."""
+    """Errors of a detector: the fraction of its contact time that is false, and contacts missed and late, of 18.
+
+    ``missed``, ``late``: smallest, largest and mean number over the sampling offsets; ``seconds``: of a frame.
+    """
     return Errors(contacts, false, Count(*missed), Count(*late), seconds)
 
 
@@ -52,10 +55,12 @@ STATES = {
 }
 
 
-@pytest.mark.parametrize("state", STATES)
-def test_change_sentence_names_values_before_and_after_a_fix(state):
-    """Before: 86 % false, up to 1 of 18 contacts missed (0.5 in the mean), none late; STATES has what comes after."""
-    after, text, worse = STATES[state]
+@pytest.mark.parametrize(("after", "text", "worse"), STATES.values(), ids=STATES)
+def test_change_sentence_names_values_before_and_after_a_fix(after, text, worse):
+    """Before: 86 % false, up to 1 of 18 contacts missed (0.5 on average), none late; after: colliders of 28 pieces.
+
+    ``worse``: the sentence on what has risen.
+    """
     assert change_text(BEFORE, after, "28 pieces") == text
     assert worse_text(BEFORE, after) == worse
 
@@ -67,24 +72,31 @@ def test_errors_absent_before_and_after_share_one_clause():
 
 
 @pytest.mark.parametrize(
-    ("seconds", "text"),
+    ("seconds_before", "seconds_after", "text"),
     [
-        ((1e-5, 3e-5), "; 0.02 ms a frame more"),
-        ((3e-5, 1e-5), "; 0.02 ms a frame less"),
-        ((None, 1e-5), ""),
-        ((1e-5, None), ""),
+        (1e-5, 3e-5, "; 0.02 ms a frame more"),
+        (3e-5, 1e-5, "; 0.02 ms a frame less"),
+        (None, 1e-5, ""),
+        (1e-5, None, ""),
     ],
 )
-def test_time_is_a_difference_where_both_were_measured(seconds, text):
-    """Seconds a frame, before and after."""
-    before, after = (errors_of_detector(missed=(0, 0, 0.0), seconds=each) for each in seconds)
+def test_time_is_a_difference_where_both_were_measured(seconds_before, seconds_after, text):
+    """Seconds of a frame; None: not measured. Errors are the same before and after."""
+    before = errors_of_detector(missed=(0, 0, 0.0), seconds=seconds_before)
+    after = errors_of_detector(missed=(0, 0, 0.0), seconds=seconds_after)
     assert change_text(before, after, "2 pieces") == f"False 86 % as before, none missed or late; 2 pieces{text}"
 
 
 def test_row_of_scoring_is_read_with_its_ranges():
     """A row has mean, smallest and largest count over sampling offsets; false null, of nothing reported, is 0."""
-    row = {"false": None, "missed": 0.5, "missed_smallest": 0.0, "missed_largest": 1.0}
-    row |= {"late": 2.0, "late_smallest": 2.0, "late_largest": 2.0}
-    assert errors_of_row(row, contacts=18, seconds=1e-3) == errors_of_detector(
-        false=0.0, missed=(0, 1, 0.5), late=(2, 2, 2.0), seconds=1e-3
-    )
+    row = {
+        "false": None,
+        "missed": 0.5,
+        "missed_smallest": 0.0,
+        "missed_largest": 1.0,
+        "late": 2.0,
+        "late_smallest": 2.0,
+        "late_largest": 2.0,
+    }
+    expected = errors_of_detector(false=0.0, missed=(0, 1, 0.5), late=(2, 2, 2.0), seconds=1e-3)
+    assert errors_of_row(row, contacts=18, seconds=1e-3) == expected

@@ -24,6 +24,7 @@ TAMPERED = {
     "answers.0.moment.pair.1": (3, "expected str, got int"),
     "machine": ([], "expected object, got array"),
 }
+"""Dotted path of a value in the document of a run -> a wrong value, and what the problem with it says."""
 
 
 def text_of(result):
@@ -47,34 +48,35 @@ def container_of(plain, path):
     return plain, int(key) if isinstance(plain, list) else key
 
 
-def changed(plain, path, value):
-    """Write another value into a document."""
-    inside, key = container_of(plain, path)
-    inside[key] = value
+def replaced(document, path, value):
+    """A copy of the document with another value at a dotted path."""
+    copied = copy.deepcopy(document)
+    container, key = container_of(copied, path)
+    container[key] = value
+    return copied
 
 
-def removed(plain, path):
-    """Take a key out of a document."""
-    inside, key = container_of(plain, path)
-    del inside[key]
+def without(document, path):
+    """A copy of the document that lacks the key at a dotted path."""
+    copied = copy.deepcopy(document)
+    container, key = container_of(copied, path)
+    del container[key]
+    return copied
 
 
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     "settings",
     [
-        {"detectors": "slow=discrete[rate_hz=20],sphere,hybrid-qaco,collider"},
-        {"detectors": "exact", "oracle": "continuous"},
-        {"detectors": "hybrid", "oracle": "none"},
-        {"detectors": "sphere", "noise": "vive", "noise_copies": 2},
-        {"detectors": ()},
+        pytest.param({"detectors": "slow=discrete[rate_hz=20],sphere,hybrid-qaco,collider"}, id="four detectors"),
+        pytest.param({"detectors": "exact", "oracle": "continuous"}, id="reference of whole intervals"),
+        pytest.param({"detectors": "hybrid", "oracle": "none"}, id="no reference"),
+        pytest.param({"detectors": "sphere", "noise": "vive", "noise_copies": 2}, id="copies with noise"),
+        pytest.param({"detectors": ()}, id="no detectors"),
     ],
 )
 def test_run_document_survives_writing_and_reading_as_json(settings):
-    """Runs with and without reference, noise or detectors: read and written again the text is the same.
-
-    It fits the schema too.
-    """
+    """Read and written again the text is the same, without a problem; it fits the schema too."""
     text = text_of(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **settings))
     document, problems = document_of(json.loads(text))
     assert problems == ()
@@ -84,38 +86,41 @@ def test_run_document_survives_writing_and_reading_as_json(settings):
 
 @pytest.mark.parametrize("path", TAMPERED)
 def test_a_tampered_value_is_named_with_its_path(plain_document, path):
-    """A row of TAMPERED: the path of a value, what stands there instead, and what the problem says of it."""
+    """One wrong value: the document is not read, and the schema does not fit it either."""
     value, reason = TAMPERED[path]
-    bad = copy.deepcopy(plain_document)
-    changed(bad, path, value)
-    assert document_of(bad) == (None, (f"{path}: {reason}",))
-    assert not VALIDATOR.is_valid(bad)
+    tampered = replaced(plain_document, path, value)
+    assert document_of(tampered) == (None, (f"{path}: {reason}",))
+    assert not VALIDATOR.is_valid(tampered)
 
 
 def test_every_tampered_value_is_named(plain_document):
-    """All rows of TAMPERED at once."""
-    bad = copy.deepcopy(plain_document)
+    """All wrong values of TAMPERED at once."""
+    tampered = plain_document
     for path, (value, _) in TAMPERED.items():
-        changed(bad, path, value)
-    document, problems = document_of(bad)
+        tampered = replaced(tampered, path, value)
+    document, problems = document_of(tampered)
     assert document is None
     assert sorted(problems) == sorted(f"{path}: {reason}" for path, (_, reason) in TAMPERED.items())
 
 
 def test_every_missing_key_is_named(plain_document):
-    bad = copy.deepcopy(plain_document)
+    """Four keys are taken out, at the top of the document and deep in it."""
     paths = ["session.frames", "audit.slow.pair_frames.both", "tau", "detectors.slow.seconds.stages"]
+    incomplete = plain_document
     for path in paths:
-        removed(bad, path)
-    assert sorted(document_of(bad)[1]) == sorted(f"{path}: is missing" for path in paths)
+        incomplete = without(incomplete, path)
+    document, problems = document_of(incomplete)
+    assert document is None
+    assert sorted(problems) == sorted(f"{path}: is missing" for path in paths)
 
 
 def test_document_with_detectors_foreign_to_its_run_is_faulted(plain_document):
-    """The audit of ``slow`` is renamed to ``quick``, and the reference to ``truth``, which the run does not have."""
-    bad = copy.deepcopy(plain_document)
-    bad["audit"]["quick"] = bad["audit"].pop("slow")
-    bad["oracle"] = "truth"
-    _, problems = document_of(bad)
+    """The audit of ``slow`` is renamed to ``quick``, and the reference to ``truth``: the run has neither."""
+    foreign = copy.deepcopy(plain_document)
+    foreign["audit"]["quick"] = foreign["audit"].pop("slow")
+    foreign["oracle"] = "truth"
+    document, problems = document_of(foreign)
+    assert document is None
     assert problems == (
         "audit.quick: no detector of the run has this name",
         "oracle: no detector of the run is called 'truth'",
@@ -124,18 +129,22 @@ def test_document_with_detectors_foreign_to_its_run_is_faulted(plain_document):
 
 
 def test_run_document_ignores_unknown_keys(plain_document):
-    """Keys of a later version are left out when the document is written again."""
-    more = copy.deepcopy(plain_document) | {"surprise": 1}
-    more["audit"]["slow"]["surprise"] = 1
-    assert json.loads(json_of(document_of(more)[0])) == plain_document
+    """Keys of a later version, at the top and in an audit, are left out when the document is written again."""
+    later = copy.deepcopy(plain_document) | {"surprise": 1}
+    later["audit"]["slow"]["surprise"] = 1
+    document, problems = document_of(later)
+    assert problems == ()
+    assert json.loads(json_of(document)) == plain_document
 
 
 @pytest.mark.parametrize("plain", [None, [], 3, "text", {}])
 def test_json_of_another_kind_is_refused_with_problems(plain):
+    """``plain``: what the JSON text holds in place of a document."""
     document, problems = document_of(plain)
     assert document is None
     assert problems
 
 
 def test_the_schema_is_valid():
+    """By the meta-schema of JSON Schema, draft 2020-12."""
     Draft202012Validator.check_schema(json_schema())

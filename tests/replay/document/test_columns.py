@@ -23,26 +23,27 @@ def column_called(list_name, name):
     ("fraction", "cell"), [(None, Marked("0 %")), (0.0, Marked("0 %")), (0.25, Marked("25 %", IN_YELLOW))]
 )
 def test_percentage_of_false_contact_is_yellow_unless_zero(fraction, cell):
+    """``fraction``: of the contact that a detector reports; None: it reports none."""
     assert reported_false_cell(fraction) == cell
 
 
 @pytest.mark.parametrize(
     ("false", "unconfirmed", "cell"),
     [
-        (None, False, "-"),
-        (proportion(0, 0), False, "0 %"),
-        (proportion(0, 8), False, Marked("0 %")),
-        (proportion(2, 8), False, Marked("25 %", IN_YELLOW)),
-        (proportion(2, 8), True, Marked("25 % unconfirmed", IN_YELLOW)),
+        pytest.param(None, False, "-", id="the reference"),
+        pytest.param(proportion(0, 0), False, "0 %", id="nothing reported"),
+        pytest.param(proportion(0, 8), False, Marked("0 %"), id="none of 8 frames"),
+        pytest.param(proportion(2, 8), False, Marked("25 %", IN_YELLOW), id="2 of 8 frames"),
+        pytest.param(proportion(2, 8), True, Marked("25 % unconfirmed", IN_YELLOW), id="only volumes overlap"),
     ],
 )
 def test_cell_of_false_contact_of_a_detector(false, unconfirmed, cell):
-    """``false``: none of the reference, 0 of 0 where nothing is reported; ``unconfirmed``: only volumes overlap."""
+    """``false``: frames of false contact of those that the detector reports."""
     assert false_cell((false, unconfirmed)) == cell
 
 
-def effect_cells(**fields):
-    """The cells of an effect of 100 frames: column -> text."""
+def cells_of_effect(**fields):
+    """The row of an effect in 100 frames of a recording, without events: heading -> text."""
     usual = {
         "about": "a", "because": ("declared",), "seconds": 0.1, "fraction": 0.1, "frames": 100, "frames_run": 100,
         "trigger": "", "counters": {}, "events": {}, "digest": "d", "sources": (),
@@ -52,48 +53,53 @@ def effect_cells(**fields):
 
 
 @pytest.mark.parametrize(
-    ("fields", "text"),
+    ("fields", "heading", "text"),
     [
-        ({}, "nothing"),
-        ({"counters": {CURVES: 2}}, "2 curves"),
-        ({"events": {"spill": 3}}, "spill: 3"),
-        ({"events": {"spill": 3}, "counters": {CURVES: 2}}, "spill: 3"),
-        ({"trigger": "grasp", "frames_run": 25}, "grasp"),
-        ({"trigger": "grasp", "frames_run": 25}, "75"),
-        ({}, "always"),
+        pytest.param({}, "found", "nothing", id="neither events nor curves"),
+        pytest.param({"counters": {CURVES: 2}}, "found", "2 curves", id="curves"),
+        pytest.param({"events": {"spill": 3}}, "found", "spill: 3", id="events"),
+        pytest.param({"events": {"spill": 3}, "counters": {CURVES: 2}}, "found", "spill: 3", id="events and curves"),
+        pytest.param({"trigger": "grasp", "frames_run": 25}, "runs only in", "grasp", id="trigger"),
+        pytest.param({"trigger": "grasp", "frames_run": 25}, "% skipped", "75", id="25 of 100 frames"),
+        pytest.param({}, "runs only in", "always", id="no trigger"),
     ],
 )
-def test_row_of_an_effect_has_events_or_curves_and_trigger(fields, text):
-    """``fields``: of the effect, other than usual; ``text``: of one of its cells, as 75 where 25 of 100 frames ran."""
-    assert text in effect_cells(**fields).values()
+def test_row_of_an_effect_has_events_or_curves_and_trigger(fields, heading, text):
+    """``fields``: of an effect that is else without events or trigger and runs in all of 100 frames."""
+    assert cells_of_effect(**fields)[heading] == text
 
 
-@pytest.mark.parametrize(("uncertainty", "below"), [(0.0, ""), (CERTAIN_TOUCH_S, ""), (2e-6, "within 2 µs")])
-def test_moment_states_an_uncertainty_above_a_microsecond(uncertainty, below):
-    """``uncertainty``: seconds; ``below``: the small print under the cell of a moment at 1.5 s."""
+@pytest.mark.parametrize(("uncertainty", "small_print"), [(0.0, ""), (CERTAIN_TOUCH_S, ""), (2e-6, "within 2 µs")])
+def test_moment_states_an_uncertainty_above_a_microsecond(uncertainty, small_print):
+    """A miss that touches at 1.5 s, give or take ``uncertainty`` seconds; CERTAIN_TOUCH_S is a microsecond."""
     cell = column_called("misses", "at s").cell((1.5, uncertainty))
-    assert text_of(cell) == "1.500" and (cell.below if isinstance(cell, Marked) else "") == below
+    assert text_of(cell) == "1.500"
+    assert (cell.below if isinstance(cell, Marked) else "") == small_print
 
 
 @pytest.mark.parametrize(
-    ("missed", "mean"), [(None, None), (proportion(0, 0), 0.0), (proportion(0, 8), 0.0), (proportion(2, 8), 2.5)]
+    ("proportion_of_contacts", "mean"),
+    [(None, None), (proportion(0, 0), 0.0), (proportion(0, 8), 0.0), (proportion(2, 8), 0.25 * 10)],
+    ids=["not compared", "no contacts", "0 of 8", "a quarter of ten contacts"],
 )
-def test_files_have_the_mean_number_of_faulty_contacts(missed, mean):
-    """A quarter of ten contacts are 2.5."""
-    rank = Rank("hull", "", "", contacts=10, mean=None, p99=None, missed=missed, late_or_cut_short=missed)
-    for name in ("missed", "late or cut short"):
-        assert column_called("ranking", name).for_files.value(rank) == mean
+@pytest.mark.parametrize("column", ["missed", "late or cut short"])
+def test_files_have_the_mean_number_of_faulty_contacts(column, proportion_of_contacts, mean):
+    """Ten contacts, of which a proportion is missed, or late or cut short, over the sampling offsets."""
+    rank = Rank(
+        "hull", "", "", contacts=10, mean=None, p99=None, missed=proportion_of_contacts,
+        late_or_cut_short=proportion_of_contacts,
+    )  # fmt: skip
+    assert column_called("ranking", column).for_files.value(rank) == mean
 
 
-def test_what_is_absent_has_a_dash_or_no_value():
-    """No settings are a dash; without lengths of contacts nobody knows how many were cut."""
-    assert [column_called("tradeoff", "settings").cell(text) for text in ("", "exact")] == ["-", "exact"]
-    cut = column_called("cut", "cut by lost poses")
-    assert [cut.value({"lengths": lengths}) for lengths in (None, SimpleNamespace(cut=3))] == [None, 3]
+@pytest.mark.parametrize(("settings", "cell"), [("exact", "exact"), ("", "-")])
+def test_missing_settings_are_a_dash_in_a_table(settings, cell):
+    """A row of the table of settings that were tried."""
+    assert column_called("tradeoff", "settings").cell(settings) == cell
 
 
 def test_stored_row_is_read_as_nested_fields():
-    """Null is left out, and so is what a function made of the row."""
+    """A path in ``of`` gives nested fields; null is left out, and so is what a function made of the row (n)."""
     columns = [Column("k", of="a"), Column("x", of="point.0"), Column("y", of="point.1"), Column("n", of=len)]
     assert field_values(columns, {"k": 1, "x": 2.0, "y": None, "n": 4}) == {"a": 1, "point": {"0": 2.0}}
 
@@ -103,18 +109,15 @@ def test_stored_row_is_read_as_nested_fields():
     [("grasp", 3, "grasp", 0.75), ("", 12, "always", 0.0), ("grasp", 0, "grasp", 1.0)],
 )
 def test_effect_runs_always_or_where_its_trigger_lets_it(trigger, frames_run, runs_in, skipped):
-    """The recording has twelve frames."""
+    """The recording has twelve frames; ``skipped``: fraction of them in which the effect did not run."""
     row = {"effect": SimpleNamespace(trigger=trigger, frames=12, frames_run=frames_run)}
     assert column_called("effects", "runs only in").of(row) == runs_in
     assert column_called("effects", "% skipped").of(row) == skipped
 
 
-@pytest.mark.parametrize(("lengths", "cut"), [(SimpleNamespace(cut=2), 2), (None, None)])
+@pytest.mark.parametrize(
+    ("lengths", "cut"), [(SimpleNamespace(cut=2), 2), (None, None)], ids=["lengths known", "lengths not known"]
+)
 def test_cut_contacts_are_unknown_where_lengths_are(lengths, cut):
     """``lengths``: of the contacts of a pair, with the number that lost poses cut."""
     assert column_called("cut", "cut by lost poses").of({"lengths": lengths}) == cut
-
-
-def test_missing_text_is_a_dash_in_a_table():
-    show = column_called("tradeoff", "settings").show
-    assert show("exact") == "exact" and show("") == "-"

@@ -25,6 +25,12 @@ STATES = tomllib.loads(Path(__file__).with_name("sentences.toml").read_text("utf
 """State -> what reference and detector say, a letter a frame (C: contact, -: no pose), and the sentences about it."""
 
 SCRIPTED_VERDICTS = str.maketrans(".C-", "ncn")
+"""Letters of sentences.toml -> letters of the scripted detector: c is contact, n none."""
+
+
+def scripted(letters):
+    """A detector that says what these letters say, one a frame."""
+    return f"support.planted_detectors:Scripted[says={letters}]"
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -36,17 +42,18 @@ def test_every_sentence_holds_in_every_state(state):
     row = STATES[state]
     status = [[Status.VALID, Status.LOST if letter == "-" else Status.VALID] for letter in row["oracle"]]
     oracle, subject = (row[name].translate(SCRIPTED_VERDICTS) for name in ("oracle", "subject"))
-    scripted = "support.planted_detectors:Scripted[says={}]".format
     session = session_of_frames(np.arange(len(status)) * STEP_NS, status)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted(subject + "n"), oracle="exact=" + scripted(oracle))
-    sentences = headline.undecided_lines(run) + NO_FAULT_ALLOWED.broken_limits(run.document.audit, [])
+    sentences = headline.undecided_lines(run) + NO_FAULT_ALLOWED.broken_limits(run.document.audit, session_times=[])
     assert sentences == row["sentences"]
 
 
 def test_the_moment_of_a_false_contact_holds_its_gap():
-    """A detector invents contact in frames 1 and 2 of four; the first answer of a run is about its worst fault."""
-    scripted = "support.planted_detectors:Scripted[says={}]".format
+    """A detector reports contact in frames 1 and 2 of four, in which bodies are metres apart, and exact none.
+
+    The first answer of a run is about its worst fault, here the only one, and has the metres of its gap.
+    """
     session = session_of_frames(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted("nccnn"), oracle="exact=" + scripted("nnnn"))
@@ -57,34 +64,46 @@ def test_the_moment_of_a_false_contact_holds_its_gap():
 @pytest.mark.parametrize(
     ("severities", "text"),
     [
-        ((), "Nothing suspicious found"),
-        ((Severity.NOTE,), "Nothing suspicious found"),
-        ((Severity.WARNING,), "1 warning about the recording: verdicts on these spans carry a flag"),
-        (
+        pytest.param((), "Nothing suspicious found", id="no finding"),
+        pytest.param((Severity.NOTE,), "Nothing suspicious found", id="a note"),
+        pytest.param(
+            (Severity.WARNING,),
+            "1 warning about the recording: verdicts on these spans carry a flag",
+            id="a warning",
+        ),
+        pytest.param(
             (Severity.ERROR, Severity.WARNING, Severity.WARNING),
             "1 error and 2 warnings about the recording: verdicts on these spans carry a flag",
+            id="errors before warnings",
         ),
     ],
 )
 def test_report_states_the_severity_of_the_doctors_findings(severities, text):
-    """Notes are nothing suspicious; errors come before warnings."""
+    """``doctor`` examines the recording before a run; a finding of its is an error, a warning or a note."""
     findings = [Finding("frozen", "it stood still", own_severity=severity).as_json() for severity in severities]
     records = tuple(convert(finding, FindingRecord) for finding in findings)
     assert trust(document_with(findings=records, detectors={"it": detector_of("hybrid")})) == text
 
 
-def doubted(*findings):
-    """The sentence of doubt of a document with these findings."""
+def doubts_about(*findings):
+    """Sentences on what makes all contacts of a recording with these findings doubtful."""
     records = tuple(convert(finding.as_json(), FindingRecord) for finding in findings)
     return headline.doubts(document_with(findings=records))
 
 
-def test_doubts_are_errors_units_axes_and_handedness():
-    """Not a frozen pose; three findings of one kind are one sentence."""
-    units = [Finding("unit-suspect", "3000 m away", name) for name in "abc"]
-    noted = Finding("frozen", "it stood still", "a")
-    assert doubted(noted) == []
-    first, second = doubted(Finding("handedness", "left is right", own_severity=Severity.ERROR), noted, *units)
+FROZEN_POSE = Finding("frozen", "it stood still", "a")
+
+
+def test_frozen_pose_is_no_doubt_about_a_recording():
+    """It concerns its moment alone."""
+    assert doubts_about(FROZEN_POSE) == []
+
+
+def test_doubts_are_errors_and_suspect_units_each_kind_once():
+    """Left and right are swapped; three bodies are 3 km away, which is one doubt: their unit may be another."""
+    swapped = Finding("handedness", "left is right", own_severity=Severity.ERROR)
+    units = [Finding("unit-suspect", "3000 m away", body) for body in ("a", "b", "c")]
+    first, second = doubts_about(swapped, FROZEN_POSE, *units)
     assert first == (
         "Error, handedness: left and right seem to be swapped (left is right). "
         "To do: import with the source's handedness."
@@ -93,11 +112,11 @@ def test_doubts_are_errors_units_axes_and_handedness():
 
 
 def test_pair_frames_an_engine_cannot_test_have_a_reason():
-    """Two hollow beakers, whose boxes overlap in two of four frames, are left undecided in all of them."""
+    """Two hollow beakers, whose boxes overlap in two of four frames; Bullet leaves them undecided in all four."""
     pytest.importorskip("pybullet")
     hollow = beaker_mesh()
     session = unit_cubes_on_x({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
-    meshes = {name: MeshData(hollow.vertices, hollow.faces) for name in "ab"}
+    meshes = {name: MeshData(hollow.vertices, hollow.faces) for name in ("a", "b")}
     result = replay.run(replace(session, meshes=meshes), detectors="bullet[shape=mesh]")
     assert result.document.audit["bullet-mesh"].undecided_reasons == {
         "not supported: Bullet tests no triangle mesh against another": 4
@@ -105,15 +124,25 @@ def test_pair_frames_an_engine_cannot_test_have_a_reason():
     assert any("Of them 4: not supported" in line for line in headline.undecided_lines(result))
 
 
-@pytest.mark.parametrize(("skin", "gap"), [(0.5, 0.6), (0.0, None)])
-def test_contact_offset_explains_false_contact_of_distant_shapes(skin, gap):
-    """Unit boxes 0.6 m apart report contact with an offset of 0.5 m each, and none without."""
-    session = unit_cubes_on_x({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (gap or 0), 1 + (gap or 0), 3, 3]})
-    result = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
-    reasons = [answer.why for answer in result.answers if answer.label == "skin"]
-    assert bool(result.false["skin"]) == (gap is not None)
-    if gap is not None:
-        assert "600 mm apart" in reasons[0] and "from 1 m on" in reasons[0] and "meet" not in reasons[0]
+@pytest.fixture
+def session_600_mm_apart():
+    """Boxes of 1 m, whose surfaces are 0.6 m apart in frames 1 and 2 of five, and 2 m in the others."""
+    return unit_cubes_on_x({"a": [0, 0, 0, 0, 0], "b": [3, 1.6, 1.6, 3, 3]})
+
+
+def test_contact_offset_explains_false_contact_of_distant_shapes(session_600_mm_apart):
+    """With a contact offset of 0.5 m each, boxes report contact up to 1 m from each other."""
+    result = replay.run(session_600_mm_apart, detectors="skin=collider[skin_m=0.5]")
+    (false_contact,) = result.false["skin"]
+    assert (false_contact.first, false_contact.last) == (1, 2)
+    (reason,) = (answer.why for answer in result.answers if answer.label == "skin")
+    assert "600 mm apart" in reason and "from 1 m on" in reason and "meet" not in reason
+
+
+def test_without_a_contact_offset_distant_shapes_are_no_contact(session_600_mm_apart):
+    """``skin_m``: the contact offset of each body in metres."""
+    result = replay.run(session_600_mm_apart, detectors="skin=collider[skin_m=0.0]")
+    assert not result.false["skin"]
 
 
 @pytest.mark.parametrize(
@@ -123,7 +152,8 @@ def test_contact_offset_explains_false_contact_of_distant_shapes(skin, gap):
         ({"shape": "compound", "pieces": 1}, "1 convex piece"),
         ({"shape": "compound", "pieces": 16}, "16 convex pieces"),
     ],
+    ids=["hull", "one piece", "sixteen pieces"],
 )
 def test_colliders_are_named_by_shape_or_number_of_pieces(settings, label):
-    """``settings``: of a collider."""
+    """``settings``: of the detector ``collider``, of which ``compound`` splits each mesh into convex pieces."""
     assert shape_label(settings) == label

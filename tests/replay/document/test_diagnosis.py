@@ -16,17 +16,26 @@ from replay.engine import compute
 from sessions import Session
 
 SEPARATE = {"a": [0.0] * 12, "b": [3, 3, 1.015, 1.015, 1.015, 3, 3, 0.9, 0.9, 3, 3, 3]}
+"""Metres on X of two cubes of 1 m that pass 15 mm apart, in frames 2 to 4, and touch in frames 7 and 8."""
 """Two unit cubes that pass 15 mm apart, and meet later."""
 
 
-def inside():
-    """A small cube that goes through a large one: across the wall, inside, and out again."""
+def separate_cubes():
+    """A session of two cubes of 1 m that pass 15 mm apart, and touch later."""
+    return unit_cubes_on_x(SEPARATE)
+
+
+def cube_inside_another():
+    """A session of a cube of 0.1 m that goes through one of 1 m: across the wall, inside, and out again."""
     session = unit_cubes_on_x({"a": [0.0] * 12, "b": [3, 0.5, 0.3, 0.1, 0, -0.1, -0.3, -0.5, -3, -3, -3, -3]})
     return replace(session, meshes={"a": cube(edge=1.0), "b": cube(edge=0.1)})
 
 
-def in_hollow():
-    """A crumb that stays in the hollow of a channel without a touch, and then falls onto its floor."""
+def crumb_in_hollow():
+    """A session of a crumb that stays in the hollow of a channel without a touch, and then falls onto its floor.
+
+    The convex hull of the channel fills the hollow, so that hulls report contact all the time.
+    """
     heights = np.concatenate([np.linspace(0.1, 0.01, 8), np.linspace(0.01, -0.015, 20), np.linspace(-0.02, -0.03, 4)])
     positions = np.zeros((len(heights), 3))
     positions[:, 1] = heights
@@ -35,49 +44,56 @@ def in_hollow():
     return Session.from_arrays(np.arange(len(heights)) * 10_000_000, poses, {"a": channel(), "b": cube(edge=0.01)})
 
 
-def requested_again(session, answer):
-    """The ranking row of the detector that a fix names in its command."""
+def loss_with_fix(session, answer):
+    """The loss, 0 where nothing is wrong, of the detector that a fix names in its command, run on the session."""
     (spec,) = parse_detectors(answer.fix.command.split('"')[1])
-    again = compute(session, detectors=[spec], oracle="exact=exact")
-    return again.ranking[0]
+    with_fix, _reference = compute(session, detectors=[spec], oracle="exact=exact").ranking
+    return with_fix.loss
 
 
 @pytest.mark.parametrize(
-    ("session", "detector", "setting"),
+    ("make_session", "detector", "setting"),
     [
-        (lambda: unit_cubes_on_x(SEPARATE), "collider[shape=hull,skin_m=0.01]", "skin_m=0.0"),
-        (lambda: unit_cubes_on_x(SEPARATE), "collider[shape=box,skin_m=0.02]", "skin_m=0.0"),
-        (lambda: unit_cubes_on_x(SEPARATE), "collider[shape=mesh,skin_m=0.01]", "skin_m=0.0"),
-        (inside, "discrete[containment=false]", "containment=true"),
-        (inside, "hybrid[containment=false]", "containment=true"),
+        pytest.param(separate_cubes, "collider[shape=hull,skin_m=0.01]", "skin_m=0.0", id="offset of hulls"),
+        pytest.param(separate_cubes, "collider[shape=box,skin_m=0.02]", "skin_m=0.0", id="offset of boxes"),
+        pytest.param(separate_cubes, "collider[shape=mesh,skin_m=0.01]", "skin_m=0.0", id="offset of meshes"),
+        pytest.param(cube_inside_another, "discrete[containment=false]", "containment=true", id="inside, discrete"),
+        pytest.param(cube_inside_another, "hybrid[containment=false]", "containment=true", id="inside, hybrid"),
     ],
 )
-def test_a_fix_changes_the_setting_that_is_the_cause(session, detector, setting):
-    """Its command runs a detector without errors: ``skin_m`` is a contact offset, ``containment`` a test of inside."""
-    (answer,) = compute(session(), detectors=f"it={detector},exact").answers
-    assert not answer.fix.measured and setting.lower() in answer.fix.command.lower()
-    assert requested_again(session(), answer).loss == 0.0
+def test_a_fix_changes_the_setting_that_is_the_cause(make_session, detector, setting):
+    """The command of the fix runs the detector with this setting, without errors; the run itself did not measure it.
+
+    ``skin_m`` is a contact offset of each body, here more than half of the 15 mm; ``containment`` a test of inside.
+    """
+    (answer,) = compute(make_session(), detectors=f"it={detector},exact").answers
+    assert not answer.fix.measured
+    assert setting in answer.fix.command.lower()
+    assert loss_with_fix(make_session(), answer) == 0.0
 
 
 def test_fix_measured_as_no_better_is_not_advised():
-    """The run has the hull at 50 Hz and at every frame, which is as wrong: the hollow is filled in both."""
-    detectors = "it=collider[shape=hull,rate_hz=50],other=collider[shape=hull],exact"
-    run = compute(in_hollow(), detectors=detectors)
+    """The run has the hull at 50 Hz and at every frame, which is as wrong: the hollow is filled in both.
+
+    So neither sampling every frame is advised, nor the other detector of the run, by its label.
+    """
+    detectors = "at50=collider[shape=hull,rate_hz=50],each=collider[shape=hull],exact"
+    run = compute(crumb_in_hollow(), detectors=detectors)
     answers = {answer.label: answer for answer in run.answers}
-    ranks = {rank.label: rank for rank in run.ranking}
-    assert ranks["it"].leads_false and "fills its hollow" in answers["it"].why
+    (rank,) = (rank for rank in run.ranking if rank.label == "at50")
+    assert rank.leads_false and "fills its hollow" in answers["at50"].why
+    assert answers.keys() == {"at50", "each"}
     for answer in answers.values():
         assert "Sample every frame" not in answer.fix.text
-        assert f"({answer.label})" not in answer.fix.text
+        assert "(at50)" not in answer.fix.text and "(each)" not in answer.fix.text
 
 
 def test_pieces_of_a_cube_are_not_advised_its_offset_is():
-    """Every number of pieces of a cube is one piece, whose contact offset is what is wrong."""
-    run = compute(
-        unit_cubes_on_x(SEPARATE), detectors="it=collider[shape=compound,pieces=64,method=box,skin_m=0.01],exact"
-    )
-    (answer,) = run.answers
-    assert "pieces" not in answer.fix.text and "skin_m=0" in answer.fix.text
+    """A cube is convex: up to 64 convex pieces of it are one piece, whose contact offset is what is wrong."""
+    pieces = "it=collider[shape=compound,pieces=64,method=box,skin_m=0.01]"
+    (answer,) = compute(separate_cubes(), detectors=f"{pieces},exact").answers
+    assert "pieces" not in answer.fix.text
+    assert "skin_m=0" in answer.fix.text
 
 
 @pytest.mark.parametrize(
@@ -101,16 +117,17 @@ def test_pieces_may_help_where_a_closed_collider_is_wrong(setting, cause, undeci
 
 @pytest.mark.slow
 def test_two_numbers_of_pieces_are_two_settings():
-    """Compounds of 1, 2 and 4 pieces; the fix of each is twice as many pieces, with the figures of that row alone.
+    """Compounds of 1, 2 and 4 convex pieces; the fix of each is twice as many pieces, with the figures of that row.
 
-    Cut by planes, all numbers of pieces of a body come from a single cut.
+    Cut by planes, all numbers of pieces of a body come from a single cut; one piece is the hull.
     """
     compounds = [f"c{pieces}=collider[shape=compound,pieces={pieces},method=planes]" for pieces in (1, 2, 4)]
-    run = compute(in_hollow(), detectors=["hull=collider[shape=hull]", *compounds, "exact"])
-    answers, ranks = ({row.label: row for row in rows} for rows in (run.answers, run.ranking))
+    run = compute(crumb_in_hollow(), detectors=["hull=collider[shape=hull]", *compounds, "exact"])
+    answers = {answer.label: answer for answer in run.answers}
+    ranks = {rank.label: rank for rank in run.ranking}
     assert ranks["hull"].loss == ranks["c1"].loss > ranks["c2"].loss > ranks["c4"].loss
-    for label, mended in {"c1": "c2", "c2": "c4"}.items():
+    for label, better_label, pieces in (("c1", "c2", 2), ("c2", "c4", 4)):
         fix = answers[label].fix
-        assert f"Up to {mended[1:]} convex pieces" in fix.text and f"({mended})" in fix.text
-        before, after = (100 * ranks[row].false.value for row in (label, mended))
+        assert f"Up to {pieces} convex pieces" in fix.text and f"({better_label})" in fix.text
+        before, after = (100 * ranks[row].false.value for row in (label, better_label))
         assert fix.change.startswith(f"False {before:.3g} % -> {after:.3g} %")

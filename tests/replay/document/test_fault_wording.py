@@ -11,12 +11,17 @@ from replay.auditing.fault import Cause, Fault, FaultKind
 from replay.document.fault_sentences import what_text, when_texts, why_false, why_missed
 
 CONTACT = SimpleNamespace(first=4, last=7, start=0.04, end=0.08)
+"""A contact in frames 4 to 7 of twelve frames of 10 ms."""
 """Frames 4 to 7 of frames of 10 ms."""
 NEVER, LATE, EARLY = FaultKind.NEVER_REPORTED, FaultKind.REPORTED_LATE, FaultKind.LOST_EARLY
 
 
 def audited(samples="............", reports="............", *, rate_hz=50.0, delay=0, reach=0.0):
-    """A detector by frames of 10 ms: ``s``: it samples (``None``: nobody knows), ``C``: it reports contact."""
+    """A detector over twelve frames of 10 ms, a letter each.
+
+    ``s``: it samples (None: nobody knows); ``C``: it reports contact; ``delay``: frames by which all its reports come
+    late; ``reach``: metres from which on it reports contact.
+    """
     verdict = [[Verdict.CONTACT if letter == "C" else Verdict.CLEAR] for letter in reports]
     return SimpleNamespace(
         sampled_frames=None if samples is None else np.array([letter == "s" for letter in samples]),
@@ -31,7 +36,10 @@ def audited(samples="............", reports="............", *, rate_hz=50.0, del
 
 
 def fault(kind, first, last, cause=Cause.BETWEEN_SAMPLES, agreeing=(3, 3), metres=0.002):
-    """A fault of two bodies in the frames ``first`` to ``last``, 10 ms each."""
+    """A wrong answer about the bodies a and b in the frames ``first`` to ``last``, 10 ms each.
+
+    ``agreeing``: of so many examined frames, (those with this cause, all); ``metres``: gap of the surfaces.
+    """
     return Fault(
         number=1, detector="slow", pair=0, bodies=("a", "b"), kind=kind,
         first=first, last=last, start=0.01 * first, end=0.01 * (last + 1), frame=first,
@@ -80,17 +88,15 @@ FALSE = {
 }
 
 
-@pytest.mark.parametrize("form", MISSES)
-def test_sentence_about_a_miss_reads_as_it_did(form, snapshot):
-    """The contact is in frames 4 to 7; a form of MISSES is a fault and what its detector sampled and reported."""
-    miss, detector = MISSES[form]
+@pytest.mark.parametrize(("miss", "detector"), MISSES.values(), ids=MISSES)
+def test_sentence_about_a_miss_reads_as_it_did(miss, detector, snapshot):
+    """The contact is in frames 4 to 7 of 10 ms; a row of MISSES is the miss, and what its detector sampled and said."""
     assert why_missed(miss, "slow", detector, CONTACT) == snapshot
 
 
-@pytest.mark.parametrize("form", FALSE)
-def test_sentence_about_a_false_contact_reads_as_it_did(form, snapshot):
-    """A form of FALSE is a fault and what its detector sampled and reported; surfaces are 2 mm apart."""
-    false_contact, detector = FALSE[form]
+@pytest.mark.parametrize(("false_contact", "detector"), FALSE.values(), ids=FALSE)
+def test_sentence_about_a_false_contact_reads_as_it_did(false_contact, detector, snapshot):
+    """A row of FALSE is the false contact, of surfaces 2 mm apart, and what its detector sampled and reported."""
     assert why_false(false_contact, "slow", detector) == snapshot
 
 
@@ -103,12 +109,12 @@ WHEN = {
 }
 
 
-@pytest.mark.parametrize("form", WHEN)
-def test_sentences_about_error_and_moment_read_as_they_did(form, snapshot):
-    """Faults of the detector ``slow`` in a session of so many seconds; the moment is that of the first fault."""
-    faults, duration = WHEN[form]
-    is_miss = faults[0].kind.is_miss
-    result = SimpleNamespace(misses={"slow": faults} if is_miss else {}, false={} if is_miss else {"slow": faults})
-    document = SimpleNamespace(session=SimpleNamespace(duration=duration))
-    texts = when_texts(result, document, SimpleNamespace(label="slow"), faults[0], 0.04)
-    assert (what_text(faults[0]), *texts) == snapshot
+@pytest.mark.parametrize(("faults", "session_seconds"), WHEN.values(), ids=WHEN)
+def test_sentences_about_error_and_moment_read_as_they_did(faults, session_seconds, snapshot):
+    """All misses, or all false contacts, of the detector ``slow``; the moment, 0.04 s, is that of the first."""
+    first = faults[0]
+    misses, false_contacts = ({"slow": faults}, {}) if first.kind.is_miss else ({}, {"slow": faults})
+    result = SimpleNamespace(misses=misses, false=false_contacts)
+    document = SimpleNamespace(session=SimpleNamespace(duration=session_seconds))
+    when, other_times = when_texts(result, document, SimpleNamespace(label="slow"), first, 0.04)
+    assert (what_text(first), when, other_times) == snapshot

@@ -9,13 +9,16 @@ from replay.auditing.outcome import Comparison, Outcome, joined_outcome
 from replay.show.run_tables import pair_table
 from sessions.scene_files.scene_toml import parse_scene
 
-POSITIONS = {
+X_OF_CUBES = {
     "thumb": [9, 9, 0.9, 0.9, 9, 9, 9, 9],
     "index": [8, 8, 8, 0.8, 0.8, 8, 0.9, 8],
     "palm": [7.5, 7.5, 7.5, 7.5, 7.5, 7.5, 7.5, 7.5],
     "glass": [0, 0, 0, 0, 0, 0, 0, 0.001],
 }
-"""Thumb touches the glass in frames 2 and 3, index in 3, 4 and 6: two contacts of the hand, whose links meet."""
+"""Metres on X of four cubes of 1 m in eight frames of 10 ms; they touch below 1 m.
+
+The thumb touches the glass in frames 2 and 3, the index in 3, 4 and 6: two contacts of the hand.
+"""
 
 SCENE = """
 [[body]]
@@ -30,6 +33,7 @@ id = "glass"
 name = "hand"
 members = ["thumb", "i*", "palm"]
 """
+"""Thumb, index and palm are a group, the hand."""
 
 HAND_AND_CUP = """
 [[body]]
@@ -44,83 +48,95 @@ members = ["thumb", "finger"]
 [[pair]]
 between = ["hand", "cup"]
 """
+"""Thumb and finger are a group, which is examined beside the cup."""
 
 
 @pytest.fixture(scope="module")
-def paper_run():
-    """A run of the paper's pipeline over cubes in groups."""
-    session = unit_cubes_on_x(POSITIONS, scene=parse_scene(SCENE))
+def run_with_hand():
+    """A run of the four cubes, three of which are the hand, by exact and by the detector of a paper."""
+    session = unit_cubes_on_x(X_OF_CUBES, scene=parse_scene(SCENE))
     return replay.run(session, detectors="paper,exact", oracle="exact")
 
 
-def test_members_are_not_paired_and_touch_as_a_group(paper_run):
-    """Frames 2 to 4, by thumb and index in turn, are one contact of the hand, frame 6 another."""
-    assembly = paper_run.assembly
-    names = {"-".join(assembly.bodies_of(pair)) for pair in range(len(assembly.pairs))}
-    assert names == {"thumb-glass", "index-glass", "palm-glass"}
-    contacts = [(contact.first, contact.last) for contact in paper_run.episodes["exact"]]
+def test_members_are_not_paired_and_touch_as_a_group(run_with_hand):
+    """Members meet each other, which is no contact; each is paired with the glass.
+
+    Frames 2 to 4, by thumb and index in turn, are one contact of the hand, frame 6 another, by both detectors.
+    """
+    assembly = run_with_hand.assembly
+    pairs = {assembly.bodies_of(pair) for pair in range(len(assembly.pairs))}
+    assert pairs == {("thumb", "glass"), ("index", "glass"), ("palm", "glass")}
+    contacts = [(contact.first, contact.last) for contact in run_with_hand.episodes["exact"]]
     assert contacts == [(2, 4), (6, 6)]
-    assert paper_run.document.audit["paper"].contacts == 2
-    assert [*paper_run.episodes["paper"]] == [*paper_run.episodes["exact"]]
+    assert [*run_with_hand.episodes["paper"]] == [*run_with_hand.episodes["exact"]]
+    assert run_with_hand.document.audit["paper"].contacts == 2
 
 
-def test_tables_name_the_group_and_open_to_members(paper_run):
+def test_table_of_pairs_names_the_group_and_below_it_its_members(run_with_hand):
     """The rows of the members have their own frames, 2 of the thumb and 3 of the index; the palm never touches."""
-    table = pair_table(paper_run, "paper")
+    table = pair_table(run_with_hand, "paper")
     assert table.column("pair") == ["hand-glass", "  thumb-glass", "  index-glass"]
     assert table.column("contacts") == [2, None, None]
     assert table.column("frames found") == [5, 2, 3]
-    assert {(row["body_a"], row["body_b"]) for row in paper_run.tables["episodes"].plain()} == {("hand", "glass")}
-    members = [row["members"] for row in paper_run.tables["episodes"].plain() if row["detector"] == "exact"]
-    assert members == ["thumb", "index"]
+
+
+def test_table_of_contacts_names_the_group_and_who_touched_first(run_with_hand):
+    """The first contact of exact begins with the thumb, the second with the index."""
+    rows = [row for row in run_with_hand.tables["episodes"].plain() if row["detector"] == "exact"]
+    assert [(row["body_a"], row["body_b"]) for row in rows] == [("hand", "glass")] * 2
+    assert [row["members"] for row in rows] == ["thumb", "index"]
 
 
 def test_faults_of_a_hand_name_the_link_that_caused_them():
     """A detector that samples frames 3 and 7 (25 Hz, from 30 ms on) is late for a contact and reports it too long."""
-    session = unit_cubes_on_x(POSITIONS, scene=parse_scene(SCENE))
-    slow = replay.run(session, detectors="late=discrete[rate_hz=25,sampling_offset_s=0.03],exact", oracle="exact")
-    faults = [*slow.misses["late"], *slow.false["late"]]
-    assert len(faults) >= 2
-    for fault in faults:
+    session = unit_cubes_on_x(X_OF_CUBES, scene=parse_scene(SCENE))
+    run = replay.run(session, detectors="late=discrete[rate_hz=25,sampling_offset_s=0.03],exact", oracle="exact")
+    assert run.misses["late"] and run.false["late"]
+    for fault in (*run.misses["late"], *run.false["late"]):
         outcome = Outcome.MISSED if fault.kind.is_miss else Outcome.FALSE_CONTACT
-        assert (slow.comparisons["late"].outcome[fault.first : fault.last + 1, fault.pair] == outcome).all()
-        link = slow.assembly.bodies_of(fault.pair)[0]
+        assert (run.comparisons["late"].outcome[fault.first : fault.last + 1, fault.pair] == outcome).all()
+        link, _glass = run.assembly.bodies_of(fault.pair)
         assert fault.bodies == ("hand", "glass") and f"hand ({link}) and glass" in fault.why
-    counts = slow.document.audit["late"]
-    assert counts.contacts == 2 and counts.contacts_missed + counts.late_or_cut_short <= 2
+    counts = run.document.audit["late"]
+    assert counts.contacts == 2
+    assert counts.contacts_missed + counts.late_or_cut_short <= 2
 
 
 def test_contact_of_a_member_hides_no_false_contact_of_another():
-    """The finger touches throughout; the thumb comes within 0.4 m, an offset of 0.2 m of both: that is false."""
+    """The finger is in contact with the cup throughout; the surface of the thumb comes within 0.2 m of it.
+
+    Boxes with a contact offset of 0.2 m each report contact from 0.4 m on: that of the thumb is false.
+    """
     still = [0.0] * 6
     session = unit_cubes_on_x(
         {"finger": still, "thumb": [1.4, 1.3, 1.2, 1.2, 1.3, 1.4], "cup": still}, scene=parse_scene(HAND_AND_CUP)
     )
-    wide = replay.run(session, detectors="wide=collider[shape=box,skin_m=0.2],exact", oracle="exact")
-    audit = wide.document.audit["wide"]
-    assert audit.contacts == 1 and audit.false_contacts and audit.false_contact.value > 0.0
-    assert all("hand (thumb) and cup" in false.why for false in wide.false["wide"])
+    run = replay.run(session, detectors="wide=collider[shape=box,skin_m=0.2],exact", oracle="exact")
+    audit = run.document.audit["wide"]
+    assert audit.contacts == 1 and audit.false_contacts > 0 and audit.false_contact.value > 0.0
+    assert run.false["wide"]
+    assert all("hand (thumb) and cup" in fault.why for fault in run.false["wide"])
 
 
 @pytest.mark.parametrize(
     ("thumb", "index", "hand"),
     [
-        (Outcome.NEITHER, Outcome.NEITHER, Outcome.NEITHER),
-        # Reference and detector both say contact of the hand, be it of the same link or not.
-        (Outcome.BOTH, Outcome.MISSED, Outcome.BOTH),
-        (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH),
-        (Outcome.MISSED, Outcome.NEITHER, Outcome.MISSED),
-        (Outcome.MISSED, Outcome.LEFT_OUT, Outcome.MISSED),
-        (Outcome.FALSE_CONTACT, Outcome.NEITHER, Outcome.FALSE_CONTACT),
+        pytest.param(Outcome.NEITHER, Outcome.NEITHER, Outcome.NEITHER, id="no contact"),
+        # Reference and detector both report contact of the hand, be it of the same link or not.
+        pytest.param(Outcome.BOTH, Outcome.MISSED, Outcome.BOTH, id="another link reported"),
+        pytest.param(Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH, id="reported at the other link"),
+        pytest.param(Outcome.MISSED, Outcome.NEITHER, Outcome.MISSED, id="missed"),
+        pytest.param(Outcome.MISSED, Outcome.LEFT_OUT, Outcome.MISSED, id="missed, other link without verdict"),
+        pytest.param(Outcome.FALSE_CONTACT, Outcome.NEITHER, Outcome.FALSE_CONTACT, id="false"),
         # The index has no verdict and may touch, so the thumb's false contact is not counted.
-        (Outcome.FALSE_CONTACT, Outcome.LEFT_OUT, Outcome.LEFT_OUT),
+        pytest.param(Outcome.FALSE_CONTACT, Outcome.LEFT_OUT, Outcome.LEFT_OUT, id="false, other without verdict"),
         # A hand that holds the body touches it by intent.
-        (Outcome.GRASPED, Outcome.FALSE_CONTACT, Outcome.GRASPED),
-        (Outcome.WITHIN_TOLERANCE, Outcome.NEITHER, Outcome.WITHIN_TOLERANCE),
+        pytest.param(Outcome.GRASPED, Outcome.FALSE_CONTACT, Outcome.GRASPED, id="grasped"),
+        pytest.param(Outcome.WITHIN_TOLERANCE, Outcome.NEITHER, Outcome.WITHIN_TOLERANCE, id="within tolerance"),
     ],
 )
 def test_outcome_of_a_hand_follows_from_outcomes_of_its_links(thumb, index, hand):
-    """An outcome is of one frame, beside a glass; ``hand``: what counts for both links together."""
+    """How detector and reference compare in one frame, about each link beside a glass and about the hand."""
     outcomes_of_one_frame = np.array([[thumb, index]], dtype=np.uint8)
     assert joined_outcome(outcomes_of_one_frame) == [hand]
 
@@ -128,14 +144,17 @@ def test_outcome_of_a_hand_follows_from_outcomes_of_its_links(thumb, index, hand
 @pytest.mark.parametrize(
     ("contact_columns", "expected"),
     [
-        (None, [Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT]),
-        ([0, 1, 2], [Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT]),
-        # Pairs 0 and 2 are one contact: missed at one link and reported at the other, it is reported.
-        ([0, 1, 0], [Outcome.BOTH, Outcome.BOTH, Outcome.NEITHER]),
+        pytest.param(None, [Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT], id="no groups"),
+        pytest.param([0, 1, 2], [Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT], id="each pair for itself"),
+        # Missed at one link and reported at the other, the contact of the hand is reported.
+        pytest.param([0, 1, 0], [Outcome.BOTH, Outcome.BOTH, Outcome.NEITHER], id="pairs 0 and 2 are one contact"),
     ],
 )
 def test_contacts_of_a_group_stand_in_its_first_column(contact_columns, expected):
-    """``contact_columns``: for each pair, the column of the pairs that count as one contact with it."""
+    """Pairs 0 to 2 in one frame: missed, reported rightly, and falsely.
+
+    ``contact_columns``: for each pair, the first pair that counts as one contact with it.
+    """
     outcome = np.array([[Outcome.MISSED, Outcome.BOTH, Outcome.FALSE_CONTACT]], dtype=np.uint8)
     columns = None if contact_columns is None else np.array(contact_columns)
     assert Comparison("slow", "exact", outcome, columns).by_contact.tolist() == [expected]

@@ -12,54 +12,61 @@ from replay.document.machine import give_back_memory, machine, processor_name, v
 
 
 def test_versions_list_python_and_packages_that_decide_verdicts():
-    """Five packages must be among them."""
-    result = versions()
-    assert result["python"] == platform.python_version()
-    assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(result)
+    """Python as the standard library says, and among the packages these five."""
+    listed = versions()
+    assert listed["python"] == platform.python_version()
+    assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(listed)
 
 
-def test_the_machine_is_named_without_naming_user_or_host():
-    """The number of cores and the architecture are as Python's standard library says."""
-    text = json.dumps(machine())
-    assert machine()["cores"] == os.cpu_count() and machine()["architecture"] == platform.machine()
-    assert platform.node() == "" or platform.node() not in text
+def test_the_machine_is_named_without_naming_user_or_host(monkeypatch):
+    """Cores and architecture are as Python's standard library says; user and host are made up and in no value."""
+    monkeypatch.setattr(platform, "node", lambda: "made-up-host")
+    monkeypatch.setenv("USER", "made-up-user")
+    named = machine()
+    assert named["cores"] == os.cpu_count() and named["architecture"] == platform.machine()
+    assert "made-up" not in json.dumps(named)
 
 
 @pytest.mark.parametrize(
-    ("listed", "named"),
+    ("processor_file", "name"),
     [
-        ("processor\t: 0\nmodel name\t: AMD  EPYC 9\nmodel name\t: other\n", "AMD EPYC 9"),
-        ("processor\t: 0\nBogoMIPS\t: 50\n", platform.machine()),
+        pytest.param("processor\t: 0\nmodel name\t: AMD  EPYC 9\nmodel name\t: other\n", "AMD EPYC 9", id="two models"),
+        pytest.param("processor\t: 0\nBogoMIPS\t: 50\n", platform.machine(), id="no model"),
+        pytest.param(None, platform.machine(), id="no file"),
     ],
 )
-def test_linux_processor_is_named_by_model_or_architecture(listed, named, tmp_path, monkeypatch):
-    """``listed``: of /proc/cpuinfo, of which the first model counts; without the file the architecture is the name."""
+def test_linux_processor_is_named_by_model_or_architecture(processor_file, name, tmp_path, monkeypatch):
+    """``processor_file``: text of /proc/cpuinfo, of which the first model counts; else the architecture is the name."""
     monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(module, "LINUX_PROCESSOR_FILE", tmp_path / "cpuinfo")
-    assert processor_name() == platform.machine()
-    (tmp_path / "cpuinfo").write_text(listed)
-    assert processor_name() == named
+    if processor_file is not None:
+        (tmp_path / "cpuinfo").write_text(processor_file)
+    assert processor_name() == name
 
 
-@pytest.mark.parametrize(("answer", "named"), [("Apple M2\n", "Apple M2"), (None, platform.machine())])
-def test_mac_is_named_by_its_command_or_architecture(answer, named, monkeypatch):
-    """``answer``: of the system's command; None: there is no such command."""
+@pytest.mark.parametrize(
+    ("output", "name"),
+    [("Apple M2\n", "Apple M2"), (None, platform.machine())],
+    ids=["command answers", "no such command"],
+)
+def test_mac_is_named_by_its_command_or_architecture(output, name, monkeypatch):
+    """``output``: of the command that macOS has for it."""
 
-    def asked(*_, **__):
-        if answer is None:
+    def run_command(*_, **__):
+        if output is None:
             raise FileNotFoundError
-        return subprocess.CompletedProcess((), 0, answer)
+        return subprocess.CompletedProcess((), 0, output)
 
     monkeypatch.setattr(platform, "system", lambda: "Darwin")
-    monkeypatch.setattr(subprocess, "run", asked)
-    assert processor_name() == named
+    monkeypatch.setattr(subprocess, "run", run_command)
+    assert processor_name() == name
 
 
-@pytest.mark.parametrize(("library", "calls"), [("glibc", 1), ("", 0)])
-def test_freed_memory_is_returned_to_the_system_under_glibc(library, calls, monkeypatch):
-    """Only glibc keeps freed memory; ``malloc_trim`` returns it."""
+@pytest.mark.parametrize(("c_library_name", "calls"), [("glibc", 1), ("", 0)], ids=["glibc", "another C library"])
+def test_freed_memory_is_returned_to_the_system_under_glibc(c_library_name, calls, monkeypatch):
+    """Only glibc keeps freed memory; its function ``malloc_trim`` returns it."""
     c_library = Mock()
-    monkeypatch.setattr(platform, "libc_ver", lambda: (library, ""))
+    monkeypatch.setattr(platform, "libc_ver", lambda: (c_library_name, ""))
     monkeypatch.setattr(ctypes, "CDLL", lambda _: c_library)
     give_back_memory()
     assert c_library.malloc_trim.call_count == calls

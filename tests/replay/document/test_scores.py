@@ -16,28 +16,39 @@ from sessions.model.scene import Scene, SceneBody
 
 
 def test_contacts_of_a_body_with_its_parent_are_not_counted():
-    """MATCHING is that of no contacts; both contacts are counted apart, as those while a hand holds a body."""
+    """Body b hangs from body a and touches it twice: both contacts are counted apart, as those while a hand holds it.
+
+    MATCHING is the comparison of contacts where there are none.
+    """
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="a")))
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=scene), detectors="discrete", pairs=[("a", "b")])
-    figures = result.document.audit["discrete"]
-    assert figures.matching == MATCHING
+    audit = result.document.audit["discrete"]
+    assert audit.matching == MATCHING
+    assert audit.while_grasped.contacts == 2
     (pair,) = result.document.pairs
-    assert pair.audit["discrete"].while_grasped == figures.while_grasped and figures.while_grasped.contacts == 2
+    assert pair.audit["discrete"].while_grasped == audit.while_grasped
     assert [*pair.grasped_contacts] == ["exact"]
 
 
 def test_excused_contacts_count_in_no_fraction():
-    """The first of three contacts is matched, the second missed, the third excused; so is the second report."""
+    """Of three contacts of the reference the first is reported, the second missed, the third excused.
+
+    Of two reports the first is of the first contact, 0.5 s late, the second is excused. So of 2 contacts, and of 1
+    report, fractions are taken; mean, median, 95 % and largest of a single error are the error.
+    """
     match = EpisodeMatch(truth=1, reported=1, overlap=3, onset_error=0.5, duration_error=-0.25)
     matches = EpisodeMatches((match,), missed=(2,), excused_truth=(3,), excused_reports=(2,))
-    figures = matching_of(matches, reference_contacts=3, reported_contacts=2)
-    assert figures.missed_proportion.of == 3 - 1  # contact 3 is excused
-    assert figures.false_proportion.of == 2 - 1  # report 2 is excused
-    assert structs.astuple(figures.onset_error) == pytest.approx([0.5] * 4)
+    matching = matching_of(matches, reference_contacts=3, reported_contacts=2)
+    assert matching.missed_proportion.of == 3 - 1
+    assert matching.false_proportion.of == 2 - 1
+    assert structs.astuple(matching.onset_error) == pytest.approx((0.5, 0.5, 0.5, 0.5))
 
 
 def test_pair_frames_only_the_detector_left_undecided_are_counted():
-    """Four frames are left out; the reference decided the first, clear, and the third, contact."""
+    """Of five frames the first four are left out of the comparison; two of these the reference decided.
+
+    The reference says clear, undecided, contact, no pose, contact (``.uC-C``).
+    """
     reference = verdict_column(".uC-C")
     left_out, both = Outcome.LEFT_OUT, Outcome.BOTH
     comparison = SimpleNamespace(outcome=np.array([[left_out], [left_out], [left_out], [left_out], [both]]))
@@ -46,20 +57,25 @@ def test_pair_frames_only_the_detector_left_undecided_are_counted():
 
 
 ERRORS = TimeErrors(mean=0.1, median=0.1, p95_absolute=0.1, largest_absolute=0.1)
+"""Seconds by which reports begin late, of one contact: mean, median and largest are the same."""
 """The same of one contact: mean, median and largest."""
 
-SINGLE = audit_of(
+SESSION_AUDIT = audit_of(
     time_missed=proportion(1, 10),
     pair_frames=zeros(PairFrames, both=9, missed=1),
     matching=structs.replace(MATCHING, reference_contacts=3, onset_error=ERRORS),
     undecided_reasons={"open mesh": 2},
 )
+"""The audit of a detector in a session: 1 of 10 pair-frames missed, three contacts, one late."""
 
 
 def test_pooled_sessions_sum_counts_before_dividing():
-    """Two sessions of 1 missed in 10 pair-frames are 2 in 20."""
-    other = structs.replace(SINGLE, undecided_reasons={"budget": 1})
-    (audit,) = pooled_audits([{"x": SINGLE}, {"x": other}]).values()
+    """Two sessions of 1 missed in 10 pair-frames are 2 in 20, with Wilson's interval of 2 in 20.
+
+    Errors in time are of single contacts and are not pooled; reasons of what is undecided are added by name.
+    """
+    other = structs.replace(SESSION_AUDIT, undecided_reasons={"budget": 1})
+    (audit,) = pooled_audits([{"x": SESSION_AUDIT}, {"x": other}]).values()
     assert audit.time_missed == proportion(2, 20)
     assert (audit.time_missed.lower, audit.time_missed.upper) == wilson_interval(count=2, whole=20)
     assert audit.pair_frames == zeros(PairFrames, both=18, missed=2)
@@ -69,16 +85,22 @@ def test_pooled_sessions_sum_counts_before_dividing():
 
 
 def test_means_over_offsets_are_pooled_only_if_all_have_means():
-    """1 of 16 in two sessions are 2 of 32; a session without offsets leaves no mean."""
+    """1 of 16 in two sessions are 2 of 32; a session without means over sampling offsets leaves none."""
     same = proportion(1, 16)
     means = OffsetProportions(contacts_missed=same, late_or_cut_short=same, time_missed=same, false_contact=same)
-    rated = structs.replace(SINGLE, means_over_offsets=means)
-    assert pooled_audits([{"x": rated}, {"x": rated}])["x"].means_over_offsets.contacts_missed == proportion(2, 32)
-    assert pooled_audits([{"x": rated}, {"x": SINGLE}])["x"].means_over_offsets is None
+    with_means = structs.replace(SESSION_AUDIT, means_over_offsets=means)
+    pooled = pooled_audits([{"x": with_means}, {"x": with_means}])["x"]
+    assert pooled.means_over_offsets.contacts_missed == proportion(2, 32)
+    assert pooled_audits([{"x": with_means}, {"x": SESSION_AUDIT}])["x"].means_over_offsets is None
 
 
 def test_audit_of_a_single_session_is_pooled_unchanged():
-    """Also of two detectors that have a session each."""
-    assert pooled_audits([{"x": SINGLE}]) == {"x": SINGLE}
-    assert list(pooled_audits([{"x": SINGLE}, {"y": SINGLE}])) == ["x", "y"]
+    """Without a session there is no audit."""
+    assert pooled_audits([{"x": SESSION_AUDIT}]) == {"x": SESSION_AUDIT}
     assert pooled_audits([]) == {}
+
+
+def test_detectors_of_different_sessions_are_pooled_apart():
+    """Detectors x and y have a session each, of 10 pair-frames."""
+    pooled = pooled_audits([{"x": SESSION_AUDIT}, {"y": SESSION_AUDIT}])
+    assert [(label, audit.time_missed.of) for label, audit in pooled.items()] == [("x", 10), ("y", 10)]

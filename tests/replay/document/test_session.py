@@ -4,4 +4,5 @@ from replay.document.session import DroppedFrames
 
 
 def test_dropped_frames_of_both_kinds_are_added():
-    assert DroppedFrames(repeated=3, backwards=2).total == 5
+    """Frames whose stamp repeats the one before, or goes backwards."""
+    assert DroppedFrames(repeated=3, backwards=2).total == 3 + 2

@@ -20,8 +20,13 @@ from replay.engine import compute
 from sessions.model.session import HandTrack
 from sessions.synthetic.scenes import make_scene_session
 
-PAIRS_OF_THREE = np.array([[0, 1], [1, 2], [0, 2]])
-HANDS = {0: "right"}
+HAND, BEAKER, TABLE = 0, 1, 2
+"""Numbers of bodies."""
+PAIRS = np.array([[HAND, BEAKER], [BEAKER, TABLE], [HAND, TABLE]])
+HAND_AND_BEAKER, BEAKER_AND_TABLE, HAND_AND_TABLE = 0, 1, 2
+"""Rows of PAIRS."""
+GRASPS_BEAKER = Grasp(hand=HAND, start=4.0, end=6.0, thing=BEAKER)
+GRASPS_NOTHING = Grasp(hand=HAND, start=4.0, end=6.0, thing=-1)
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +38,7 @@ def silver_chloride_run():
 
 @pytest.fixture(scope="module")
 def rows_by_detector(silver_chloride_run):
-    """Rows of metrics by the label of their detector."""
+    """Label of a detector -> its row of metrics."""
     result, _ = silver_chloride_run
     return {row["detector"]: row for row in metric_rows(result)}
 
@@ -43,117 +48,159 @@ def facts_of_kind(truth, kind):
     return [fact for fact in truth.facts if fact.kind == kind]
 
 
-def test_metrics_of_a_made_up_session_equal_planted_counts(silver_chloride_run, rows_by_detector):
-    """The session's generator wrote down each grasp, near miss and contact that it planted."""
+def test_grasps_and_near_misses_equal_planted_counts(silver_chloride_run, rows_by_detector):
+    """The session's generator wrote down each grasp and near miss that it planted, and how long the session is.
+
+    Breakages are null, not 0: the scene does not ask for them.
+    """
     (_, truth), row = silver_chloride_run, rows_by_detector["exact"]
     assert row["grasps"] == row["grasp_attempts"] == len(facts_of_kind(truth, "grasp")) > 0
     assert row["near_misses"] == len(facts_of_kind(truth, "near_miss")) == 1
-    assert row["breakages"] is None  # the scene asks nobody to look
-    planted = [episode for episode in truth.episodes if episode.kind == "contact" and episode.surely]
-    contacts = row["contacts_per_min"] * row["valid_minutes"]
-    assert len(planted) <= round(contacts) <= len([e for e in truth.episodes if e.nominal])
-    assert row["valid_minutes"] == pytest.approx(truth.seconds / 60, rel=0.02)
-    assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK_COLUMN_PREFIX)))
+    assert row["breakages"] is None
+    assert row["valid_minutes"] == pytest.approx(truth.seconds / 60, rel=0.02), "all but steps next to a lost pose"
+
+
+def test_contacts_lie_between_sure_and_nominal_planted_contacts(silver_chloride_run, rows_by_detector):
+    """Planted contacts are ``surely`` ones for any tessellation and noise, or only ones of the smooth shapes."""
+    (_, truth), row = silver_chloride_run, rows_by_detector["exact"]
+    sure = [episode for episode in truth.episodes if episode.kind == "contact" and episode.surely]
+    of_smooth_shapes = [episode for episode in truth.episodes if episode.nominal]
+    contacts = round(row["contacts_per_min"] * row["valid_minutes"])
+    assert 0 < len(sure) <= contacts <= len(of_smooth_shapes)
+
+
+def test_seconds_of_all_tasks_are_the_sum_over_tasks(rows_by_detector):
+    """Each task of the scene has a column of its own beside that of all."""
+    row = rows_by_detector["exact"]
+    seconds_of_task = [value for name, value in row.items() if name.startswith(TASK_COLUMN_PREFIX)]
+    assert len(seconds_of_task) > 1
+    assert row["task_seconds"] == pytest.approx(sum(seconds_of_task))
 
 
 def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_by_detector):
-    """Recall is the fraction of the reference's pair-frames in contact that a detector reports; ``slow`` has 30 Hz."""
+    """Recall is the fraction of the frames in contact, a pair each, that a detector reports of those of exact.
+
+    The session has 90 Hz, of which ``slow`` samples 30.
+    """
     result, _ = silver_chloride_run
     assert set(rows_by_detector) == {"slow", "hybrid", "exact"}
-    assert rows_by_detector["exact"]["recall"] == 1.0 and 0.0 < rows_by_detector["slow"]["recall"] < 1.0
     pair_frames = result.document.audit["slow"].pair_frames
-    assert rows_by_detector["slow"]["recall"] == pair_frames.both / (pair_frames.both + pair_frames.missed)
-    assert {row["contact_frames"] for row in rows_by_detector.values()} == {pair_frames.both + pair_frames.missed}
+    in_contact = pair_frames.both + pair_frames.missed
+    assert rows_by_detector["exact"]["recall"] == 1.0
+    assert 0.0 < rows_by_detector["slow"]["recall"] < 1.0
+    assert rows_by_detector["slow"]["recall"] == pair_frames.both / in_contact
+    assert {row["contact_frames"] for row in rows_by_detector.values()} == {in_contact}
+
+
+def test_rows_of_a_run_share_their_session_and_not_their_settings(rows_by_detector):
+    """Both are digests: three detectors of one recording."""
     assert len({row["session"] for row in rows_by_detector.values()}) == 1
     assert len({row["settings"] for row in rows_by_detector.values()}) == 3
 
 
 @pytest.mark.parametrize(
-    ("positions", "detectors", "oracle", "reported"),
+    ("detectors", "oracle", "expected"),
     [
-        (np.linspace(3, 4, 9), "hybrid", "exact", [("hybrid", None, 0, 0.0), ("exact", None, 0, 0.0)]),
-        (np.linspace(3, 4, 9), "hybrid", "none", [("hybrid", None, None, 0.0)]),
-        (np.linspace(3, 4, 9), (), None, [("none", None, None, None)]),
+        ("hybrid", "exact", [("hybrid", None, 0, 0.0), ("exact", None, 0, 0.0)]),
+        ("hybrid", "none", [("hybrid", None, None, 0.0)]),
+        ((), None, [("none", None, None, None)]),
     ],
     ids=["no contact", "no oracle", "no detector"],
 )
-def test_recall_is_absent_without_contact_oracle_or_detector(positions, detectors, oracle, reported):
-    """Cubes 3 m apart never touch. Rows: detector, recall, frames of contact, contacts a minute."""
-    rows = metric_rows(run(unit_cubes_on_x({"a": [0.0] * 9, "b": list(positions)}), detectors=detectors, oracle=oracle))
-    keys = ("detector", "recall", "contact_frames", "contacts_per_min")
-    assert [tuple(row[key] for key in keys) for row in rows] == reported and all(
-        row["valid_minutes"] > 0 for row in rows
-    )
+def test_recall_is_absent_without_contact_oracle_or_detector(detectors, oracle, expected):
+    """Cubes of 1 m, 3 m apart and more, never touch; ``oracle``: the detector that others are compared with.
+
+    Expected are detector, recall, frames of contact and contacts a minute of each row.
+    """
+    session = unit_cubes_on_x({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))})
+    rows = metric_rows(run(session, detectors=detectors, oracle=oracle))
+    columns = ("detector", "recall", "contact_frames", "contacts_per_min")
+    assert [tuple(row[name] for name in columns) for row in rows] == expected
+    assert all(row["valid_minutes"] > 0 for row in rows)
 
 
 def test_a_contact_of_metrics_is_a_contact_of_the_run():
-    """Contacts a minute times the minutes are the contacts of each detector, ten."""
-    touching = [0.9 if frame % 4 else 3.0 for frame in range(40)]  # apart for a frame, ten times
-    result = run(unit_cubes_on_x({"a": [0.0] * 40, "b": touching}), detectors="hybrid", oracle="exact")
-    minutes = metric_rows(result)[0]["valid_minutes"]
-    counts = {row["detector"]: row["contacts_per_min"] * minutes for row in metric_rows(result)}
-    assert counts == pytest.approx({label: len(actual) for label, actual in result.episodes.items()})
-    assert counts["exact"] == pytest.approx(10) == result.document.audit["hybrid"].contacts
+    """Cubes of 1 m touch but in every fourth of 40 frames, ten times: contacts a minute times the minutes are ten."""
+    apart_in_every_fourth = [0.9 if frame % 4 else 3.0 for frame in range(40)]
+    result = run(unit_cubes_on_x({"a": [0.0] * 40, "b": apart_in_every_fourth}), detectors="hybrid", oracle="exact")
+    counts = {row["detector"]: row["contacts_per_min"] * row["valid_minutes"] for row in metric_rows(result)}
+    assert counts == pytest.approx({"hybrid": 10, "exact": 10})
+    assert {label: len(contacts) for label, contacts in result.episodes.items()} == {"hybrid": 10, "exact": 10}
+    assert result.document.audit["hybrid"].contacts == 10
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("oracle", ["exact", "none"])
 def test_contacts_per_minute_leave_out_contacts_of_a_grasped_body(oracle):
-    """The hand touches the cube, carries it while its trigger is pressed, and lets go; once the cube meets the ball."""
-    time = np.arange(300) * 0.01
-    cube = 0.5 * np.clip(time - 1.0, 0.0, 1.0)
-    hand = np.where(time < 1.0, -3.0 + 2.0 * time, cube - 0.95)
-    ball = np.where((time > 0.2) & (time < 0.3), 0.9, 9.0)
-    trigger = ((time >= 1.0) & (time < 2.0)).astype(float)
+    """The hand reaches the cube at 1 s, carries it for a second while its trigger is pressed, and lets go.
+
+    The cube also meets a ball, from 0.2 to 0.3 s: each detector has two contacts, of which only this one counts.
+    """
+    seconds = np.arange(300) * 0.01
+    cube = 0.5 * np.clip(seconds - 1.0, 0.0, 1.0)
+    hand = np.where(seconds < 1.0, -3.0 + 2.0 * seconds, cube - 0.95)
+    ball = np.where((seconds > 0.2) & (seconds < 0.3), 0.9, 9.0)
+    trigger = ((seconds >= 1.0) & (seconds < 2.0)).astype(float)
     hands = {"p/right": HandTrack(np.arange(300) * 10_000_000, trigger)}
     session = replace(unit_cubes_on_x({"hand-right": hand, "cube": cube, "ball": ball}), hands=hands)
     result = run(session, detectors="hull50", oracle=oracle)
     counts = {row["detector"]: row["contacts_per_min"] * row["valid_minutes"] for row in metric_rows(result)}
     assert {label: len(contacts) for label, contacts in result.episodes.items()} == dict.fromkeys(counts, 2)
     assert counts == pytest.approx(dict.fromkeys(counts, 1))
-    held = result.tables["episodes"].column("held")
-    assert held.count(True) == held.count(False) == len(counts)
+    in_a_hand = result.tables["episodes"].column("held")
+    assert in_a_hand.count(True) == in_a_hand.count(False) == len(counts)
 
 
 @pytest.mark.parametrize(
-    "pair, start, fixed, taken, expected",
+    ("pair", "start", "fixed_bodies", "grasps", "expected"),
     [
-        (0, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # the hand on what it holds
-        (0, 3.6, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # as it reaches for it
-        (0, 3.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # long before
-        (0, 6.4, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), True),  # as it lets go
-        (0, 7.1, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # long after
-        (2, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # on another thing
-        (2, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=-1),), True),  # a grasp that failed
-        (1, 5.0, set(), (Grasp(hand=0, start=4.0, end=6.0, thing=1),), False),  # two things against each other
-        (1, 5.0, {2}, (), True),  # a thing on what carries it
+        pytest.param(HAND_AND_BEAKER, 5.0, set(), (GRASPS_BEAKER,), True, id="hand on what it grasps"),
+        pytest.param(HAND_AND_BEAKER, 3.6, set(), (GRASPS_BEAKER,), True, id="as it reaches for it"),
+        pytest.param(HAND_AND_BEAKER, 3.0, set(), (GRASPS_BEAKER,), False, id="long before"),
+        pytest.param(HAND_AND_BEAKER, 6.4, set(), (GRASPS_BEAKER,), True, id="as it lets go"),
+        pytest.param(HAND_AND_BEAKER, 7.1, set(), (GRASPS_BEAKER,), False, id="long after"),
+        pytest.param(HAND_AND_TABLE, 5.0, set(), (GRASPS_BEAKER,), False, id="hand on another body"),
+        pytest.param(HAND_AND_TABLE, 5.0, set(), (GRASPS_NOTHING,), True, id="hand that grasps at nothing"),
+        pytest.param(BEAKER_AND_TABLE, 5.0, set(), (GRASPS_BEAKER,), False, id="two bodies without the hand"),
+        pytest.param(BEAKER_AND_TABLE, 5.0, {TABLE}, (), True, id="body on a fixed one, which carries it"),
     ],
 )
-def test_contacts_that_belong_to_the_work(pair, start, fixed, taken, expected):
-    """Body 0 is the hand; pair 0 is the hand and body 1, pair 1 bodies 1 and 2, pair 2 the hand and body 2."""
-    assert (
-        is_intended(Episode(pair, first=0, last=0, start=start, end=start + 0.1), PAIRS_OF_THREE, fixed, HANDS, taken)
-        is expected
-    )
+def test_contacts_that_belong_to_the_work(pair, start, fixed_bodies, grasps, expected):
+    """A contact of 0.1 s from ``start`` on is meant if the hand grasps from 4 to 6 s, or within 0.5 s of that."""
+    contact = Episode(pair, first=0, last=0, start=start, end=start + 0.1)
+    assert is_intended(contact, PAIRS, fixed_bodies, {HAND: "right"}, grasps) is expected
 
 
-def test_metrics_of_effects_are_sums_or_null():
-    """Frames of 10 ms: a hazard from 0.01 to 0.04 s, and one from 0.06 s to the end at 0.08 s."""
-    result = run(unit_cubes_on_x({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
-    assert effect_metrics(result) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
-    effects = {
+@pytest.fixture(scope="module")
+def run_without_effects():
+    """A run of nine frames of 10 ms: it ends at 0.08 s."""
+    session = unit_cubes_on_x({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))})
+    return run(session, detectors="hybrid", oracle="none")
+
+
+def test_metrics_of_effects_that_nobody_measured_are_null(run_without_effects):
+    """Not 0: no effect looked for them."""
+    assert effect_metrics(run_without_effects) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
+
+
+def test_metrics_of_effects_are_sums_of_their_events(run_without_effects):
+    """Spills of 2.0 and 0.5 mL; a body that is hit and breaks, one breakage.
+
+    A hazard is near from 0.01 to 0.04 s, and again from 0.06 s to the end of the recording, at 0.08 s.
+    """
+    events = {
         "pour": [EffectEvent(0.01, "spill", values={"volume_ml": volume}) for volume in (2.0, 0.5)],
         "hazard-proximity": [EffectEvent(0.01, "near", end=0.04), EffectEvent(0.06, "near")],
         "breakage": [EffectEvent(0.01, "impact"), EffectEvent(0.01, "broken")],
     }
-    effects = {kind: SimpleNamespace(events=events) for kind, events in effects.items()}
-    reported = effect_metrics(replace(result, effects=effects))
-    assert (reported["breakages"], reported["spilled_ml"]) == (1, 2.5)
-    assert reported["hazard_seconds"] == pytest.approx(0.03 + 0.02)
+    effects = {kind: SimpleNamespace(events=events_of_kind) for kind, events_of_kind in events.items()}
+    metrics = effect_metrics(replace(run_without_effects, effects=effects))
+    assert (metrics["breakages"], metrics["spilled_ml"]) == (1, 2.5)
+    assert metrics["hazard_seconds"] == pytest.approx((0.04 - 0.01) + (0.08 - 0.06))
 
 
-class Unread(dict):
-    """Tracks of hands that nobody may look at."""
+class UnreadableTracks(dict):
+    """Tracks of hands of which any use fails."""
 
     def __bool__(self):
         raise AssertionError("the topic of hands was read")
@@ -162,13 +209,13 @@ class Unread(dict):
 
 
 def test_a_scene_of_effects_counts_no_grasp_or_breakage():
-    """The scene declares a pour alone: nobody reads the tracks of hands, and the metrics are null, not 0."""
+    """The scene declares a pour alone, from glass a into b: tracks of hands are not read; metrics are null, not 0."""
     glasses = (glass("a", volume_ml=60.0), glass("b"))
     session = session_with_effects(
-        {"a": poses_of_tilted_glass([0.0, 60.0, 60.0]), "b": poses_at_rest(count=3)},
+        {"a": poses_of_tilted_glass([0.0, 60.0, 60.0]), "b": poses_at_rest(count=3)},  # degrees in three frames
         glasses,
         ("pour", {"from": ["a"], "into": ["b"]}),
     )
-    object.__setattr__(session, "hands", Unread())
+    object.__setattr__(session, "hands", UnreadableTracks())
     (row,) = metric_rows(compute(session))
-    assert [row[key] for key in ("grasps", "grasp_attempts", "breakages")] == [None] * 3
+    assert (row["grasps"], row["grasp_attempts"], row["breakages"]) == (None, None, None)
