@@ -20,22 +20,30 @@ from replay.show.notebook import SCATTER_SIZE
 from sessions import write_session
 
 SLOW = "slow=discrete[rate_hz=20]"
-TEN_RATES = {f"rate{rate}": ("discrete", {"rate_hz": rate}) for rate in range(10, 20)}
+"""A detector that samples every fifth frame of 10 ms."""
+TEN_DETECTORS = {f"rate{rate}": ("discrete", {"rate_hz": rate}) for rate in range(10, 20)}
 
 
 @pytest.fixture(scope="module")
 def result_of_bump():
-    """The result of a run in which two cubes touch once."""
+    """The result of a run of ``slow`` and exact, in which two cubes touch in frame 4 and in frames 8 to 10."""
     return replay.run(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors=SLOW)
 
 
-class Tags(HTMLParser):
-    """Elements that are open, and all text."""
+@pytest.fixture(scope="module")
+def result_of_crowd():
+    """The result of a run of six bodies with names of over 200 letters, by ten detectors and exact."""
+    positions = {f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(6)}
+    return replay.run(unit_cubes_on_x(positions), detectors=TEN_DETECTORS)
 
-    def __init__(self, text):
+
+class Page(HTMLParser):
+    """Elements of a page that are open at its end, addresses of links, and all text."""
+
+    def __init__(self, html):
         super().__init__()
-        self.open, self.links, self.words = [], [], []
-        self.feed(text)
+        self.open, self.links, self.texts = [], [], []
+        self.feed(html)
 
     def handle_starttag(self, tag, attrs):
         self.open.append(tag)
@@ -45,104 +53,140 @@ class Tags(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        self.words.append(data)
+        self.texts.append(data)
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.texts).split())
 
 
-def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
-    """Six bodies with names of 200 letters, and eleven detectors, of which six are listed."""
-    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
-    crowd = replay.run(
-        unit_cubes_on_x({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(6)}), detectors=TEN_RATES
-    )
-    write_session(session, tmp_path / "s.mcap")
-    read = replay.read_session(tmp_path / "s.mcap")
-    assert "12 frames" in repr(session) and "when they are asked for" in repr(read) and "frames" not in vars(read)
+def test_repr_of_run_session_and_detection_fits_fifteen_lines(result_of_bump, result_of_crowd):
+    """Of a run, of one without detectors, of one without a reference, of sessions, and of each detection."""
+    session = result_of_bump.session
     printed = [
-        crowd, crowd.session, replay.run(session, detectors=()), replay.run(session, oracle="none", detectors="exact"),
-        session, read, *crowd.detections.values(),
+        result_of_crowd, result_of_crowd.session, *result_of_crowd.detections.values(), session,
+        replay.run(session, detectors=()), replay.run(session, oracle="none", detectors="exact"),
     ]  # fmt: skip
     for thing in printed:
         lines = repr(thing).split("\n")
         assert len(lines) <= 15 and max(map(len, lines)) <= 200, repr(thing)
-    printed, ranked = repr(crowd), [rank.label for rank in crowd.ranking]
-    assert f"... and {len(ranked) - 6} more in .ranking" in printed and len(ranked) > 6
-    assert [line.split()[0] for line in printed.split("\n")[1:8]] == ["detector", *ranked[:6]]
 
 
-def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump, tmp_path):
-    """A run that was not written says so and has no link; a long path is cut short."""
-    page = Tags(result_of_bump._repr_html_())
+def test_repr_of_a_session_file_reads_no_frames(tmp_path):
+    """A session in memory says how many frames it has; one of a file reads them when they are asked for."""
+    session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
+    write_session(session, tmp_path / "s.mcap")
+    read = replay.read_session(tmp_path / "s.mcap")
+    assert "12 frames" in repr(session)
+    assert "when they are asked for" in repr(read)
+    assert "frames" not in vars(read)
+
+
+def test_repr_of_a_run_lists_the_first_six_detectors(result_of_crowd):
+    """Of eleven, in the order of the ranking; the others are counted."""
+    ranked = [rank.label for rank in result_of_crowd.ranking]
+    assert len(ranked) == 11
+    _title, *lines = repr(result_of_crowd).split("\n")
+    assert [line.split()[0] for line in lines[:7]] == ["detector", *ranked[:6]]
+    assert "... and 5 more in .ranking" in repr(result_of_crowd)
+
+
+def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump):
+    """Both detectors, what was missed, and the first answer; the HTML closes each of its elements."""
+    page = Page(result_of_bump._repr_html_())
     assert page.open == []
-    for printed in (repr(result_of_bump), " ".join(page.words)):
-        assert "slow" in printed and "exact" in printed and "missed" in printed
-        assert result_of_bump.answers[0].sentence in " ".join(printed.split())
+    for text in (" ".join(repr(result_of_bump).split()), page.text):
+        assert "slow" in text and "exact" in text and "missed" in text
+        assert result_of_bump.answers[0].sentence in text
+    assert "more in" not in repr(result_of_bump), "all detectors are listed"
+
+
+def test_run_that_was_not_written_says_so(result_of_bump):
+    """It has no link."""
+    page = Page(result_of_bump._repr_html_())
+    assert page.links == []
+    assert "Nothing was written" in page.text
+    assert "Nothing was written" in repr(result_of_bump)
+
+
+def test_written_run_names_its_folder_and_links_its_report(result_of_bump, tmp_path):
+    """In text and in HTML."""
     written = result_of_bump.write(tmp_path / "run", picture=False)
-    links = Tags(written._repr_html_()).links
-    assert [link.rpartition("/")[2] for link in links] == ["report.html"]
-    assert page.links == [] and "Nothing was written" in " ".join(page.words)
-    *_, answer, position = repr(replace(result_of_bump, out=Path("f" * 150))).split("\n")
-    assert (
-        position == f"Written to {'f' * 86}..." and not answer.endswith("...") and "more in" not in repr(result_of_bump)
-    )
-    assert str(tmp_path / "run") in repr(written) and "Nothing was written" in repr(result_of_bump)
+    (link,) = Page(written._repr_html_()).links
+    assert link.rpartition("/")[2] == "report.html"
+    assert str(tmp_path / "run") in repr(written)
+
+
+def test_long_path_of_a_run_is_cut_short(result_of_bump):
+    """150 letters, of which 86 are printed; the answer above is whole."""
+    *_, answer, folder = repr(replace(result_of_bump, out=Path("f" * 150))).split("\n")
+    assert folder == f"Written to {'f' * 86}..."
+    assert not answer.endswith("...")
 
 
 def test_markup_in_body_names_is_escaped_in_notebook_html():
     """Bodies are called <b>a and b&: no element of the page stays open, and the name is read as text."""
     session = unit_cubes_on_x({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
-    matches = replay.run(session, detectors=SLOW)
-    for thing in (matches, matches.detections["slow"]):
-        page = Tags(thing._repr_html_())
-        assert page.open == [] and "<b>a" in " ".join(page.words)
+    result = replay.run(session, detectors=SLOW)
+    for thing in (result, result.detections["slow"]):
+        page = Page(thing._repr_html_())
+        assert page.open == []
+        assert "<b>a" in page.text
+
+
+SVG = "{http://www.w3.org/2000/svg}"
 
 
 def test_plot_draws_every_detector_over_cost_and_time(result_of_bump):
-    """An SVG of a scatter and a lane of contacts a detector, each an inner SVG or group, labelled by detector."""
+    """The picture, a scatter and a lane of contacts for each detector are an SVG each; texts name the detectors."""
     plot = result_of_bump.plot()
     assert repr(plot) == "Plot of 2 detectors: accuracy against cost, and contacts over time"
     tree = ElementTree.fromstring(plot._repr_svg_())
-    texts = ["".join(node.itertext()) for node in tree.iter("{http://www.w3.org/2000/svg}text")]
-    assert any(text.startswith("slow: ") for text in texts) and any(text.startswith("exact: 0") for text in texts)
-    assert {"slow", "exact"} <= {text.split(":")[0].split(" ")[0] for text in texts}
-    assert len([*tree.iter("{http://www.w3.org/2000/svg}svg")]) == 3 and "slow: " in tree.get("aria-label")
+    texts = ["".join(node.itertext()) for node in tree.iter(f"{SVG}text")]
+    assert any(text.startswith("slow: ") for text in texts)
+    assert any(text.startswith("exact: 0") for text in texts), "no error"
+    lanes = 2
+    assert len([*tree.iter(f"{SVG}svg")]) == 1 + lanes, "the scatter is a group"
+    assert "slow: " in tree.get("aria-label")
 
 
 def test_plot_stacks_answer_scatter_legend_lanes_and_ticks(result_of_bump):
-    """Positions from top to bottom, in units of the picture, of which 40 or 80 is the most that may stay empty.
+    """Each part begins below the part above it; positions from top to bottom are in units of the picture.
 
-    Every part begins below the part above it.
+    At most 40 units stay empty above scatter and legend, at most 80 above lanes and below them.
     """
-    svg = "{http://www.w3.org/2000/svg}"
     tree = ElementTree.fromstring(result_of_bump.plot()._repr_svg_())
-    titles = [float(text.get("y")) for text in tree.findall(f"{svg}text[@font-size='17']")]
-    scatter_top = float(re.search(r"translate\(0 (.*)\)", tree.find(f"{svg}g").get("transform"))[1])
-    legend = [(float(box.get("x")), float(box.get("y"))) for box in tree.findall(f"{svg}rect[@rx='3']")]
-    lanes = [float(lane.get("y")) for lane in tree.findall(f"{svg}svg")]
-    lane_height, letter_height = 18.0, 13.0
-    *_, tick = [float(text.get("y")) for text in tree.findall(f"{svg}text")]
-    height = float(tree.get("viewBox").split()[3])
+    titles = [float(text.get("y")) for text in tree.findall(f"{SVG}text[@font-size='17']")]
+    scatter_top = float(re.search(r"translate\(0 (.*)\)", tree.find(f"{SVG}g").get("transform"))[1])
+    legend = [(float(box.get("x")), float(box.get("y"))) for box in tree.findall(f"{SVG}rect[@rx='3']")]
+    lanes = [float(lane.get("y")) for lane in tree.findall(f"{SVG}svg")]
+    lane_height, letter_height, legend_box = 18.0, 13.0, 12.0
+    _scatter_width, scatter_height = SCATTER_SIZE
+    *_, tick = [float(text.get("y")) for text in tree.findall(f"{SVG}text")]
+    picture_height = float(tree.get("viewBox").split()[3])
     assert titles[-1] < scatter_top < titles[-1] + 40
     legend_top = legend[0][1]
-    assert scatter_top + SCATTER_SIZE[1] < legend_top < scatter_top + SCATTER_SIZE[1] + 40
-    assert all(right - left > 12 for (left, _), (right, _) in pairwise(legend))
-    assert legend_top + 12 + letter_height < lanes[0] < legend_top + 80
+    assert scatter_top + scatter_height < legend_top < scatter_top + scatter_height + 40
+    assert all(right - left > legend_box for (left, _), (right, _) in pairwise(legend))
+    assert legend_top + legend_box + letter_height < lanes[0] < legend_top + 80
     assert all(lower - upper > lane_height + letter_height for upper, lower in pairwise(lanes))
-    assert lanes[-1] + lane_height + letter_height < tick < height < lanes[-1] + 80
+    assert lanes[-1] + lane_height + letter_height < tick < picture_height < lanes[-1] + 80
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"])
+@pytest.mark.parametrize("name", ['<b>a"&', "]]>\u202e"], ids=["markup", "end of a section, and reversed text"])
 def test_plot_takes_any_name_as_text(name):
-    """Markup, the end of an XML section, and a sign that reverses text, as a body's name: the SVG is well-formed."""
-    made = replay.run(unit_cubes_on_x({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
-    assert ElementTree.fromstring(made.plot()._repr_svg_()).tag.endswith("svg")
+    """The name of a body: the SVG is well-formed."""
+    result = replay.run(unit_cubes_on_x({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
+    assert ElementTree.fromstring(result.plot()._repr_svg_()).tag == f"{SVG}svg"
 
 
 @pytest.mark.slow
 def test_a_written_run_is_that_run_with_a_folder(result_of_bump, tmp_path):
     """Writing again to the same folder needs ``force``."""
     written = result_of_bump.write(tmp_path / "run", picture=False)
-    assert written.out == tmp_path / "run" and (written.out / "report.html").is_file()
+    assert written.out == tmp_path / "run"
+    assert (written.out / "report.html").is_file()
     assert written.detections["slow"].digest == result_of_bump.detections["slow"].digest
     with pytest.raises(replay.ReplayError, match="force"):
         result_of_bump.write(tmp_path / "run")
@@ -165,16 +209,26 @@ def test_missing_notebook_viewer_error_names_the_pip_command(result_of_bump, mon
         result_of_bump.view()
 
 
-def test_two_runs_are_compared_and_shared_from_python(result_of_bump, tmp_path):
-    """A run is written twice: nothing changed between a and b, and both go to one shared page."""
-    a, b = (result_of_bump.write(tmp_path / name, picture=False).out for name in "ab")
-    assert not replay.diff(a, b).changed
-    assert replay.share([a, b], tmp_path / "shared", anyway=True).name == "index.html"
-    assert (tmp_path / "shared" / "index.html").is_file()
+@pytest.fixture
+def equal_run_folders(result_of_bump, tmp_path):
+    """One run written to two folders, a and b."""
+    return [result_of_bump.write(tmp_path / name, picture=False).out for name in ("a", "b")]
+
+
+def test_two_runs_are_compared_from_python(equal_run_folders):
+    """Nothing changed between the two."""
+    assert not replay.diff(*equal_run_folders).changed
+
+
+def test_two_runs_are_shared_from_python(equal_run_folders, tmp_path):
+    """Both go to one page; ``anyway``: no consent is recorded."""
+    page = replay.share(equal_run_folders, tmp_path / "shared", anyway=True)
+    assert page == tmp_path / "shared" / "index.html"
+    assert page.is_file()
 
 
 def tetrahedral_body():
-    """Body a, a tetrahedron."""
+    """A body called a."""
     return Body("a", TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
 
 
@@ -187,7 +241,7 @@ WRONG_CALLS = {
     "a path for a tradeoff": (lambda r, p: replay.tradeoff("s.mcap"), TypeError, "read_session"),
     "poses of no body": (lambda r, p: replay.Session.from_arrays([0], np.zeros((1, 7))), TypeError, "body name"),
     "a file that is not there": (lambda r, p: replay.read_session(p / "s.mcap"), replay.SessionError, "s.mcap"),
-    "a folder for a file": (lambda r, p: replay.run(p), replay.ERRORS, str),
+    "a folder for a file": (lambda r, p: replay.run(p), replay.ERRORS, "folder|directory"),
     "a detector misspelt": (lambda r, p: replay.run(r.session, detectors="exat"), KeyError, "did you mean 'exact'"),
     "a value misspelt": (lambda r, p: replay.run(r.session, detectors="collider[shape=blob]"), ValueError, "hull, box"),
     "a setting misspelt": (lambda r, p: replay.run(r.session, detectors="exact[contain=2]"), ValueError, "containment"),
@@ -222,16 +276,18 @@ WRONG_CALLS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", WRONG_CALLS)
-def test_wrong_use_gets_a_sentence(case, result_of_bump, tmp_path):
-    """A row of WRONG_CALLS is a call with a run ``r`` and an empty folder ``p``, an error's type, and words of it."""
-    use, kind, hint = WRONG_CALLS[case]
-    with pytest.raises(kind) as output:
+@pytest.mark.parametrize(("use", "error", "hint"), WRONG_CALLS.values(), ids=WRONG_CALLS)
+def test_wrong_use_gets_a_sentence(use, error, hint, result_of_bump, tmp_path):
+    """``use``: a wrong call with a run ``r`` and an empty folder ``p``; ``hint``: words of the error.
+
+    Its message is one line of 10 to 500 letters. All errors are in ``replay.ERRORS``, but for that of a misspelt name.
+    """
+    with pytest.raises(error) as raised:
         use(result_of_bump, tmp_path)
-    text = str(output.value)
-    assert "\n" not in text and 10 < len(text) < 500
-    assert hint is str or re.search(hint, text)
-    assert isinstance(output.value, replay.ERRORS) or case == "a name misspelt"
+    message = str(raised.value)
+    assert "\n" not in message and 10 < len(message) < 500
+    assert re.search(hint, message)
+    assert isinstance(raised.value, (*replay.ERRORS, AttributeError))
 
 
 def test_a_keyword_misspelt_is_named(result_of_bump):
@@ -247,5 +303,6 @@ def test_a_prompt_prints_nothing_but_the_result():
         "turns = np.tile([0, 0, 0, 1.0], (3, 1));"
         "print(replay.Session.from_arrays([0, 1, 2], {'a': (np.zeros((3, 3)), turns)}))"
     )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert "3 frames" in done.stdout and done.stderr == ""
+    process = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert "3 frames" in process.stdout
+    assert process.stderr == ""

@@ -1,11 +1,14 @@
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import nullcontext
 from functools import partial
 from importlib.metadata import version
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import psutil
 import pytest
@@ -21,7 +24,7 @@ needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs
 
 @pytest.mark.slow
 def test_scheduler_that_does_not_answer_is_named():
-    """Marked slow because the import of Dask takes a second."""
+    """An address of no scheduler; marked slow because the import of Dask takes a second."""
     pytest.importorskip("distributed")
     with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --jobs"):
         Workers(1, "nonsense://a")
@@ -31,11 +34,14 @@ def test_missing_dask_is_a_clear_error(monkeypatch):
     """``None`` in sys.modules makes the import of Dask's package fail; two processes are requested."""
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(WorkerError, match=r"--jobs and --scheduler need distributed, .*cluster"):
-        do_all(str, {"a": ()}, 2)
+        do_all(str, {"a": ()}, jobs=2)
 
 
-class Slots:
-    """Two workers: a task that says so dies with its worker, always or at first; ``working`` says who did which."""
+class TwoWorkers:
+    """Stands for Dask's workers x and y, which do a task (name, what becomes of it) at once.
+
+    ``die``: the worker dies with it; ``die once``: only at the first attempt; else it is the task's own outcome.
+    """
 
     def __init__(self, *_):
         self.working = []
@@ -49,58 +55,69 @@ class Slots:
     def ready_workers(self):
         return ["x", "y"]
 
-    def submit(self, slot, work, arguments):
+    def submit(self, worker, work, arguments):
         self.working.append(arguments)
-        return len(self.working) - 1, slot, work(*arguments)
+        return len(self.working) - 1, worker, work(*arguments)
 
     def finished_tasks(self, working):
         for task in working:
-            number, position, (name, what) = task
-            assert position == working[task]
-            first = self.working.index((name, what)) == number
-            dies = {"die": True, "die once": first}.get(what, False)
-            yield task, workers.LOST_WORKER if dies else what.removeprefix("die once")
+            number, worker, (name, fate) = task
+            assert worker == working[task]
+            is_first = self.working.index((name, fate)) == number
+            dies = {"die": True, "die once": is_first}.get(fate, False)
+            yield task, workers.LOST_WORKER if dies else fate.removeprefix("die once")
 
 
 def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
-    """Task b always kills its worker, d once, c fails with a text; a and e are done.
+    """Task b always kills its worker, d once, c fails with a text; a is done, and e kept as it was.
 
-    Retried alone after all others, b dies last; failures are those of b and c, and each task is reported once.
+    Tried alone after all others, b dies last; failures are those of b and c, and each task is reported once. The
+    failure of b names three workers.
     """
-    monkeypatch.setattr(workers, "Workers", Slots)
-    reported, dead = [], []
-    tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT_OUTCOME}
+    monkeypatch.setattr(workers, "Workers", TwoWorkers)
+    reported, died = [], []
+    fates = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT_OUTCOME}
     failed = do_all(
-        lambda *one: one,
-        {name: (name, what) for name, what in tasks.items()},
-        2,
-        lambda *one: reported.append(one),
-        on_died=lambda name, _: dead.append(name),
+        lambda name, fate: (name, fate),
+        {name: (name, fate) for name, fate in fates.items()},
+        jobs=2,
+        on_done=lambda name, outcome: reported.append(name),
+        on_died=lambda name, worker: died.append(name),
     )
-    assert failed.keys() == {"b", "c"} and "ended 3 times" in failed["b"] and failed["b"].count(", ") == 3
-    assert sorted(dead) == ["b", "b", "b", "d"] and dead[-1] == "b"
-    assert sorted(name for name, _ in reported) == [*tasks]
+    assert failed.keys() == {"b", "c"}
+    assert "ended 3 times" in failed["b"]
+    assert len(re.findall(r"\b[xy]\b", failed["b"])) == 3
+    assert sorted(died) == ["b", "b", "b", "d"] and died[-1] == "b"
+    assert sorted(reported) == ["a", "b", "c", "d", "e"]
 
 
 @pytest.mark.slow
 @needs_sigkill
 def test_cluster_names_a_dying_worker_and_raises_task_errors():
     """Task b kills its process each of three times, on a worker with an address; what a task raises is raised here."""
-    kill = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
-    failed = do_all(exec, {"a": ("",), "b": (kill,)}, 2)
-    assert failed.keys() == {"b"} and failed["b"].count("tcp://127.0.0.1:") == 3
+    kill_own_process = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
+    failed = do_all(exec, {"a": ("",), "b": (kill_own_process,)}, jobs=2)
+    assert failed.keys() == {"b"}
+    assert failed["b"].count("tcp://127.0.0.1:") == 3
     with pytest.raises(TimeoutError, match="it took its time"):
-        do_all(exec, {"a": ("raise TimeoutError('it took its time')",)}, 2)
+        do_all(exec, {"a": ("raise TimeoutError('it took its time')",)}, jobs=2)
 
 
 @pytest.mark.slow
-def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
-    """Tasks are max("b", "c") and max("b", "a"), whose texts are failures; a second scheduler has no worker for 1 s."""
+def test_scheduler_is_reached_by_its_address():
+    """Tasks are max("b", "c") and max("b", "a"): what a task returns is the text of its failure."""
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
-        result = do_all(partial(max, "b"), {"a": ("c",), "b": ("a",)}, scheduler=cluster.scheduler_address)
-        assert result == {"a": "c", "b": "b"}
+        failed = do_all(partial(max, "b"), {"a": ("c",), "b": ("a",)}, scheduler=cluster.scheduler_address)
+    assert failed == {"a": "c", "b": "b"}
+
+
+@pytest.mark.slow
+def test_scheduler_without_workers_is_given_up(monkeypatch):
+    """It has no worker for 1 s, which is all the patience here."""
+    from distributed import LocalCluster
+
     monkeypatch.setattr("replay.running.workers.PATIENCE_S", 1.0)
     nobody = LocalCluster(n_workers=0, dashboard_address=None)
     with nobody, pytest.raises(WorkerError, match="has had no worker for 1 s; start some with `dask worker ADDRESS"):
@@ -109,7 +126,7 @@ def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
 
 @pytest.mark.slow
 def test_worker_with_another_version_is_refused_before_any_work(tmp_path, monkeypatch):
-    """The task would create a file; ``versions`` runs here and in the workers, and differs here alone."""
+    """The task would create a file; ``versions`` runs here and in the workers, and says 1.0 here alone."""
     this_process = os.getpid()
 
     def versions_but_1_0_here():
@@ -118,58 +135,55 @@ def test_worker_with_another_version_is_refused_before_any_work(tmp_path, monkey
     monkeypatch.setattr(workers, "versions", versions_but_1_0_here)
     file_of_task = tmp_path / "created"
     with pytest.raises(WorkerError, match=f"has vrlab-replay {version('vrlab-replay')}, this machine 1.0"):
-        do_all(open, {"a task": (str(file_of_task), "w")}, 2)
+        do_all(open, {"a task": (str(file_of_task), "w")}, jobs=2)
     assert not file_of_task.exists()
 
 
 @pytest.mark.slow
 @needs_sigkill
 def test_local_workers_killed_while_starting_come_back():
-    """Three processes are killed before a worker is ready; one is ready in the end, within 60 s."""
+    """Three processes are killed before a worker is ready; one is ready in the end, within 60 s.
+
+    Dask's profile of it is off, as of those it starts first: profiles took 0.7 MB a session.
+    """
     from dask import config
 
     with Workers(1) as pool:
         limit, killed = time.monotonic() + 60, 0
         while not pool.ready_workers() or killed < 3:
             assert time.monotonic() < limit
-            for item in spawned_by() if killed < 3 else []:
-                item.kill()
+            for process in spawned_by() if killed < 3 else []:
+                process.kill()
                 killed += 1
             time.sleep(0.1)
-        # a restarted one is not watched either: profiles took 0.7 MB a session
         (worker,) = pool.ready_workers()
         assert pool.submit(worker, config.get, ("distributed.worker.profile.enabled",)).result() is False
 
 
 def test_failed_task_does_not_stop_the_remaining_tasks():
-    """A task is done if its function returns ""; other text is its failure."""
+    """A task is done if its function, here ``str``, returns ""; other text is its failure."""
     reported, tasks = [], {"a": ("",), "b": ("it was not to be",), "c": ("",)}
-    assert do_all(str, tasks, 1, lambda *one: reported.append(one)) == {"b": "it was not to be"}
+    failed = do_all(str, tasks, jobs=1, on_done=lambda name, outcome: reported.append((name, outcome)))
+    assert failed == {"b": "it was not to be"}
     assert reported == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
 
 
 @pytest.mark.parametrize(
     ("tasks", "jobs", "scheduler", "needs_workers"),
     [
-        ({}, 2, None, False),
-        ({"a": ("",)}, 1, None, False),
-        ({"a": ("",)}, 2, None, True),
-        ({"a": ("",)}, 1, "tcp://x", True),
+        pytest.param({}, 2, None, False, id="no task"),
+        pytest.param({"a": ("",)}, 1, None, False, id="one job"),
+        pytest.param({"a": ("",)}, 2, None, True, id="two jobs"),
+        pytest.param({"a": ("",)}, 1, "tcp://x", True, id="one job and a scheduler"),
     ],
 )
 def test_workers_start_only_for_tasks_beside_this_process(monkeypatch, tasks, jobs, scheduler, needs_workers):
-    """Workers are needed for tasks with more than one job, or with a scheduler's address."""
-    started = []
-
-    class Counted(Slots):
-        def __enter__(self):
-            started.append(self)
-            raise WorkerError("counted")
-
-    monkeypatch.setattr(workers, "Workers", Counted)
-    with suppress(WorkerError):
+    """Workers are needed for tasks with more than one job, or with a scheduler's address; their start fails here."""
+    start = Mock(side_effect=WorkerError("started"))
+    monkeypatch.setattr(workers, "Workers", start)
+    with pytest.raises(WorkerError, match="started") if needs_workers else nullcontext():
         do_all(str, tasks, jobs, scheduler=scheduler)
-    assert bool(started) == needs_workers
+    assert start.called == needs_workers
 
 
 INTERRUPTED = """
@@ -178,13 +192,14 @@ from replay.running.workers import do_all
 print("started", flush=True)
 do_all(exec, {"a": ("import time; time.sleep(300)",), "b": ("import time; time.sleep(300)",)}, 2)
 """
+"""A program that has two workers sleep for five minutes."""
 
 
 @pytest.mark.slow
 @needs_sigkill
-@pytest.mark.parametrize("delay", [0.0, 1.0, 4.0])
-def test_interrupted_work_ends_within_five_seconds_with_its_workers(delay):
-    """SIGINT comes 0, 1 or 4 s after the workers were started."""
+@pytest.mark.parametrize("seconds_until_interrupt", [0.0, 1.0, 4.0])
+def test_interrupted_work_ends_within_five_seconds_with_its_workers(seconds_until_interrupt):
+    """SIGINT comes 0, 1 or 4 s after two workers were started that sleep for five minutes."""
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", INTERRUPTED],
         stdout=subprocess.PIPE,
@@ -193,11 +208,12 @@ def test_interrupted_work_ends_within_five_seconds_with_its_workers(delay):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
     )
     assert process.stdout.readline() == b"started\n"
-    time.sleep(delay)
-    spawned = spawned_by(psutil.Process(process.pid))
+    time.sleep(seconds_until_interrupt)
+    worker_processes = spawned_by(psutil.Process(process.pid))
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=5.0)
-    assert psutil.wait_procs(spawned, timeout=2.0)[1] == []
+    _ended, still_alive = psutil.wait_procs(worker_processes, timeout=2.0)
+    assert still_alive == []
 
 
 class FakeDask:
@@ -244,12 +260,18 @@ class FakeTask:
 
 
 @pytest.mark.parametrize(
-    ("scheduler", "present", "scaled"), [(None, ["a"], [2]), (None, ["a", "b"], []), ("tcp://x", ["a"], [])]
+    ("scheduler", "present", "scaled_to"),
+    [
+        pytest.param(None, ["a"], [2], id="one of two missing on this machine"),
+        pytest.param(None, ["a", "b"], [], id="none missing"),
+        pytest.param("tcp://x", ["a"], [], id="one of two missing on a cluster of others"),
+    ],
 )
-def test_missing_workers_of_this_machine_are_started_again(monkeypatch, scheduler, present, scaled):
-    """Two workers are requested. Where one is missing, a cluster of this machine (no scheduler) is scaled to 2."""
+def test_missing_workers_of_this_machine_are_started_again(monkeypatch, scheduler, present, scaled_to):
+    """Two workers are requested; only Dask's cluster of this machine (no scheduler) is told how many to have."""
     dask = FakeDask(monkeypatch, *present)
-    assert Workers(2, scheduler).ready_workers() == present and dask.scaled == scaled
+    assert Workers(2, scheduler).ready_workers() == present
+    assert dask.scaled == scaled_to
 
 
 def test_worker_of_another_version_is_named_with_both_versions(monkeypatch):
@@ -261,16 +283,16 @@ def test_worker_of_another_version_is_named_with_both_versions(monkeypatch):
 
 
 def test_scheduler_without_a_worker_is_given_up_after_some_time(monkeypatch):
-    """Patience is 300 s from the last moment at which a worker was there."""
-    dask, clock = FakeDask(monkeypatch, "a"), [0.0]
-    monkeypatch.setattr(workers.time, "monotonic", lambda: clock[0])
+    """Patience is 300 s from the last moment at which a worker was there; the clock is set by hand."""
+    dask, clock = FakeDask(monkeypatch, "a"), SimpleNamespace(seconds=0.0)
+    monkeypatch.setattr(workers.time, "monotonic", lambda: clock.seconds)
     pool = Workers(1, "tcp://x")
-    clock[0] = 10.0 * workers.PATIENCE_S
+    clock.seconds = 3000.0
     assert pool.ready_workers() == ["a"]
     dask.present.clear()
-    clock[0] += 0.9 * workers.PATIENCE_S
+    clock.seconds += 270.0
     assert pool.ready_workers() == []
-    clock[0] += 0.2 * workers.PATIENCE_S
+    clock.seconds += 60.0
     with pytest.raises(WorkerError, match="has had no worker for 300 s"):
         pool.ready_workers()
 
@@ -278,13 +300,19 @@ def test_scheduler_without_a_worker_is_given_up_after_some_time(monkeypatch):
 def test_answers_come_from_done_tasks_and_lost_workers(monkeypatch):
     """Worker "a" is there and "gone" is not, so its task is lost and cancelled; one still waits and has no answer.
 
-    Task "slow" times out once in handing over its result; a TimeoutError that the task itself raised is raised again.
+    Task "slow" times out once in handing over its result.
     """
     FakeDask(monkeypatch, "a")
     done, slow = FakeTask("x"), FakeTask(TimeoutError(), "late", status="pending")
     lost, waiting = FakeTask(is_done=False), FakeTask(is_done=False)
     answers = dict(Workers(1).finished_tasks({done: "a", slow: "a", lost: "gone", waiting: "a"}))
-    assert answers == {done: "x", slow: "late", lost: workers.LOST_WORKER} and lost.cancelled
+    assert answers == {done: "x", slow: "late", lost: workers.LOST_WORKER}
+    assert lost.cancelled and not waiting.cancelled
+
+
+def test_error_that_a_task_raised_is_raised_again(monkeypatch):
+    """A TimeoutError, which Dask raises too where a result is slow to come."""
+    FakeDask(monkeypatch, "a")
     failed = FakeTask(TimeoutError("its own"), status="error")
     with pytest.raises(TimeoutError, match="its own"):
         list(Workers(1).finished_tasks({failed: "a"}))
@@ -295,5 +323,6 @@ def test_workers_end_at_once_only_when_interrupted(monkeypatch, error, is_at_onc
     """``error``: what ends the work; on KeyboardInterrupt a shorter time is allowed, and Dask does not wait."""
     dask = FakeDask(monkeypatch, "a")
     Workers(1).__exit__(error)
-    assert dask.closed[-1] == (workers.INTERRUPTED_CLOSING_S if is_at_once else workers.CLOSING_S)
+    *_, seconds_to_close = dask.closed
+    assert seconds_to_close == (workers.INTERRUPTED_CLOSING_S if is_at_once else workers.CLOSING_S)
     assert dask.shutdown_on_close != is_at_once
