@@ -53,8 +53,11 @@ def note_leaves(query, a, b, lanes):
     return sum(1 << lane for lane, count in enumerate(counts) if count >= query.enough)
 
 
-def leaves_asked(next_child, *, moves=(0, 2, 5, 40), opens_both=False, enough=LEAVES**2, room=LEAVES**2):
-    """Returns the leaves asked about with their lanes, and how often the descent stopped for want of room."""
+def descend_through(next_child, *, moves=(0, 2, 5, 40), opens_both=False, enough=LEAVES**2, room=LEAVES**2):
+    """Leaf pairs that the descent visits, with the lanes in which they meet, and how often it stopped for want of room.
+
+    ``moves``: of the second row of leaves, a lane each; ``enough``: meetings after which a lane is searched no longer.
+    """
     stack, state, stops = [0] * 99, [0] * DESCENT_STATES, 0
     query = Segments(moves, opens_both, enough, [None] * room, [])
     start_at(0, 0, (1 << len(moves)) - 1, stack, state)
@@ -64,29 +67,41 @@ def leaves_asked(next_child, *, moves=(0, 2, 5, 40), opens_both=False, enough=LE
     return query.leaves, stops
 
 
-each_order = pytest.mark.parametrize("next_child", [FIRST, SECOND])
+each_order = pytest.mark.parametrize("next_child", [FIRST, SECOND], ids=["first child first", "second child first"])
 
 
 @each_order
-@pytest.mark.parametrize("opens_both", [False, True])
+@pytest.mark.parametrize("opens_both", [False, True], ids=["opens one node", "opens both nodes"])
 def test_descent_visits_exactly_the_leaf_pairs_that_meet(next_child, opens_both):
-    """Leaves are unit intervals in a row; in a lane the second row is moved, and neighbours meet.
+    """Two binary trees over 8 unit intervals in a row; a lane is a pose, in which the second row is moved.
 
-    The descent begins with the first leaves only where the first child goes first.
+    Intervals i and j + move meet where they are the same or neighbours. Lanes are bits, 1, 2 and 4.
     """
-    meeting = {(i, j): sum(1 << k for k, move in enumerate((0, 2, 5)) if abs(i - j - move) <= 1)
-               for i in range(LEAVES) for j in range(LEAVES)}  # fmt: skip
-    leaves, _ = leaves_asked(next_child, opens_both=opens_both)
-    assert sorted(leaves) == [(*pair, lanes) for pair, lanes in sorted(meeting.items()) if lanes]
-    assert (leaves[0][:2] == (0, 0)) == (next_child == FIRST)
+    moves = (0, 2, 5)
+    expected = []
+    for i in range(LEAVES):
+        for j in range(LEAVES):
+            lanes = sum(1 << lane for lane, move in enumerate(moves) if abs(i - (j + move)) <= 1)
+            if lanes:
+                expected.append((i, j, lanes))
+    leaves, _stops = descend_through(next_child, moves=moves, opens_both=opens_both)
+    assert sorted(leaves) == expected
+
+
+@each_order
+def test_descent_begins_with_the_first_leaves_where_first_goes_first(next_child):
+    """The first intervals of both rows meet where the second row is not moved."""
+    leaves, _stops = descend_through(next_child, moves=(0,))
+    first_i, first_j, _lanes = leaves[0]
+    assert ((first_i, first_j) == (0, 0)) == (next_child == FIRST)
 
 
 @each_order
 def test_descent_resumed_after_a_full_buffer_visits_the_same_leaves(next_child):
-    """The buffer holds three leaves: the descent stops at each leaf that finds it full, the 4th, the 7th, and so on."""
-    whole, _ = leaves_asked(next_child)
-    in_parts, stops = leaves_asked(next_child, room=3)
-    assert in_parts == whole
+    """The buffer holds three leaf pairs: the descent stops at each that finds it full, the 4th, the 7th, and so on."""
+    whole, _stops = descend_through(next_child)
+    resumed, stops = descend_through(next_child, room=3)
+    assert resumed == whole
     assert stops == (len(whole) - 1) // 3
 
 
@@ -94,8 +109,8 @@ def test_descent_resumed_after_a_full_buffer_visits_the_same_leaves(next_child):
 def test_descent_skips_lanes_that_already_met(next_child):
     """Four poses (lanes) of two trees are searched together until each has met once (``enough``).
 
-    Lanes 0 to 2 meet, at moves of 0, 2 and 5; lane 3 at a move of 40 never does.
+    Lanes 0 to 2 meet, at moves of 0, 2 and 5; lane 3, moved by 40 intervals from a row of 8, never does.
     """
-    leaves, _ = leaves_asked(next_child, enough=1)
-    lanes = [lane for _, _, noted in leaves for lane in range(4) if noted >> lane & 1]
-    assert sorted(lanes) == [0, 1, 2]
+    leaves, _stops = descend_through(next_child, moves=(0, 2, 5, 40), enough=1)
+    lanes_that_met = [lane for _, _, lanes in leaves for lane in range(4) if lanes >> lane & 1]
+    assert sorted(lanes_that_met) == [0, 1, 2]

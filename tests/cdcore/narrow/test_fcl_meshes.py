@@ -17,19 +17,19 @@ def two_random_poses(seed, spread):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_fcl_face_pairs_equal_an_exhaustive_exact_test(seed):
-    """A ball and a box in random poses, some 0.35 m from each other."""
-    meshes = [ball_mesh(0.5, rings=6, sides=9), box_mesh((0.9, 0.7, 0.3))]
-    pose_a, pose_b = two_random_poses(seed, spread=0.35)
-    pairs = FclMeshes(meshes)
-    pairs.set_pose(0, *pose_a)
-    pairs.set_pose(1, *pose_b)
-    expected = meeting_faces_placed(meshes[0].triangles, pose_a, meshes[1].triangles, pose_b).tolist()
-    assert pairs.faces(0, 1).tolist() == expected
-    assert pairs.touch(0, 1) == bool(expected)
+    """A ball and a box in random poses, some 0.35 m from each other; ``set_pose`` places a mesh by its number."""
+    ball, box = ball_mesh(0.5, rings=6, sides=9), box_mesh((0.9, 0.7, 0.3))
+    ball_pose, box_pose = two_random_poses(seed, spread=0.35)
+    meshes = FclMeshes([ball, box])
+    meshes.set_pose(0, *ball_pose)
+    meshes.set_pose(1, *box_pose)
+    expected = meeting_faces_placed(ball.triangles, ball_pose, box.triangles, box_pose).tolist()
+    assert meshes.faces(0, 1).tolist() == expected
+    assert meshes.touch(0, 1) == bool(expected)
 
 
 def test_a_hundred_thousand_face_pairs_are_not_cut_off():
-    """Every one of 400 walls through one line meets every one of 300 through another: 120,000 pairs."""
+    """400 walls across x and 300 across y, all from 0.1 to 0.9: each of the ones crosses each of the others."""
 
     def walls(count, axis):
         corners = np.zeros((count, 3, 3))
@@ -38,30 +38,31 @@ def test_a_hundred_thousand_face_pairs_are_not_cut_off():
         corners[:, 0, [(axis + 1) % 3, (axis + 2) % 3]] = -10
         return TriangleMesh(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
 
-    pairs = FclMeshes([walls(400, 0), walls(300, 1)])
-    assert len(pairs.faces(0, 1)) == 400 * 300
+    across_x, across_y = walls(400, axis=0), walls(300, axis=1)
+    assert len(FclMeshes([across_x, across_y]).faces(0, 1)) == 400 * 300
 
 
 def test_poses_in_bulk_answer_as_single_poses():
     """Forty random poses of a rod and a ball, in some of which they touch."""
-    rng = np.random.default_rng(0)
-    rotations, positions = random_rotations(rng, 40, 2), rng.normal(size=(40, 2, 3)) * 0.2
+    rng, count = np.random.default_rng(0), 40
+    rotations, positions = random_rotations(rng, count, 2), rng.normal(size=(count, 2, 3)) * 0.2
+    rod, ball = 0, 1
     meshes = FclMeshes([rod_mesh(radius=0.02, length=0.5), ball_mesh(0.2, rings=6, sides=10)])
-    sequence = [(rotations[:, k], positions[:, k]) for k in range(2)]
-    hits, answer = (meshes.at_poses(ask, 0, 1, *sequence) for ask in (meshes.touch, meshes.faces))
-    for k in range(40):
-        meshes.set_pose(0, rotations[k, 0], positions[k, 0])
-        meshes.set_pose(1, rotations[k, 1], positions[k, 1])
-        assert meshes.touch(0, 1) == hits[k]
-        assert meshes.faces(0, 1).tolist() == answer[k].tolist()
-    assert 3 < sum(hits) < 37
+    poses = [(rotations[:, body], positions[:, body]) for body in (rod, ball)]
+    touches, faces = (meshes.at_poses(query, rod, ball, *poses) for query in (meshes.touch, meshes.faces))
+    assert 3 < sum(touches) < count - 3
+    for k in range(count):
+        for body in (rod, ball):
+            meshes.set_pose(body, rotations[k, body], positions[k, body])
+        assert meshes.touch(rod, ball) == touches[k]
+        assert meshes.faces(rod, ball).tolist() == faces[k].tolist()
 
 
 def test_ball_wholly_inside_a_box_has_no_meeting_faces():
-    """A ball of 0.1 m in a box of 1 m."""
-    pairs = FclMeshes([ball_mesh(0.1), box_mesh()])
-    assert not pairs.touch(0, 1)
-    assert pairs.faces(0, 1).shape == (0, 2)
+    """A ball of radius 0.1 m in the middle of a box of 1 m."""
+    meshes = FclMeshes([ball_mesh(0.1), box_mesh()])
+    assert not meshes.touch(0, 1)
+    assert meshes.faces(0, 1).shape == (0, 2)
 
 
 def test_spike_through_a_tripled_face_meets_all_three():
@@ -71,19 +72,25 @@ def test_spike_through_a_tripled_face_meets_all_three():
     assert FclMeshes([wall, spike]).faces(0, 1).tolist() == [[0, 0], [1, 0], [2, 0]]
 
 
-def test_equal_meshes_use_a_common_tree_and_can_be_separate():
-    """Four boxes of two sizes have two trees; a pose of one box does not move the other that has its tree."""
+def test_equal_meshes_use_a_common_tree():
+    """Of four boxes three are equal, one of them in other ``FclMeshes``: two trees."""
     before = len(TREES)
-    pairs = FclMeshes([box_mesh((3, 1, 1)), box_mesh((3, 1, 1)), box_mesh((2, 3, 2))])
-    other = FclMeshes([box_mesh((3, 1, 1))])
-    assert len(TREES) == before + 2 and other.touch(0, 0)
-    assert pairs.touch(0, 1)
-    pairs.set_pose(1, np.eye(3), np.array([4.0, 0, 0]))
-    assert not pairs.touch(0, 1)
+    meshes = FclMeshes([box_mesh((3, 1, 1)), box_mesh((3, 1, 1)), box_mesh((2, 3, 2))])
+    others = FclMeshes([box_mesh((3, 1, 1))])
+    assert len(TREES) == before + 2
+    del meshes, others
+
+
+def test_equal_meshes_have_poses_of_their_own():
+    """Two boxes 3 m long with a common tree: the second is moved by 4 m, away from the first."""
+    meshes = FclMeshes([box_mesh((3, 1, 1)), box_mesh((3, 1, 1))])
+    assert meshes.touch(0, 1)
+    meshes.set_pose(1, np.eye(3), np.array([4.0, 0, 0]))
+    assert not meshes.touch(0, 1)
 
 
 def test_a_tree_outlives_its_detector_and_ends_with_its_mesh():
-    """Detectors of a run are made one after the other of the same meshes."""
+    """``FclMeshes`` stands for a detector; a run makes one after the other of the same meshes."""
     mesh, before = box_mesh((5, 1, 7)), len(TREES)
     FclMeshes([mesh])
     assert len(TREES) == before + 1

@@ -1,4 +1,8 @@
-"""Linear programmes of a greatest minimum: the kernel against SciPy and against its slow reference."""
+"""Linear programmes of a greatest minimum: the kernel against SciPy and against its slow reference.
+
+``greatest_minimum(slopes, values, limits, bounds)`` is the x at which the least of the linear functions
+``values + slopes @ x`` is largest, where ``limits @ x <= bounds``; ``None`` where there is no such x.
+"""
 
 import numpy as np
 import pytest
@@ -6,8 +10,16 @@ import pytest
 from cdcore.narrow import greatest_minimum as module
 from cdcore.narrow.greatest_minimum import greatest_minimum
 
-AROUND = np.concatenate([np.eye(3), -np.eye(3)])
+CUBE = np.concatenate([np.eye(3), -np.eye(3)])
+"""Limits of three variables: with bounds of 0.3 a cube with edges of 0.6 about the origin."""
 TRIANGLE = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]])
+"""Limits of two variables."""
+BOUND = 0.3
+
+
+def least_at(x, slopes, values):
+    """The least of the linear functions at a point."""
+    return (values + slopes @ x).min()
 
 
 def functions_of(seed, count, dimensions):
@@ -23,49 +35,61 @@ def functions_of(seed, count, dimensions):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_greatest_minimum_of_linear_functions_agrees_with_scipy(seed):
-    """The highest point of the lower envelope of 60 random functions within 0.3 of a place."""
+    """60 random functions of three variables, in a cube with edges of 0.6; SciPy maximises t <= each function."""
     from scipy.optimize import linprog
 
     slopes, values = functions_of(seed, count=60, dimensions=3)
-    result = greatest_minimum(slopes, values, AROUND, np.full(6, 0.3))
+    x = greatest_minimum(slopes, values, CUBE, np.full(6, BOUND))
     rows = np.column_stack([-slopes, np.ones(60)])
-    least = linprog([0, 0, 0, -1], A_ub=rows, b_ub=values, bounds=[(-0.3, 0.3)] * 3 + [(None, None)])
-    assert (values + slopes @ result).min() == pytest.approx(-least.fun, rel=1e-9)
+    bounds = [(-BOUND, BOUND)] * 3 + [(None, None)]
+    programme = linprog([0, 0, 0, -1], A_ub=rows, b_ub=values, bounds=bounds)
+    greatest = -programme.fun
+    assert least_at(x, slopes, values) == pytest.approx(greatest, rel=1e-9)
 
 
-@pytest.mark.parametrize(("limits", "count"), [(TRIANGLE, 48), (AROUND, 48), (TRIANGLE, 1), (AROUND, 2)])
+@pytest.mark.parametrize(
+    ("limits", "count"),
+    [
+        pytest.param(TRIANGLE, 48, id="48 functions in a triangle"),
+        pytest.param(CUBE, 48, id="48 functions in a cube"),
+        pytest.param(TRIANGLE, 1, id="a function in a triangle"),
+        pytest.param(CUBE, 2, id="two functions in a cube"),
+    ],
+)
 @pytest.mark.parametrize("seed", range(5))
 def test_compiled_greatest_minimum_equals_its_interpreted_reference(seed, limits, count, monkeypatch):
-    """The largest value of the least of ``count`` linear functions where ``limits @ x <= 0.3``."""
+    """Both reach the same greatest minimum, or neither has an answer; INTERPRETED chooses the reference in Python."""
     slopes, values = functions_of(seed, count, limits.shape[1])
-    right = np.full(len(limits), 0.3)
-    quick = greatest_minimum(slopes, values, limits, right)
+    bounds = np.full(len(limits), BOUND)
+    compiled = greatest_minimum(slopes, values, limits, bounds)
     monkeypatch.setattr(module, "INTERPRETED", True)
-    slow = greatest_minimum(slopes, values, limits, right)
-    assert (quick is None) == (slow is None)
-    if slow is not None:
-        assert (values + slopes @ quick).min() == pytest.approx((values + slopes @ slow).min(), rel=1e-12)
+    reference = greatest_minimum(slopes, values, limits, bounds)
+    assert (compiled is None) == (reference is None)
+    if reference is not None:
+        assert least_at(compiled, slopes, values) == pytest.approx(least_at(reference, slopes, values), rel=1e-12)
 
 
 def test_few_exchanges_reach_the_greatest_minimum(monkeypatch):
-    """Rows are taken in one by one, and those that are loose leave: of 60 rows at most 14 are worked with at a time.
+    """Rows (functions and limits) are taken in one by one, and leave where they do not bind; then a corner is computed.
 
-    At most seven corners are computed.
+    Of 66 rows at most 14 are worked with at a time, and at most seven corners are computed.
     """
-    sizes, highest_corner = [], module.highest_corner
-
-    def noted_corner(rows, bounds, slack):
-        sizes[-1].append(len(rows))
-        return highest_corner(rows, bounds, slack)
-
-    monkeypatch.setattr(module, "highest_corner", noted_corner)
+    compute_corner = module.highest_corner
     for seed in range(10):
-        sizes.append([])
-        greatest_minimum(*functions_of(seed, count=60, dimensions=3), AROUND, np.full(6, 0.3))
-    assert max(len(steps) for steps in sizes) <= 7
-    assert max(size for steps in sizes for size in steps) <= 14
+        row_counts = []
+
+        def noted_corner(rows, bounds, slack, row_counts=row_counts):
+            row_counts.append(len(rows))
+            return compute_corner(rows, bounds, slack)
+
+        monkeypatch.setattr(module, "highest_corner", noted_corner)
+        slopes, values = functions_of(seed, count=60, dimensions=3)
+        greatest_minimum(slopes, values, CUBE, np.full(6, BOUND))
+        assert 1 <= len(row_counts) <= 7, seed
+        assert max(row_counts) <= 14, seed
 
 
 def test_rows_that_meet_in_no_corner_have_no_answer():
-    """A strip: nothing bounds the second variable."""
-    assert greatest_minimum(np.zeros((1, 2)), np.ones(1), np.array([[1.0, 0.0], [-1.0, 0.0]]), np.ones(2)) is None
+    """A constant function in the strip -1 <= x <= 1: nothing bounds the second variable."""
+    strip, bounds = np.array([[1.0, 0.0], [-1.0, 0.0]]), np.ones(2)
+    assert greatest_minimum(np.zeros((1, 2)), np.ones(1), strip, bounds) is None

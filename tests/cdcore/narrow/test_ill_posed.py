@@ -1,4 +1,8 @@
-"""The stage says of placed surfaces what the integers say of all their face pairs, however many are asked at once."""
+"""The stage says of placed surfaces what exact margins say of all their face pairs, however many are asked at once.
+
+``near``: surfaces that do not meet are at most tau apart. ``shallow``: no pair of faces that meet is deeper than tau.
+``loose``: some move of the surfaces by tau ends their contact.
+"""
 
 import numpy as np
 import pytest
@@ -10,107 +14,131 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.margins import triangle_margins
 
+PAIR = (0, 1)
+TWO_MICROMETRES = 2e-6
+"""The tau of most tests, metres."""
+
+
+def face_pairs_in_frames(kind, count=24, step=3):
+    """Bodies of two random soups of ten faces, their poses, and for some frames whether each face pair meets, and its
+    margin: the gap, or where they meet how far one face must be moved until they do not.
+    """
+    rng = np.random.default_rng(4)
+    meshes = [KINDS[kind](rng, 10) for _ in range(2)]
+    rotations, translations = motion_of(kind, rng, frames=count, bodies=2)
+    rows = []
+    for frame in range(0, count, step):
+        first, second = (placed(meshes[k], rotations[frame, k], translations[frame, k]) for k in range(2))
+        meets, margin = triangle_margins(np.array([[a, b] for a in first for b in second]))
+        rows.append((frame, meeting_faces_exhaustive(first, second), meets, margin))
+    return bodies_of(meshes), rotations, translations, rows
+
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2])
 @pytest.mark.parametrize("kind", KINDS)
-def test_near_and_shallow_agree_with_margins_of_all_face_pairs(kind, tau):
-    """``near``: the surfaces do not meet and are at most tau apart. ``shallow``: no face pair meets by more than tau.
+def test_near_agrees_with_margins_of_all_face_pairs(kind, tau):
+    """Two random soups of ten faces in 24 frames: near where no face pair meets and the smallest gap is at most tau."""
+    bodies, rotations, translations, rows = face_pairs_in_frames(kind)
+    near = MarginStage(bodies, tau).near(PAIR, rotations, translations)
+    for frame, _faces, meets, margin in rows:
+        assert near[frame] == (not meets.any() and margin.min() <= tau)
 
-    The margin of two faces is their gap, or where they meet how far one must be moved until they do not.
+
+@pytest.mark.sampled(3)
+@pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2, "deepest", "a bit less than the deepest"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_shallow_agrees_with_margins_of_all_face_pairs(kind, tau):
+    """Two random soups of ten faces, in frames where some meet: shallow where the deepest of those is at most tau.
+
+    At a tau of that depth it still is; at the next smaller double it is not.
     """
-    rng = np.random.default_rng(4)
-    meshes = [KINDS[kind](rng, 10) for _ in range(2)]
-    rotation, move, bodies = *motion_of(kind, rng, frames=24, bodies=2), bodies_of(meshes)
-    stage = MarginStage(bodies, tau)
-    near = stage.near((0, 1), rotation, move)
-    for frame in range(0, 24, 3):
-        first, second = (placed(meshes[k], rotation[frame, k], move[frame, k]) for k in range(2))
-        pairs = np.array([[a, b] for a in first for b in second])
-        meets, margin = triangle_margins(pairs)
+    bodies, rotations, translations, rows = face_pairs_in_frames(kind)
+    frames_in_contact = 0
+    for frame, faces, meets, margin in rows:
         if not meets.any():
-            assert near[frame] == (margin.min() <= tau)
             continue
-        faces = meeting_faces_exhaustive(first, second)
-        assert not near[frame]
-        assert stage.shallow((0, 1), faces, rotation[frame], move[frame]) == (margin[meets].max() <= tau)
-        # Where tau is the deepest margin they are shallow, where it is the next smaller double they are not.
+        frames_in_contact += 1
         deepest = margin[meets].max()
-        for border in {deepest, np.nextafter(deepest, 0.0)}:
-            exact = MarginStage(bodies, border)
-            assert exact.shallow((0, 1), faces, rotation[frame], move[frame]) == (border == deepest)
+        if tau == "a bit less than the deepest" and deepest == 0.0:
+            continue  # there is no smaller depth
+        tau_m = {"deepest": deepest, "a bit less than the deepest": np.nextafter(deepest, 0.0)}.get(tau, tau)
+        stage = MarginStage(bodies, tau_m)
+        assert stage.shallow(PAIR, faces, rotations[frame], translations[frame]) == (deepest <= tau_m)
+    assert frames_in_contact > 0
 
 
-def ball_beside_box(gap, tau=2e-6):
-    """Whether a ball and a box are shallow, or near where they do not meet, within 2 um.
-
-    The ball's extreme vertex is ``gap`` off the wall of the box; below 0 inside it.
-    """
-    bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
-    rotation, move = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[1.0 + gap, 0, 0], [0, 0, 0]]])
-    stage = MarginStage(bodies, tau)
-    first, second = (placed(bodies[k].mesh.triangles, rotation[0, k], move[0, k]) for k in range(2))
-    faces = meeting_faces_exhaustive(first, second)
-    return (
-        stage.shallow((0, 1), faces, rotation[0], move[0])
-        if len(faces)
-        else bool(stage.near((0, 1), rotation, move)[0])
-    )
-
-
-@pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize(
-    ("gap", "within"), [(0.0, True), (1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
+    ("gap", "is_near"), [(1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
 )
-def test_two_micrometres_on_either_side_of_touching_is_the_border(gap, within, side):
-    """The ball's outermost vertex is ``gap`` metres before the wall of the box, or as deep in it; tau is 2 um."""
-    assert ball_beside_box(side * gap) == within
+def test_surfaces_are_near_up_to_a_gap_of_two_micrometres(gap, is_near):
+    """A ball of radius 0.5 m, whose outermost vertex is ``gap`` metres before the side of a box of 1 m."""
+    bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
+    rotations, translations = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[0.5 + gap + 0.5, 0, 0], [0, 0, 0]]])
+    assert MarginStage(bodies, TWO_MICROMETRES).near(PAIR, rotations, translations).tolist() == [is_near]
 
 
-def arguments_of_meeting_bodies(bodies, move):
-    """The arguments of ``shallow`` and ``loose`` for two bodies that stand unrotated."""
-    rotation, move = np.tile(np.eye(3), (2, 1, 1)), np.array(move, dtype=float)
-    first, second = (placed(bodies[k].mesh.triangles, rotation[k], move[k]) for k in range(2))
+@pytest.mark.parametrize(
+    ("depth", "is_shallow"), [(0.0, True), (1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
+)
+def test_contact_is_shallow_up_to_a_depth_of_two_micrometres(depth, is_shallow):
+    """A ball of radius 0.5 m, whose outermost vertex is ``depth`` metres behind the side of a box of 1 m."""
+    bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
+    contact = arguments_of_meeting_bodies(bodies, [[0.5 - depth + 0.5, 0, 0], [0, 0, 0]])
+    assert MarginStage(bodies, TWO_MICROMETRES).shallow(*contact) == is_shallow
+
+
+def arguments_of_meeting_bodies(bodies, translations):
+    """The arguments of ``shallow`` and ``loose`` (pair, faces that meet, poses) for two bodies that stand unrotated."""
+    rotations, translations = np.tile(np.eye(3), (2, 1, 1)), np.array(translations, dtype=float)
+    first, second = (placed(bodies[k].mesh.triangles, rotations[k], translations[k]) for k in range(2))
     faces = meeting_faces_exhaustive(first, second)
     assert len(faces)
-    return (0, 1), faces, rotation, move
+    return PAIR, faces, rotations, translations
 
 
-@pytest.mark.parametrize("away", [[1.0, 0, 0], [1.0, 1.0, 0], [1.0, 1.0, 1.0], [0.3, 0.2, 1.0 - 1e-6]])
-def test_touching_cubes_separate(away):
-    """Unit cubes share a face, an edge or a corner, or are a micrometre deep in each other.
+@pytest.mark.parametrize(
+    "offset",
+    [
+        pytest.param([1.0, 0, 0], id="share a face"),
+        pytest.param([1.0, 1.0, 0], id="share an edge"),
+        pytest.param([1.0, 1.0, 1.0], id="share a corner"),
+        pytest.param([0.3, 0.2, 1.0 - 1e-6], id="a micrometre deep"),
+    ],
+)
+def test_touching_cubes_are_shallow_and_loose(offset):
+    """Two cubes of 1 m, the second at an offset: moves of 2 um end the contact."""
+    bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
+    contact = arguments_of_meeting_bodies(bodies, [[0, 0, 0], offset])
+    stage = MarginStage(bodies, TWO_MICROMETRES)
+    assert stage.shallow(*contact)
+    assert stage.loose(*contact)
 
-    ``shallow``: no face pair is deeper than tau, 2 um; ``loose``: some move of the surfaces by tau ends the contact.
+
+@pytest.mark.parametrize("offset", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
+def test_overlapping_cubes_with_common_planes_are_shallow_but_not_loose(offset):
+    """Two cubes of 1 m, deep in each other along one axis: every face pair that meets only touches, in common planes.
+
+    No move of 2 um ends the contact.
     """
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
-    stage = MarginStage(bodies, 2e-6)
-    assert stage.shallow(*requested) and stage.loose(*requested)
+    contact = arguments_of_meeting_bodies(bodies, [[0, 0, 0], offset])
+    stage = MarginStage(bodies, TWO_MICROMETRES)
+    assert stage.shallow(*contact)
+    assert not stage.loose(*contact)
 
 
-@pytest.mark.parametrize("away", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
-def test_overlapping_cubes_with_common_planes_do_not_separate(away):
-    """The faces in common planes touch only, though the cubes are up to half an edge deep in each other.
-
-    ``loose``: whether some move of the surfaces by tau, 2 um, ends the contact.
-    """
-    bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    requested = arguments_of_meeting_bodies(bodies, [[0, 0, 0], away])
-    stage = MarginStage(bodies, 2e-6)
-    assert stage.shallow(*requested), "every face pair only touches"
-    assert not stage.loose(*requested)
-
-
-def test_exactly_fitting_plug_separates():
-    """A plug of 1 x 1 m in a hole of that size, between eight cubes; ``loose``: a move of surfaces by 2 um frees it."""
+def test_exactly_fitting_plug_is_loose():
+    """A plug of 1 x 1 m in a hole of that size, between eight cubes: a move of the surfaces by 2 um frees it."""
     hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
-    requested = arguments_of_meeting_bodies(bodies, np.zeros((2, 3)))
-    assert MarginStage(bodies, 2e-6).loose(*requested)
+    assert MarginStage(bodies, TWO_MICROMETRES).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))
 
 
-def test_tool_on_a_sheet_separates_for_either_winding():
-    """The bottom of a cube is in the plane of a flat sheet, whose faces look up or down; 2 um free it (``loose``)."""
-    for faces in (grid_plate(), grid_plate()[:, ::-1]):
-        bodies = [*bodies_of([faces]), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
-        assert MarginStage(bodies, 2e-6).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))
+@pytest.mark.parametrize("faces", [grid_plate(), grid_plate()[:, ::-1]], ids=["faces look up", "faces look down"])
+def test_tool_on_a_sheet_is_loose_for_either_winding(faces):
+    """The bottom of a cube of 1 m, whose middle is at a height of 0.5 m, is in the plane of a flat
+    sheet: 2 um free it.
+    """
+    bodies = [*bodies_of([faces]), Body("cube", box_mesh(centre=(2.3, 2.4, 0.5)))]
+    assert MarginStage(bodies, TWO_MICROMETRES).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))

@@ -12,6 +12,7 @@ from cdcore.protocol.motion import NO_MATRICES
 from cdcore.tolerances import ORTHONORMAL_KEEP
 
 COUNT = 300
+"""Rotations of a test."""
 
 
 def checked_poses(position, rotation):
@@ -30,45 +31,55 @@ def rotations_with_errors(size, seed=0):
 
 @pytest.mark.parametrize("size", [0, 1e-9, 1e-4])
 def test_matrix_error_is_that_of_its_gram_matrix(size):
-    """The largest entry of |R^T R - I|, by NumPy; ``size``: of the errors that are added to rotations."""
+    """The error of a matrix R is the largest entry of |R^T R - I|, here by NumPy.
+
+    40 rotations get random errors of this size in their entries.
+    """
     for matrix in rotations_with_errors(size)[:40]:
         expected = np.abs(matrix.T @ matrix - np.eye(3)).max()
-        _, _, largest_error = checked_poses(position=np.zeros((1, 3)), rotation=matrix[None].copy())
+        _first_bad, _repaired, largest_error = checked_poses(position=np.zeros((1, 3)), rotation=matrix[None].copy())
         assert largest_error == pytest.approx(expected, rel=1e-9, abs=2e-15)
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-8, 1e-5, 5e-5])
 def test_repair_gives_the_nearest_rotation(size):
-    """``size``: standard deviation of the errors of entries; the nearest rotation is from a decomposition."""
+    """300 rotations with random errors of this size in their entries are repaired in place, all of them.
+
+    The nearest rotation is that of a singular value decomposition, which itself rounds by up to 5e-15.
+    """
     rotation = rotations_with_errors(size)
     expected = nearest_rotation(rotation)
-    bad, repaired, worst = checked_poses(np.zeros((COUNT, 3)), rotation)
-    assert (bad, repaired) == (GOOD, COUNT)
-    assert 0 < worst < 20 * size
-    assert np.abs(rotation - expected).max() < 1e-14  # the decomposition itself rounds, by the machine, up to 5e-15
+    first_bad, repaired, largest_error = checked_poses(np.zeros((COUNT, 3)), rotation)
+    assert (first_bad, repaired) == (GOOD, COUNT)
+    assert 0 < largest_error < 20 * size
+    assert np.abs(rotation - expected).max() < 1e-14
     assert orthonormality_error(rotation).max() <= ORTHONORMAL_KEEP
 
 
 def test_translations_as_large_as_doubles_go_are_good():
-    """1.7e308 is just below the largest double."""
+    """1.7e308 is just below the largest double; a pose of 300 is there, and stays as it is."""
     position = np.random.default_rng(5).normal(size=(COUNT, 3))
     position[3] = 1.7e308, 1.7e308, -1.7e308
-    bad, _, worst = checked_poses(position, rotations_with_errors(size=0))
-    assert bad == GOOD and worst < 1e-14
+    first_bad, _repaired, largest_error = checked_poses(position, rotations_with_errors(size=0))
+    assert first_bad == GOOD
+    assert largest_error < 1e-14
     assert position[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
 
 
 def test_quaternions_are_read_as_xyzw():
-    """SciPy reads them in that order."""
+    """1,000 random quaternions of any length; SciPy reads them in that order."""
     quaternions = np.random.default_rng(0).normal(size=(1000, 4))
     expected = Rotation.from_quat(quaternions).as_matrix()
     assert np.abs(rotation_from_quaternion(quaternions) - expected).max() < 1e-14
 
 
 def test_a_quaternion_and_its_negative_give_the_same_bits():
+    """Both stand for the same rotation; 100 random ones."""
     quaternions = np.random.default_rng(1).normal(size=(100, 4))
     assert rotation_from_quaternion(quaternions).tobytes() == rotation_from_quaternion(-quaternions).tobytes()
 
 
 def test_rotations_of_quaternions_are_orthonormal_to_rounding():
-    assert orthonormality_error(random_rotations(np.random.default_rng(2), 5000)).max() < 2e-15
+    """5,000 rotations of random quaternions, and the largest entry of |R^T R - I| of any."""
+    rotations = rotation_from_quaternion(np.random.default_rng(2).normal(size=(5000, 4)))
+    assert orthonormality_error(rotations).max() < 2e-15

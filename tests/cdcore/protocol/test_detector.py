@@ -21,7 +21,8 @@ class Stub:
 
 
 def test_class_without_bases_is_a_detector_by_shape():
-    """``Stub`` inherits nothing; it has the names and the methods of the protocol."""
+    """``Stub`` inherits nothing; it has the attributes of the protocol, and its methods ``detect`` and ``stream``."""
+    assert Stub.__bases__ == (object,)
     assert isinstance(Stub(), Detector)
 
 
@@ -32,9 +33,15 @@ def test_class_without_the_protocol_methods_is_no_detector(monkeypatch):
     assert not isinstance(Stub(), Detector)
 
 
-def test_explanations_are_optional_and_omit_absent_stages():
-    """``discrete`` explains, ``exact`` does not; an explanation of nothing is None for every stage."""
-    bodies, _ = lab_bodies_and_motion(frames=2)
+def test_explanations_are_optional():
+    """``discrete`` has a method that explains its verdicts, ``exact`` has none."""
+    bodies, _motion = lab_bodies_and_motion(frames=2)
     assert isinstance(create_detector("discrete", bodies), Explains)
     assert not isinstance(create_detector("exact", bodies), Explains)
-    assert all(value is None for value in vars(Explanation()).values())
+
+
+def test_stages_that_an_explanation_does_not_mention_are_unknown():
+    """Whether a frame was tested, shapes or spheres meet, etc.: ``None``."""
+    answers = vars(Explanation())
+    assert answers
+    assert set(answers.values()) == {None}

@@ -11,60 +11,73 @@ from cdcore.protocol import Detector, detect_live, stream_live
 
 
 class Near(FrameDetector):
-    """Pairs whose origins are within 0.3 m, in two frames running."""
+    """Contact of pairs whose origins are within 0.3 m, in this frame and in the one before."""
 
     def prepare(self):
         self.before = np.zeros(len(self.pairs), dtype=bool)
 
     def look(self, rotations, translations):
-        away = np.linalg.norm(translations[self.pairs[:, 0]] - translations[self.pairs[:, 1]], axis=1)
-        now, self.before = (away < 0.3) & self.before, away < 0.3
+        distance = np.linalg.norm(translations[self.pairs[:, 0]] - translations[self.pairs[:, 1]], axis=1)
+        now, self.before = (distance < 0.3) & self.before, distance < 0.3
         return now
 
 
-class Wrong(FrameDetector):
+class SingleAnswer(FrameDetector):
+    """One verdict, however many pairs there are."""
+
     def look(self, rotations, translations):
         return [True]
 
 
 def detector_of_kind(kind, bodies):
-    """A detector of this class over all pairs."""
+    """A detector of a class of one's own, over all pairs of bodies."""
     pairs = create_detector("sphere", bodies).pairs
     return kind(bodies, pairs)
 
 
 def test_single_method_makes_a_detector_named_after_its_class():
-    """40 frames and the 10 pairs of five bodies; a pair without a pose is NO_POSE and nothing else is."""
+    """``Near`` defines ``look``, asked once a frame: 40 frames and the 5 * 4 / 2 = 10 pairs of five bodies.
+
+    A pair without a pose is NO_POSE and nothing else is.
+    """
     bodies, motion = lab_bodies_and_motion(frames=40)
     detector = detector_of_kind(Near, bodies)
-    assert isinstance(detector, Detector) and detector.name == "Near" and detector.online
-    result = detector.detect(motion)
-    assert result.verdict.shape == (40, 10) and result.seconds["look"].shape == (40,)
-    known = motion.valid[:, result.pairs[:, 0]] & motion.valid[:, result.pairs[:, 1]]
-    assert np.array_equal(result.verdict == Verdict.NO_POSE, ~known)
-    assert Verdict.CONTACT in result.verdict
+    assert isinstance(detector, Detector)
+    assert detector.name == "Near"
+    assert detector.online
+    detection = detector.detect(motion)
+    assert detection.verdict.shape == (40, 10)
+    assert detection.seconds["look"].shape == (40,)
+    first, second = detection.pairs.T
+    has_pose = motion.valid[:, first] & motion.valid[:, second]
+    assert np.array_equal(detection.verdict == Verdict.NO_POSE, ~has_pose)
+    assert Verdict.CONTACT in detection.verdict
 
 
-@pytest.mark.parametrize("block", [1, 7])
+@pytest.mark.parametrize("block", [1, 7], ids="blocks of {}".format)
 def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
-    """``Near`` keeps a state from frame to frame: it goes on from block to block, and begins anew with each run."""
+    """``Near`` has a state, where pairs were in the last frame: it goes on from block to block, and begins anew with
+    each run.
+    """
     bodies, motion = lab_bodies_and_motion(frames=40)
     detector = detector_of_kind(Near, bodies)
-    whole = detector.detect(motion)
-    assert join(detector.stream(motion.blocks(block))).digest == whole.digest == detector.detect(motion).digest
+    first_run = detector.detect(motion)
+    assert join(detector.stream(motion.blocks(block))).digest == first_run.digest
+    assert detector.detect(motion).digest == first_run.digest
 
 
-@pytest.mark.parametrize("block", [7, 40])
+@pytest.mark.parametrize("block", [7, 40], ids="blocks of {}".format)
 def test_live_session_keeps_its_state_between_blocks(block):
-    """``Near`` needs two frames running; one live session answers all blocks, a frame at a time."""
+    """``Near`` needs the frame before; one live session answers all 40 frames, one by one, block after block."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     detector = detector_of_kind(Near, bodies)
     live = join(stream_live(detector, motion.blocks(block)))
-    assert live.digest == detector.detect(motion).digest and live.work == {"looks": 40}
+    assert live.digest == detector.detect(motion).digest
+    assert live.work == {"looks": 40}
 
 
-class Plain:
-    """No base class and no ``live``: only what the protocol asks for."""
+class WithoutLive:
+    """No base class and no method ``live``: only what the protocol requires; answers as another detector."""
 
     name, online, Settings, settings = "plain", True, object, None
 
@@ -73,24 +86,29 @@ class Plain:
 
 
 def test_live_detection_falls_back_to_streaming_single_frames():
-    """``Plain`` has no ``live``: each of 40 frames is streamed alone, and its stages take no longer than the whole."""
+    """A detector has no ``live``: each of 40 frames is streamed by itself, in stages that take no
+    longer than the call.
+    """
     bodies, motion = lab_bodies_and_motion(frames=40)
-    inner, start = detector_of_kind(Near, bodies), perf_counter()
-    result = detect_live(Plain(inner), motion)
-    assert sum(stage.sum() for stage in result.seconds.values()) <= perf_counter() - start
-    assert result.digest == inner.detect(motion).digest
-    assert result.seconds["rest"].shape == (40,) and result.work["looks"] == 40
+    inner = detector_of_kind(Near, bodies)
+    start = perf_counter()
+    detection = detect_live(WithoutLive(inner), motion)
+    elapsed = perf_counter() - start
+    assert detection.digest == inner.detect(motion).digest
+    assert detection.work["looks"] == 40
+    assert detection.seconds["rest"].shape == (40,)
+    assert sum(seconds.sum() for seconds in detection.seconds.values()) <= elapsed
 
 
 def test_answer_must_have_one_verdict_per_pair():
-    """Five bodies are 10 pairs; the detector ``Wrong`` answers in another shape."""
+    """Five bodies are 10 pairs, and the detector gives a single verdict a frame."""
     bodies, motion = lab_bodies_and_motion(frames=3)
     with pytest.raises(InvalidPairError, match=r"one per pair: \(10,\)"):
-        detector_of_kind(Wrong, bodies).detect(motion)
+        detector_of_kind(SingleAnswer, bodies).detect(motion)
 
 
 def detector_that_answers(answer):
-    """A detector that answers so in every frame, beside bodies and a motion."""
+    """A detector, called Says, that gives this answer in every frame; and a motion of its five bodies, ten pairs."""
 
     class Says(FrameDetector):
         def look(self, rotations, translations):
@@ -103,56 +121,58 @@ def detector_that_answers(answer):
 @pytest.mark.parametrize(
     "answer",
     [
-        [True] * 10,
-        np.ones(10, dtype=bool),
-        np.full(10, Verdict.CONTACT, dtype=np.uint8),
-        [Verdict.CONTACT] * 10,
-        (Verdict.CONTACT,) * 10,
+        pytest.param([True] * 10, id="list of bools"),
+        pytest.param(np.ones(10, dtype=bool), id="array of bools"),
+        pytest.param(np.full(10, Verdict.CONTACT, dtype=np.uint8), id="array of verdicts"),
+        pytest.param([Verdict.CONTACT] * 10, id="list of verdicts"),
+        pytest.param((Verdict.CONTACT,) * 10, id="tuple of verdicts"),
     ],
 )
 def test_bools_and_verdicts_are_answers(answer):
-    """Five bodies have ten pairs."""
+    """A detector says contact of all ten pairs in every frame; pairs without a pose are NO_POSE all the same."""
     detector, motion = detector_that_answers(answer)
     verdict = detector.detect(motion).verdict
-    assert set(np.unique(verdict)) <= {Verdict.CONTACT, Verdict.NO_POSE} and (verdict == Verdict.CONTACT).any()
+    assert set(verdict.ravel().tolist()) == {Verdict.CONTACT, Verdict.NO_POSE}
 
 
 @pytest.mark.parametrize(
     ("answer", "text"),
     [
-        ([5] * 10, "int64"),
-        (np.full(10, 5), "int64"),
-        ([0.3] * 10, "float64"),
-        ([float("nan")] * 10, "float64"),
-        (["yes"] * 10, "<U3"),
-        ([None] * 10, "object"),
-        ([True, Verdict.CONTACT] * 5, "int64"),
-        (np.full(10, 9, dtype=np.uint8), "uint8 with the value 9, which is no Verdict"),
+        pytest.param([5] * 10, "int64", id="list of integers"),
+        pytest.param(np.full(10, 5), "int64", id="array of integers"),
+        pytest.param([0.3] * 10, "float64", id="distances"),
+        pytest.param([float("nan")] * 10, "float64", id="nan"),
+        pytest.param(["yes"] * 10, "<U3", id="texts"),
+        pytest.param([None] * 10, "object", id="None"),
+        pytest.param([True, Verdict.CONTACT] * 5, "int64", id="bools and verdicts mixed"),
+        pytest.param(
+            np.full(10, 9, dtype=np.uint8), "uint8 with the value 9, which is no Verdict", id="bytes above all verdicts"
+        ),
     ],
 )
 def test_counts_distances_and_other_numbers_are_refused_with_their_dtype(answer, text):
-    """``text``: what the refusal calls the answer, for ten pairs."""
+    """A detector of ten pairs gives ten values that are neither bools nor verdicts; ``text``: how they are called."""
     detector, motion = detector_that_answers(answer)
     with pytest.raises(OwnDetectorError, match=rf"Says.look answered with {text}; answer with bools"):
         detector.detect(motion)
 
 
 class Breaks(FrameDetector):
-    """Fails in its 5th look, within a library that it calls."""
+    """Fails in its fifth frame, number 4, within a library that it calls."""
 
     def prepare(self):
-        self.looks = 0
+        self.frames = 0
 
     def look(self, rotations, translations):
-        self.looks += 1
-        if self.looks == 5:
+        self.frames += 1
+        if self.frames == 5:
             np.linalg.inv(np.zeros((2, 2)))  # the line to name
         return [False] * len(self.pairs)
 
 
-@pytest.mark.parametrize("block", [2, 40])
+@pytest.mark.parametrize("block", [2, 40], ids="blocks of {}".format)
 def test_an_exception_names_class_frame_file_and_line(block):
-    """``Breaks`` fails in its fifth frame, number 4, whatever the block, at the line that is marked above."""
+    """``Breaks`` inverts a matrix of zeros in frame 4, at the line of this file that is marked above."""
     bodies, motion = lab_bodies_and_motion(frames=40)
     lines = Path(__file__).read_text("utf-8").splitlines()
     line = next(k for k, text in enumerate(lines, 1) if "# the line to name" in text)

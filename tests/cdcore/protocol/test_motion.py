@@ -16,7 +16,7 @@ TIMES = np.arange(6) / 90
 
 
 def random_translations_and_rotations(bodies=2, seed=0):
-    """Poses of six frames."""
+    """Poses of two bodies in six frames: (6, 2, 3) and (6, 2, 3, 3)."""
     rng = np.random.default_rng(seed)
     return rng.normal(size=(6, bodies, 3)), random_rotations(rng, 6, bodies)
 
@@ -29,7 +29,7 @@ def homogeneous_matrices(translations, rotations):
 
 
 def test_good_rotations_keep_every_bit():
-    """Rotations that are orthonormal to ORTHONORMAL_KEEP are not repaired."""
+    """Twelve random rotations: orthonormal to ORTHONORMAL_KEEP, they are not repaired (``renormalised`` counts)."""
     translations, rotations = random_translations_and_rotations()
     motion = Motion(TIMES, translations, rotations)
     assert motion.rotations.tobytes() == rotations.tobytes()
@@ -39,14 +39,14 @@ def test_good_rotations_keep_every_bit():
 
 
 def test_flags_of_poses_are_kept_in_c_order():
-    """Kernels are compiled once more for arrays in another order."""
+    """Flags ``valid`` are given as a transposed array; kernels would be compiled once more for such an order."""
     translations, rotations = random_translations_and_rotations()
     motion = Motion(TIMES, translations, rotations, valid=np.ones((2, 6), dtype=bool).T)
     assert motion.valid.flags.c_contiguous
 
 
 def test_three_constructors_give_the_same_bits():
-    """From rotations, quaternions and 4x4 matrices."""
+    """Twelve random poses, given with rotations, with quaternions of length 1, and as 4x4 matrices."""
     rng = np.random.default_rng(1)
     translations, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
     quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)
@@ -60,86 +60,98 @@ def test_three_constructors_give_the_same_bits():
         assert other.translations.tobytes() == plain.translations.tobytes()
 
 
-@pytest.mark.parametrize(("digits", "worst"), [(6, 2e-6), (4, 2e-4)])
-def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits, worst):
-    """Two bodies at six times: 12 rotations, written with so many ``digits``."""
-    translations, rotations = random_translations_and_rotations()
-    motion = Motion(TIMES, translations, np.round(rotations, digits))
-    assert motion.renormalised == 12
-    assert 0 < motion.worst_orthonormality < worst
-    assert orthonormality_error(motion.rotations).max() <= ORTHONORMAL_KEEP
-    assert np.abs(motion.rotations - nearest_rotation(np.round(rotations, digits))).max() < 1e-14
+@pytest.mark.parametrize(("digits", "largest_error"), [(6, 2e-6), (4, 2e-4)])
+def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits, largest_error):
+    """Two bodies in six frames: 12 rotations, written with so many digits, become the nearest rotations.
 
-
-@pytest.mark.parametrize(
-    ("spoil", "message"),
-    [
-        (lambda translations, rotations: translations.__setitem__((3, 1, 0), np.nan), "translation .* is not finite"),
-        (lambda translations, rotations: translations.__setitem__((3, 1, 1), np.inf), "translation .* is not finite"),
-        (lambda translations, rotations: translations.__setitem__((3, 1, 2), -np.inf), "translation .* is not finite"),
-        (lambda translations, rotations: rotations.__setitem__((3, 1, 0, 0), np.nan), "rotation is not finite"),
-        (lambda translations, rotations: rotations.__setitem__((3, 1, 2, 2), np.inf), "rotation is not finite"),
-        (
-            lambda translations, rotations: rotations.__setitem__((3, 1), rotations[3, 1] * 1.01),
-            r"not a rotation \(\|R\^T R - I\| reaches 0\.0201,",
-        ),
-        (lambda translations, rotations: rotations.__setitem__((3, 1), rotations[3, 1] * 0.5), "not a rotation"),
-        (
-            lambda translations, rotations: rotations.__setitem__(
-                (3, 1), rotations[3, 1] @ [[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]
-            ),
-            "not a rotation",
-        ),
-        (lambda translations, rotations: rotations.__setitem__((3, 1), -rotations[3, 1]), "a reflection"),
-        (lambda translations, rotations: rotations.__setitem__((3, 1), 0.0), "not a rotation"),
-    ],
-    ids=["nan x", "inf y", "inf z", "nan turn", "inf turn", "stretched", "halved", "sheared", "mirrored", "zero"],
-)
-def test_invalid_pose_is_refused_with_frame_and_body(spoil, message):
-    """``spoil`` changes the pose of body 1, cup, in frame 3, at 3 / 90 s; without names the body has its number.
-
-    1.01 times a rotation R has |R^T R - I| = 1.01^2 - 1 = 0.0201.
+    The error of a matrix R is the largest entry of |R^T R - I|, here that of the digits.
     """
     translations, rotations = random_translations_and_rotations()
-    spoil(translations, rotations)
-    for build in (
-        lambda: Motion(TIMES, translations, rotations, names=["a", "cup"]),
-        lambda: Motion.from_matrices(TIMES, homogeneous_matrices(translations, rotations), names=["a", "cup"]),
-    ):
-        with pytest.raises(InvalidPoseError, match=rf"frame 3 \(0\.033333 s\), body cup: .*{message}.*flag the pose"):
-            build()
+    printed = np.round(rotations, digits)
+    motion = Motion(TIMES, translations, printed)
+    assert motion.renormalised == 12
+    assert 0 < motion.worst_orthonormality < largest_error
+    assert orthonormality_error(motion.rotations).max() <= ORTHONORMAL_KEEP
+    assert np.abs(motion.rotations - nearest_rotation(printed)).max() < 1e-14
+
+
+def assert_pose_is_refused(translations, rotations, message):
+    """Asserts that the pose of body 1 in frame 3, at 3 / 90 s, is refused, named by its frame and body.
+
+    The motion is made of arrays and of 4x4 matrices, and without names, where the body has its number.
+    """
+    with_body_and_frame = rf"frame 3 \(0\.033333 s\), body cup: .*{message}.*flag the pose"
+    with pytest.raises(InvalidPoseError, match=with_body_and_frame):
+        Motion(TIMES, translations, rotations, names=["a", "cup"])
+    with pytest.raises(InvalidPoseError, match=with_body_and_frame):
+        Motion.from_matrices(TIMES, homogeneous_matrices(translations, rotations), names=["a", "cup"])
     with pytest.raises(InvalidPoseError, match="body 1: "):
         Motion(TIMES, translations, rotations)
 
 
-def test_pose_flagged_invalid_is_not_read():
-    """The pose of body 1 in frame 3 is not a number; it is replaced by that of a body at rest in the origin."""
+@pytest.mark.parametrize("axis", [0, 1, 2], ids="xyz".__getitem__)
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+def test_translation_that_is_not_finite_is_refused_with_frame_and_body(axis, number):
+    """A coordinate of body 1, cup, in frame 3 is no finite number."""
+    translations, rotations = random_translations_and_rotations()
+    translations[3, 1, axis] = number
+    assert_pose_is_refused(translations, rotations, "translation .* is not finite")
+
+
+IDENTITY = np.eye(3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        pytest.param(np.diag([np.nan, 1, 1]), "rotation is not finite", id="nan"),
+        pytest.param(np.diag([1, 1, np.inf]), "rotation is not finite", id="infinite"),
+        pytest.param(1.01 * IDENTITY, r"not a rotation \(\|R\^T R - I\| reaches 0\.0201,", id="stretched: 1.01^2 - 1"),
+        pytest.param(0.5 * IDENTITY, "not a rotation", id="halved"),
+        pytest.param(np.array([[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]), "not a rotation", id="sheared"),
+        pytest.param(-IDENTITY, "a reflection", id="mirrored"),
+        pytest.param(0.0 * IDENTITY, "not a rotation", id="zero"),
+    ],
+)
+def test_matrix_that_is_no_rotation_is_refused_with_frame_and_body(change, message):
+    """The rotation of body 1, cup, in frame 3 is multiplied by a matrix."""
+    translations, rotations = random_translations_and_rotations()
+    rotations[3, 1] = rotations[3, 1] @ change
+    assert_pose_is_refused(translations, rotations, message)
+
+
+@pytest.mark.parametrize("of_matrices", [False, True], ids=["arrays", "4x4 matrices"])
+def test_pose_flagged_invalid_is_not_read(of_matrices):
+    """The pose of body 1 in frame 3 is not a number; in its place stands that of a body at rest in the origin."""
     translations, rotations = random_translations_and_rotations()
     translations[3, 1], rotations[3, 1] = np.nan, np.inf
     valid = np.ones((6, 2), dtype=bool)
     valid[3, 1] = False
-    for motion in (
-        Motion(TIMES, translations, rotations, valid),
-        Motion.from_matrices(TIMES, homogeneous_matrices(translations, rotations), valid),
-    ):
-        assert np.array_equal(motion.rotations[3, 1], np.eye(3))
-        assert np.array_equal(motion.translations[3, 1], np.zeros(3))
-        assert motion.renormalised == 0
+    if of_matrices:
+        motion = Motion.from_matrices(TIMES, homogeneous_matrices(translations, rotations), valid)
+    else:
+        motion = Motion(TIMES, translations, rotations, valid)
+    assert np.array_equal(motion.rotations[3, 1], np.eye(3))
+    assert np.array_equal(motion.translations[3, 1], np.zeros(3))
+    assert motion.renormalised == 0
 
 
 @pytest.mark.parametrize(
     "quaternion",
-    [[0] * 4, [0, 0, 0, 0.5], [0, 0, 0, 0.998], [0, 0, 0, 1.002], [0, np.nan, 0, 1], [1e200, 0, 0, 0]],
+    [[0, 0, 0, 0], [0, 0, 0, 0.5], [0, 0, 0, 0.998], [0, 0, 0, 1.002], [0, np.nan, 0, 1], [1e200, 0, 0, 0]],
+    ids=str,
 )
 def test_non_unit_quaternion_is_refused_unless_flagged_invalid(quaternion):
-    """Two bodies at six times; one quaternion (x, y, z, w) is replaced."""
-    quaternions = np.tile([0.0, 0, 0, 1], (6, 2, 1))
+    """Bodies left and right in six frames; the quaternion (x, y, z, w) of left in frame 4 has another length than 1.
+
+    Flagged invalid it is not read: a body at rest stands in its place.
+    """
+    quaternions, valid = np.tile([0.0, 0, 0, 1], (6, 2, 1)), np.ones((6, 2), dtype=bool)
     quaternions[4, 0] = quaternion
     with pytest.raises(
         InvalidPoseError, match=r"frame 4 .* body left: quaternion .* has norm .*, not 1; flag the pose"
     ):
         Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions, names=["left", "right"])
-    valid = np.ones((6, 2), dtype=bool)
     valid[4, 0] = False
     motion = Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions, valid)
     assert np.array_equal(motion.rotations[4, 0], np.eye(3))
@@ -147,26 +159,30 @@ def test_non_unit_quaternion_is_refused_unless_flagged_invalid(quaternion):
 
 @pytest.mark.parametrize(("entry", "value"), [(0, 1e-300), (1, np.nan), (2, -1.0), (3, 1.0 + 1e-15)])
 def test_last_row_is_checked_where_poses_are_valid(entry, value):
-    """The last row of a homogeneous matrix is 0, 0, 0, 1 exactly."""
+    """The last row of a 4x4 matrix is 0, 0, 0, 1 exactly; one entry of it is not in frame 4 of cup and in frame 5 of a.
+
+    Both flagged invalid, the matrices are accepted.
+    """
     poses, valid = homogeneous_matrices(*random_translations_and_rotations()), np.ones((6, 2), dtype=bool)
-    poses[4, 1, 3, entry] = poses[5, 0, 3, entry] = value
+    a, cup = 0, 1
+    poses[4, cup, 3, entry] = poses[5, a, 3, entry] = value
     with pytest.raises(InvalidPoseError, match=r"frame 4 .*body cup.* last row"):
         Motion.from_matrices(TIMES, poses, names=["a", "cup"])
-    valid[4, 1] = valid[5, 0] = False
+    valid[4, cup] = valid[5, a] = False
     assert len(Motion.from_matrices(TIMES, poses, valid)) == 6
 
 
 def test_a_motion_is_frozen_and_does_not_follow_its_source():
-    """Arrays are overwritten after the motion was made of them; its own cannot be."""
+    """Arrays and 4x4 matrices are overwritten after motions were made of them; a motion's own arrays cannot be."""
     translations, rotations = random_translations_and_rotations()
     poses = homogeneous_matrices(translations, rotations)
-    motion, other = Motion(TIMES, translations, rotations), Motion.from_matrices(TIMES, poses)
+    of_arrays, of_matrices = Motion(TIMES, translations, rotations), Motion.from_matrices(TIMES, poses)
     before = translations.copy()
     translations[:], poses[:] = 9.0, 9.0
-    assert np.array_equal(motion.translations, before)
-    assert np.array_equal(other.translations, before)
+    assert np.array_equal(of_arrays.translations, before)
+    assert np.array_equal(of_matrices.translations, before)
     with pytest.raises(ValueError, match="read-only"):
-        motion.rotations[0] = 0
+        of_arrays.rotations[0] = 0
 
 
 def test_frames_link_only_between_valid_neighbours():
@@ -180,25 +196,28 @@ def test_frames_link_only_between_valid_neighbours():
     assert motion.linked[:, 1].tolist() == [False, True, True, True, False, True]
 
 
-def test_blocks_hold_the_same_bits_and_cover_every_frame_once():
-    """Six frames in blocks of 1, of 4 (the last is shorter), of 6 and of up to 100."""
+@pytest.mark.parametrize("size", [1, 4, 6, 100], ids="blocks of {}".format)
+def test_blocks_hold_the_same_bits_and_cover_every_frame_once(size):
+    """Six frames in blocks of so many: the last block may be shorter."""
     motion = Motion(TIMES, *random_translations_and_rotations())
-    for size in (1, 4, 6, 100):
-        blocks = list(motion.blocks(size))
-        assert np.concatenate([block.times for block in blocks]).tobytes() == motion.times.tobytes()
-        assert np.concatenate([block.rotations for block in blocks]).tobytes() == motion.rotations.tobytes()
-        assert max(len(block) for block in blocks) <= size
+    blocks = list(motion.blocks(size))
+    assert np.concatenate([block.times for block in blocks]).tobytes() == motion.times.tobytes()
+    assert np.concatenate([block.rotations for block in blocks]).tobytes() == motion.rotations.tobytes()
+    assert max(len(block) for block in blocks) == min(size, 6)
 
 
 def test_selected_frames_are_linked_only_to_adjacent_frames():
-    """Frames 0, 1, 3, 4 are selected: no motion is known from 1 to 3 without 2."""
-    taken = Motion(TIMES, *random_translations_and_rotations()).take(np.array([0, 1, 3, 4]))
-    assert taken.linked[:, 0].tolist() == [False, True, False, True]
-    assert np.array_equal(taken.times, TIMES[[0, 1, 3, 4]])
+    """Frames 0, 1, 3 and 4 of six are selected: nothing is known of the motion from 1 to 3 without 2."""
+    selection = Motion(TIMES, *random_translations_and_rotations()).take(np.array([0, 1, 3, 4]))
+    assert np.array_equal(selection.times, TIMES[[0, 1, 3, 4]])
+    assert selection.linked[:, 0].tolist() == [False, True, False, True]
 
 
 def resting_motion():
-    """Five bodies at nine times: at rest, moved once by the least there is, turned once, repaired, lost for a frame."""
+    """Five bodies in nine frames: 0 at rest, 1 moved in frame 8 by the least there is, 2 rotated in frame 4.
+
+    Rotations of body 3 are 1e-6 too long; body 4 has no pose in frame 3, and another one from frame 4 on.
+    """
     rotations, positions = np.tile(np.eye(3), (9, 5, 1, 1)), np.zeros((9, 5, 3))
     positions[8, 1, 2] = 5e-324
     rotations[4:, 2] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
@@ -209,24 +228,38 @@ def resting_motion():
 
 
 def test_a_motion_knows_where_each_body_changes():
-    """Frames in which each body of ``resting_motion`` changes; all nine rotations of body 3 are repaired."""
-    motion = resting_motion()
-    changes = [np.flatnonzero(column).tolist() for column in motion.changed.T]
-    assert changes == [[0], [0, 8], [0, 4], [0], [0, 4]], "a body that is lost changes where it is seen again"
-    assert motion.renormalised == 9
+    """Five bodies in nine frames, each of which changes in frame 0: body 0 rests, body 1 moves by 5e-324 m in frame 8.
 
-
-def test_changed_poses_agree_in_rigid_sliced_and_selected_motions():
-    """``changed`` tells for each frame and body whether its pose differs from the frame before.
-
-    Bodies 2 and 4 change in frame 4: of the frames 0, 2, 3, 5 and 8 that is seen in 5.
+    Body 2 rotates in frame 4; body 3 rests; body 4 is lost in frame 3 and stands elsewhere in frame 4.
     """
+    changes = [np.flatnonzero(column).tolist() for column in resting_motion().changed.T]
+    assert changes == [[0], [0, 8], [0, 4], [0], [0, 4]]
+
+
+def test_repeated_poses_are_counted_as_repaired_in_each_frame():
+    """Of five bodies in nine frames the matrices of one are 1e-6 too long."""
+    assert resting_motion().renormalised == 9
+
+
+def test_changed_poses_are_the_same_in_a_rigid_motion():
+    """``of_rigid`` takes arrays that are known to be poses; ``changed`` is whether a pose differs from the last."""
     motion = resting_motion()
-    components = motion.translations.copy(), motion.rotations.copy(), motion.valid, motion.linked
-    assert Motion.of_rigid(motion.times, *components).changed.tolist() == motion.changed.tolist()
+    arrays = motion.translations.copy(), motion.rotations.copy(), motion.valid, motion.linked
+    assert Motion.of_rigid(motion.times, *arrays).changed.tolist() == motion.changed.tolist()
+
+
+def test_changed_poses_of_a_slice_are_those_of_the_whole():
+    """Frames 3 to 6 of nine."""
+    motion = resting_motion()
     assert motion.frames(3, 7).changed.tolist() == motion.changed[3:7].tolist()
-    kept = np.array([0, 2, 3, 5, 8])
-    assert motion.take(kept).changed[:, [2, 4]].tolist() == [[1, 1], [0, 0], [0, 0], [1, 1], [0, 0]]
+
+
+def test_changed_poses_of_a_selection_are_seen_in_its_next_frame():
+    """Bodies 2 and 4 change in frame 4, which is not selected: the change is in the next selected frame, 5."""
+    selection = resting_motion().take(np.array([0, 2, 3, 5, 8]))
+    changed = [bool(flag) for flag in selection.changed[:, 2]]
+    assert changed == [True, False, False, True, False]
+    assert selection.changed[:, 4].tolist() == changed
 
 
 @pytest.mark.parametrize(
@@ -245,23 +278,28 @@ def test_times_that_do_not_increase_are_refused_by_frame(times, message):
         Motion(times, np.zeros((3, 1, 3)), np.tile(np.eye(3), (3, 1, 1, 1)))
 
 
-@pytest.mark.parametrize("spoil", ["turn", "last row"])
-def test_bad_pose_after_repeated_poses_is_refused(spoil):
-    """Body 1 of frame 3 has a rotation with a NaN, or a last row other than 0, 0, 0, 1."""
+@pytest.mark.parametrize("bad_part", ["rotation", "last row"])
+def test_bad_pose_after_repeated_poses_is_refused(bad_part):
+    """Bodies at rest in five frames; in frame 3 body 1 has a rotation with a NaN, or a last row other
+    than 0, 0, 0, 1.
+    """
     poses = np.tile(np.eye(4), (5, 2, 1, 1))
-    poses[3, 1, 3, 0] = 1.0 if spoil == "last row" else 0.0
-    poses[3, 1, 0, 0] = 1.0 if spoil == "last row" else np.nan
+    if bad_part == "rotation":
+        poses[3, 1, 0, 0] = np.nan
+    else:
+        poses[3, 1, 3, 0] = 1.0
     with pytest.raises(InvalidPoseError, match="frame 3"):
         Motion.from_matrices(np.arange(5), poses)
 
 
 def test_motion_may_have_no_frames():
+    """Three bodies, and arrays without frames."""
     assert len(Motion([], np.zeros((0, 3, 3)), np.zeros((0, 3, 3, 3)))) == 0
     assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).valid.shape == (0, 3)
 
 
 def test_rigid_motion_keeps_poses_without_the_compiler():
-    """A new process makes a motion of poses that are known to be rigid, and has not loaded numba."""
+    """A new process makes a motion of poses that are known to be rigid, and has not loaded numba, which takes time."""
     code = (
         "import sys, numpy as np; from cdcore import Motion; yes = np.ones((2, 1), dtype=bool);"
         "m = Motion.of_rigid(np.arange(2.0), np.zeros((2, 1, 3)), np.tile(np.eye(3), (2, 1, 1, 1)), yes, yes);"

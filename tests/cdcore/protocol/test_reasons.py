@@ -1,4 +1,4 @@
-"""Every undecided verdict has a reason: the one noted, that of its pair, or that there is none."""
+"""Every undecided verdict has a reason: the noted one, that of its pair, or that there is none."""
 
 import pickle
 
@@ -10,6 +10,7 @@ from cdcore.protocol.detection import NO_REASON
 
 UNRESOLVED, INVALID, NO_POSE, CLEAR = Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE, Verdict.CLEAR
 TEXTS = ("partly: inside undecided: cup has holes", "refused: not supported", "decided")
+"""What detections of these tests say about containment of their three pairs."""
 
 
 def detection(verdict, reasons=(), containment=TEXTS, start=0):
@@ -23,7 +24,10 @@ def detection(verdict, reasons=(), containment=TEXTS, start=0):
 
 
 def test_undecided_verdicts_get_the_reason_of_their_pair():
-    """Two frames of three pairs, whose texts about containment are TEXTS."""
+    """Pair 0: inside undecided, as cup has holes; pair 1: refused, not supported; pair 2: decided.
+
+    Reasons are by frame and pair; where the pair's text has none, NO_REASON says so.
+    """
     answer = detection([[UNRESOLVED, INVALID, CLEAR], [CLEAR, CLEAR, UNRESOLVED]])
     assert answer.reasons == {
         (0, 0): "inside undecided: cup has holes",
@@ -31,32 +35,51 @@ def test_undecided_verdicts_get_the_reason_of_their_pair():
         (1, 2): NO_REASON,
     }
     assert len(answer.reasons) == 3
+
+
+def test_undecided_verdict_without_a_text_of_its_pair_has_no_reason():
+    """A detection that says nothing about containment."""
     assert detection([[UNRESOLVED, CLEAR, CLEAR]], containment=()).reasons == {(0, 0): NO_REASON}
 
 
 def test_a_noted_reason_comes_before_that_of_the_pair():
-    """Unnoted, they would be those for a mesh with holes and for a missing pose."""
-    answer = detection([[UNRESOLVED, NO_POSE, CLEAR]], {(0, 0): "half a turn", (0, 1): "lost"})
-    assert answer.reasons == {(0, 0): "half a turn", (0, 1): "lost"}
+    """Unnoted, pair 0 would get that cup has holes, and NO_POSE no reason: it is no undecided verdict of the mesh."""
+    noted = {(0, 0): "half a turn", (0, 1): "lost"}
+    assert detection([[UNRESOLVED, NO_POSE, CLEAR]], reasons=noted).reasons == noted
 
 
-@pytest.mark.parametrize("position", [(0, 2), (5, 0), (-1, 0), (0, 3)])
-def test_decided_or_absent_pairs_have_no_reason(position):
-    """``position``: (frame, pair) of one frame with three pairs; the third is clear."""
+@pytest.mark.parametrize(
+    "frame_and_pair",
+    [
+        pytest.param((0, 2), id="clear"),
+        pytest.param((5, 0), id="no such frame"),
+        pytest.param((-1, 0), id="negative frame"),
+        pytest.param((0, 3), id="no such pair"),
+    ],
+)
+def test_decided_or_absent_pairs_have_no_reason(frame_and_pair):
+    """A frame with three pairs, of which the third is clear."""
     answer = detection([[UNRESOLVED, INVALID, CLEAR]])
-    assert position not in answer.reasons
+    assert frame_and_pair not in answer.reasons
     with pytest.raises(KeyError):
-        answer.reasons[position]
+        answer.reasons[frame_and_pair]
 
 
-def test_reasons_stay_with_their_frames_in_blocks_and_selections():
-    """The second block begins at frame 1; (frame, pair) are the keys."""
-    first, second = (
-        detection([[UNRESOLVED, CLEAR, CLEAR]], {(0, 0): "noted"}),
-        detection([[UNRESOLVED, CLEAR, CLEAR], [CLEAR, INVALID, CLEAR]], start=1),
-    )
-    joined = join([first, second])
+def joined_detection():
+    """A block of frame 0, with a noted reason, and one of frames 1 and 2, joined."""
+    first = detection([[UNRESOLVED, CLEAR, CLEAR]], reasons={(0, 0): "noted"})
+    second = detection([[UNRESOLVED, CLEAR, CLEAR], [CLEAR, INVALID, CLEAR]], start=1)
+    return join([first, second])
+
+
+def test_reasons_stay_with_their_frames_in_blocks():
+    """By frame and pair: noted in frame 0, of pair 0 in frame 1 and of pair 1 in frame 2; pickled too."""
     expected = {(0, 0): "noted", (1, 0): "inside undecided: cup has holes", (2, 1): "not supported"}
-    assert joined.reasons == expected
-    assert joined.take(np.array([0, 2])).reasons == {(0, 0): "noted", (1, 1): "not supported"}
-    assert pickle.loads(pickle.dumps(joined)).reasons == expected
+    assert joined_detection().reasons == expected
+    assert pickle.loads(pickle.dumps(joined_detection())).reasons == expected
+
+
+def test_reasons_stay_with_their_frames_in_selections():
+    """Frames 0 and 2 of three become frames 0 and 1."""
+    selected = joined_detection().take(np.array([0, 2]))
+    assert selected.reasons == {(0, 0): "noted", (1, 1): "not supported"}

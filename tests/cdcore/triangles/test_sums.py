@@ -44,21 +44,26 @@ def test_two_sum_and_two_product_keep_every_bit(a, b):
 
 @given(st.lists(moderate, min_size=1, max_size=8))
 def test_the_sign_of_a_sum_is_exact(values):
-    """Up to eight doubles from 2^-60 to 2^60, whose sum is computed in rationals."""
+    """Up to eight doubles of sizes from 2^-60 to 2^60, whose sum is computed in rationals."""
     digits = new_digits()
     for value in values:
         add_double(digits, value)
     assert sign_of_digits(digits) == sign(sum(map(Fraction, values)))
 
 
-@given(moderate, moderate, moderate)
-def test_exact_sum_of_a_product_and_its_parts_is_zero(a, b, c):
-    """``two_product`` splits a b into two doubles without error; c times 2^-200 then decides the sign of the rest."""
+@given(moderate, moderate)
+def test_exact_sum_of_a_product_and_its_halves_is_zero(a, b):
+    """``two_product`` splits a b into a rounded result and its error, which are taken off a b again."""
     digits = new_digits()
     add_product(digits, a, b)
     for component in two_product(a, b):
         add_double(digits, -component)
     assert sign_of_digits(digits) == 0
+
+
+@given(moderate, moderate, moderate)
+def test_the_least_term_decides_where_products_cancel(a, b, c):
+    """a b - b a + c 2^-200 has the sign of c."""
     digits = new_digits()
     add_product(digits, a, b)
     add_product(digits, -b, a)
@@ -66,64 +71,71 @@ def test_exact_sum_of_a_product_and_its_parts_is_zero(a, b, c):
     assert sign_of_digits(digits) == sign(c)
 
 
-@pytest.mark.parametrize("size", [2.0**-756, 2.0**-252, 1.0, 2.0**604])
-def test_exact_sum_holds_192_terms_of_extreme_size(size):
-    """192 terms of one sign and size: the sum has that sign."""
-    for direction in (1.0, -1.0):
-        digits = new_digits()
-        for _ in range(192):
-            add_double(digits, direction * size)
-        assert sign_of_digits(digits) == direction
+@pytest.mark.parametrize("size", [2.0**-756, 2.0**-252, 1.0, 2.0**604], ids=["2^-756", "2^-252", "1", "2^604"])
+@pytest.mark.parametrize("sign_of_terms", [1, -1])
+def test_exact_sum_holds_192_terms_of_extreme_size(size, sign_of_terms):
+    """The sum of 192 equal terms has their sign: no digit overflows."""
+    digits = new_digits()
+    for _ in range(192):
+        add_double(digits, sign_of_terms * size)
+    assert sign_of_digits(digits) == sign_of_terms
 
 
-def test_only_zero_and_moderate_sizes_count_as_moderate():
-    """Moderate is from 2**-200 to 2**200."""
-    assert exponents_are_moderate(np.array([0.0, 1.0, -(2.0**-199)]), 3)
-    assert not exponents_are_moderate(np.array([0.0, 1.0, 2.0**-201]), 3)
-    assert not exponents_are_moderate(np.array([0.0, 1.0, -(2.0**201)]), 3)
+@pytest.mark.parametrize(
+    ("largest", "is_moderate"),
+    [(-(2.0**-199), True), (2.0**-201, False), (-(2.0**201), False)],
+    ids=["2^-199", "2^-201", "2^201"],
+)
+def test_only_zero_and_moderate_sizes_count_as_moderate(largest, is_moderate):
+    """Moderate is 0, and from 2^-200 to 2^200; three numbers are 0, 1 and another one of this size."""
+    numbers = np.array([0.0, 1.0, largest])
+    assert exponents_are_moderate(numbers, len(numbers)) == is_moderate
 
 
-def exact_volume(p):
-    """Sign of the volume of a tetrahedron, in rationals."""
-    a, b, c = ([Fraction(float(p[k, i])) - Fraction(float(p[3, i])) for i in range(3)] for k in range(3))
+def sign_of_volume(corners):
+    """Sign of the volume of a tetrahedron (4, 3), in rationals."""
+    a, b, c = ([Fraction(float(corners[k, i])) - Fraction(float(corners[3, i])) for i in range(3)] for k in range(3))
     cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    volume = sum(x * y for x, y in zip(cross, c, strict=True))
-    return (volume > 0) - (volume < 0)
+    return sign(sum(x * y for x, y in zip(cross, c, strict=True)))
 
 
 def nearly_flat(rng, step):
-    """Four points of which the last is within two steps of the plane of the others."""
-    p = rng.random((4, 3))
+    """Four random points of which the last is within two steps of the plane of the others, on each axis."""
+    points = rng.random((4, 3))
     weights = rng.dirichlet([1, 1, 1])
-    p[3] = weights @ p[:3]
-    p[3] += rng.integers(-2, 3, 3) * step
-    return p
+    points[3] = weights @ points[:3] + rng.integers(-2, 3, 3) * step
+    return points
 
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
 def test_sign_of_four_nearly_coplanar_points_is_exact(step):
-    """The points 0 to 3 are corners of a tetrahedron; the sign of its volume in rationals is the truth.
+    """200 tetrahedra whose last corner is within two steps of the plane of the others.
 
-    Rounded to doubles it may be wrong; the filter may answer 2, undecided.
+    The sign of the volume is that of rationals, which rounded products may miss; the filter may answer 2, undecided.
     """
-    rng, w = np.random.default_rng(3), new_digits()
+    rng, digits, undecided = np.random.default_rng(3), new_digits(), 2
     for _ in range(200):
-        p = nearly_flat(rng, step)
-        want = exact_volume(p)
-        assert orientation_sign(p.ravel(), 0, 1, 2, 3, w) == want
-        assert orientation_filtered(p.ravel(), 0, 1, 2, 3) in (want, 2)
+        points = nearly_flat(rng, step)
+        expected = sign_of_volume(points)
+        assert orientation_sign(points.ravel(), 0, 1, 2, 3, digits) == expected
+        assert orientation_filtered(points.ravel(), 0, 1, 2, 3) in (expected, undecided)
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("axis", [0, 1, 2], ids="xyz".__getitem__)
 def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
-    """Points 2 and 3 repeat half of the way from 0 to 1, but for at most a rounding; the sign is that of rationals."""
-    rng, w = np.random.default_rng(5), new_digits()
+    """200 pairs of segments, of which the second is half of the first moved, but for a rounding on each axis.
+
+    The sign of their cross product along an axis is that of rationals.
+    """
+    rng, digits = np.random.default_rng(5), new_digits()
     i, j = (axis + 1) % 3, (axis + 2) % 3
     for _ in range(200):
-        p = rng.random((4, 3))
-        p[3] = p[2] + (p[1] - p[0]) * 0.5 + rng.integers(-1, 2, 3) * 2.0**-53
-        u, v = ([Fraction(float(p[k + 1, m])) - Fraction(float(p[k, m])) for m in (i, j)] for k in (0, 2))
-        exact = u[0] * v[1] - u[1] * v[0]
-        assert cross_sign(p.ravel(), 0, 1, 2, 3, axis, w) == (exact > 0) - (exact < 0)
+        a, b, c, _ = rng.random((4, 3))
+        d = c + (b - a) * 0.5 + rng.integers(-1, 2, 3) * 2.0**-53
+        first, second = (
+            [Fraction(float(end[k])) - Fraction(float(start[k])) for k in (i, j)] for start, end in ((a, b), (c, d))
+        )
+        expected = sign(first[0] * second[1] - first[1] * second[0])
+        assert cross_sign(np.concatenate([a, b, c, d]), 0, 1, 2, 3, axis, digits) == expected

@@ -19,90 +19,111 @@ MESHES["large point"] = np.full((2, 3, 3), 1e70)
 by_mesh = pytest.mark.parametrize("name", MESHES)
 
 
+def box_of_node(tree, node):
+    """Centre (3,), axes (3, 3) in rows, half edges (3,) and half diagonal of a node's box."""
+    box = tree.boxes[node]
+    return box[:3], box[3:12].reshape(3, 3).T, box[12:15], box[15]
+
+
 @by_mesh
 def test_leaves_hold_every_face_once(name):
-    """A node without children (``child`` < 0) is a leaf; below the root, node 0, are all faces."""
-    tree = build_box_trees([MESHES[name]])[0]
-    assert sorted(tree.faces.tolist()) == list(range(len(MESHES[name])))
-    sizes = (tree.stop - tree.start)[tree.child < 0]
-    assert sizes.sum() == len(MESHES[name])
-    assert sizes.min() >= 1
-    assert sizes.max() <= TREE_KINDS["exact"].leaf_faces
-    assert faces_below(tree, node=0).tolist() == list(range(len(MESHES[name])))
+    """A node without children (``child`` < 0) is a leaf, of one face or a few; below the root, node 0,
+    are all faces.
+    """
+    all_faces = list(range(len(MESHES[name])))
+    (tree,) = build_box_trees([MESHES[name]])
+    is_leaf = tree.child < 0
+    faces_in_leaves = (tree.stop - tree.start)[is_leaf]
+    assert sorted(tree.faces.tolist()) == all_faces
+    assert faces_in_leaves.sum() == len(all_faces)
+    assert faces_in_leaves.min() >= 1
+    assert faces_in_leaves.max() <= TREE_KINDS["exact"].leaf_faces
+    assert faces_below(tree, node=0).tolist() == all_faces
 
 
 @by_mesh
 def test_boxes_cover_their_corners_to_a_few_roundings(name):
-    """A box is a row of its centre (3), axes (9), half edges (3) and half diagonal.
+    """A box has perpendicular axes of length 1, and half the diagonal of its half edges.
 
-    Corners may stand out by 40 roundings of the farthest corner's distance; 1e-300 is for points near zero.
+    Corners below its node may stand out by 40 roundings of the farthest corner's distance; 1e-300 m is for points near
+    zero.
     """
     triangles = MESHES[name]
-    tree = build_box_trees([triangles])[0]
-    half_ulp = 2**-53
-    for node, box in enumerate(tree.boxes):
-        centre, axes, half_edges, half_diagonal = box[:3], box[3:12].reshape(3, 3).T, box[12:15], box[15]
-        assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15, "axes of length 1, perpendicular"
-        offset = (triangles[faces_below(tree, node)].reshape(-1, 3) - centre) @ axes.T
-        assert (np.abs(offset) - half_edges).max() <= 40 * half_ulp * tree.reach + 1e-300
+    (tree,) = build_box_trees([triangles])
+    rounding = 2**-53 * tree.reach
+    for node in range(len(tree.boxes)):
+        centre, axes, half_edges, half_diagonal = box_of_node(tree, node)
+        assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15
+        corners = triangles[faces_below(tree, node)].reshape(-1, 3)
+        offsets = np.abs((corners - centre) @ axes.T)
+        assert (offsets - half_edges).max() <= 40 * rounding + 1e-300
         assert half_diagonal == pytest.approx(np.linalg.norm(half_edges), rel=1e-15, abs=1e-300)
 
 
 @by_mesh
 def test_leaf_data_repeat_the_faces_in_their_frames(name):
-    """Faces in the body's axes, about the middle of their box, and in the axes of the box."""
+    """A leaf has each of its faces in the body's axes (``placed``, the first corner once more at the end).
+
+    Then about the middle of its box (``corners``), and in the axes of the box (``boxed``) with their extents there.
+    """
     triangles = MESHES[name]
-    tree = build_box_trees([triangles])[0]
+    (tree,) = build_box_trees([triangles])
     leaf_nodes = np.flatnonzero(tree.child < 0)
     assert leaf_nodes.size
     for node in leaf_nodes:
-        axes = tree.boxes[node, 3:12].reshape(3, 3).T
+        centre, axes, _half_edges, _half_diagonal = box_of_node(tree, node)
         for row in range(tree.start[node], tree.stop[node]):
-            face = triangles[tree.faces[row]]
-            assert np.array_equal(tree.placed[row].reshape(3, 4).T, face[[0, 1, 2, 0]])
-            local, boxed = tree.corners[row].reshape(3, 3), tree.boxed[row].reshape(3, 3)
-            assert np.array_equal(local, face - tree.boxes[node, :3])
-            assert np.allclose(boxed, local @ axes.T, atol=1e-14 * (1 + np.abs(local).max()))
-            assert np.array_equal(tree.spans[row].reshape(3, 2), np.stack([boxed.min(0), boxed.max(0)], axis=1))
+            a, b, c = face = triangles[tree.faces[row]]
+            about_centre, in_box_axes = tree.corners[row].reshape(3, 3), tree.boxed[row].reshape(3, 3)
+            assert np.array_equal(tree.placed[row].reshape(3, 4).T, [a, b, c, a])
+            assert np.array_equal(about_centre, face - centre)
+            assert np.allclose(in_box_axes, about_centre @ axes.T, atol=1e-14 * (1 + np.abs(about_centre).max()))
+            extents = np.stack([in_box_axes.min(axis=0), in_box_axes.max(axis=0)], axis=1)
+            assert np.array_equal(tree.spans[row].reshape(3, 2), extents)
 
 
 def test_box_trees_built_together_equal_trees_built_singly():
-    """All arrays are compared, but the last field, which is their addresses."""
-    for triangles, tree in zip(MESHES.values(), build_box_trees([*MESHES.values()]), strict=True):
-        alone = build_box_trees([triangles])[0]
-        assert all(np.array_equal(*both) for both in zip(tree[:-1], alone[:-1], strict=True))
+    """All arrays are compared; the last field of a tree is left out, its addresses in memory."""
+    together = build_box_trees([*MESHES.values()])
+    for triangles, tree in zip(MESHES.values(), together, strict=True):
+        (alone,) = build_box_trees([triangles])
+        assert all(np.array_equal(array, other) for array, other in zip(tree[:-1], alone[:-1], strict=True))
 
 
 def fitted_box_of(triangles):
-    """Axes (3, 3) of the root's box, and its extent (3, 2) along each of them."""
-    box = build_box_trees([triangles])[0].boxes[0]
-    axes, middle, half = box[3:12].reshape(3, 3).T, box[:3], box[12:15]
-    return axes, np.stack([axes @ middle - half, axes @ middle + half], axis=1)
+    """Axes (3, 3) of the root's box, and its lower and upper ends (3,) along each of them."""
+    (tree,) = build_box_trees([triangles])
+    centre, axes, half_edges, _half_diagonal = box_of_node(tree, node=0)
+    return axes, axes @ centre - half_edges, axes @ centre + half_edges
 
 
-def surface_of(extent):
-    """Half the surface of boxes (n, 2, 3)."""
-    x, y, z = extent[:, 1] - extent[:, 0]
+def surface_of(lower, upper):
+    """Half the surface of a box between two corners."""
+    x, y, z = upper - lower
     return x * y + y * z + z * x
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_rotated_slab_is_fitted_along_its_own_axes(seed):
-    """Extents of 6, 2 and 0.2 m before it was rotated: surface at most 1.3 times that of its own box."""
+    """200 triangles in a slab of 6 x 2 x 0.2 m, rotated at random: the box holds them tightly.
+
+    Its surface is at most 1.3 times that of the slab.
+    """
     rng = np.random.default_rng(seed)
-    rotation = random_rotations(rng)
-    triangles = (rng.uniform(-1, 1, (200, 3, 3)) * [3.0, 1.0, 0.1]) @ rotation.T
-    axes, extent = fitted_box_of(triangles)
+    slab = np.array([6.0, 2.0, 0.2])
+    triangles = (rng.uniform(-0.5, 0.5, (200, 3, 3)) * slab) @ random_rotations(rng).T
+    axes, lower, upper = fitted_box_of(triangles)
     assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
-    along = triangles.reshape(-1, 3) @ axes.T
-    assert np.allclose(along.min(0), extent[:, 0])
-    assert np.allclose(along.max(0), extent[:, 1])
-    assert surface_of(extent) < 1.3 * (6 * 2 + 6 * 0.2 + 2 * 0.2)
+    along_axes = triangles.reshape(-1, 3) @ axes.T
+    assert np.allclose(along_axes.min(axis=0), lower)
+    assert np.allclose(along_axes.max(axis=0), upper)
+    assert surface_of(lower, upper) < 1.3 * surface_of(np.zeros(3), slab)
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_box_is_never_larger_than_the_axis_aligned_box(seed):
-    """The surface is compared, of boxes about five random triangles."""
+    """Surfaces of the boxes about five random triangles, within rounding."""
     triangles = np.random.default_rng(seed).normal(size=(5, 3, 3))
-    lower, upper = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    assert surface_of(fitted_box_of(triangles)[1]) <= surface_of(np.stack([lower, upper], axis=1)) * (1 + 1e-14)
+    _axes, lower, upper = fitted_box_of(triangles)
+    aligned = surface_of(triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1)))
+    assert surface_of(lower, upper) <= aligned * (1 + 1e-14)

@@ -13,7 +13,7 @@ from cdcore.triangles.decide import triangles_intersect
 
 
 @kernel
-def stay_apart(corners, margin):
+def certainly_separate(corners, margin):
     """Whether two moving triangles are proven to stay apart, from compiled code."""
     return faces_stay_separated(corners, margin)
 
@@ -26,22 +26,26 @@ def corners_of(before, after, other):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_faces_reported_separate_never_meet(kind):
-    """Face ``before`` moves straight to ``after``; sampled at 33 instants it must not meet ``other``."""
+    """A face moves straight from one random place to another beside a face at rest: 400 such moves.
+
+    Where they are proven to stay apart, which is in more than 40, they do not meet at 33 instants of the move.
+    """
     rng = np.random.default_rng(5)
-    dismissed = 0
+    proven_separate = 0
     for _ in range(400):
         before, after = KINDS[kind](rng)[rng.integers(0, 12, 2)]
-        other = KINDS[kind](rng)[3] + rng.integers(-2, 3, 3)
-        if not stay_apart(corners_of(before, after, other), 1e-12):
+        at_rest = KINDS[kind](rng)[3] + rng.integers(-2, 3, 3)
+        if not certainly_separate(corners_of(before, after, at_rest), 1e-12):
             continue
-        dismissed += 1
-        direction = np.linspace(0, 1, 33)[:, None, None]
-        placed = (1 - direction) * before + direction * after
-        assert not triangles_intersect(np.stack([placed, np.broadcast_to(other, placed.shape)], axis=1)).any()
-    assert dismissed > 40
+        proven_separate += 1
+        fraction = np.linspace(0, 1, 33)[:, None, None]
+        moving = (1 - fraction) * before + fraction * after
+        assert not triangles_intersect(np.stack([moving, np.broadcast_to(at_rest, moving.shape)], axis=1)).any()
+    assert proven_separate > 40
 
 
 PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
+"""Of three bodies."""
 
 
 def spheres_and_random_poses(seed, frames=120):
@@ -60,40 +64,51 @@ def centre_at(sphere, rotation, move, frame, body, fraction):
     return pose[:9].reshape(3, 3) @ sphere.centre + pose[9:]
 
 
-def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
-    """Legs are moves from frame to frame; a dismissed one is sampled at seven instants."""
+def test_spheres_of_a_leg_that_is_not_near_never_meet():
+    """Bounding spheres of three bodies in 60 frames; a leg is the move from a frame to the next, on a line and an arc.
+
+    ``may_meet`` answers for the leg before each frame but the first; where it says no, the spheres are apart at seven
+    instants of the leg.
+    """
     spheres, rotation, move = spheres_and_random_poses(seed=0, frames=60)
     requested = np.ones((len(rotation), 3), dtype=bool)
     requested[0] = False
     near = SweptSpheres(spheres).may_meet(rotation, move, np.ones(rotation.shape[:2], bool), PAIRS, requested)
-    assert 0.05 < near[1:].mean() < 0.95
+    assert 0.05 < near[1:].mean() < 0.95, "both answers are frequent"
     for frame, column in np.argwhere(requested & ~near).tolist():
         i, j = PAIRS[column]
         for fraction in np.linspace(0, 1, 7):
-            directions = [centre_at(spheres[k], rotation, move, frame, k, fraction) for k in (i, j)]
-            assert np.linalg.norm(directions[0] - directions[1]) > spheres[i].radius + spheres[j].radius
+            first, second = (centre_at(spheres[k], rotation, move, frame, k, fraction) for k in (i, j))
+            assert np.linalg.norm(first - second) > spheres[i].radius + spheres[j].radius
 
 
 @pytest.mark.parametrize(
-    ("gap", "far", "near"),
-    [(1e-9, 0.0, False), (-1e-9, 0.0, True), (1e-6, 1e6, True), (1e-4, 1e6, False)],
+    ("gap", "height", "is_near"),
+    [
+        pytest.param(1e-9, 0.0, False, id="1 nm apart"),
+        pytest.param(-1e-9, 0.0, True, id="1 nm deep"),
+        pytest.param(1e-6, 1e6, True, id="1 um apart, 1,000 km away"),
+        pytest.param(1e-4, 1e6, False, id="0.1 mm apart, 1,000 km away"),
+    ],
 )
-def test_passing_spheres_are_near_by_rounding_only(gap, far, near):
-    """Spheres of 1 m beside the origins of their bodies, ``gap`` apart in passing; at 1,000 km micrometres are lost.
+def test_passing_spheres_are_near_by_rounding_only(gap, height, is_near):
+    """A sphere of 1 m passes another along x; their centres, at y = 2 and 5 + gap - 1 m, come 2 m and the gap near.
 
-    In passing one is at y = 2 m, the other at 5 + gap - 1 m.
+    1,000 km from the origin micrometres are lost.
     """
     spheres = [Sphere(np.array([0.0, 2.0, 0.0]), 1.0), Sphere(np.array([0.0, -1.0, 0.0]), 1.0)]
-    moves = np.array([[(-3, 0, 0), (0, 5 + gap, 0)], [(3, 0, 0), (0, 5 + gap, 0)]])
-    moves[..., 2] = far
-    still = np.tile(np.eye(3), (2, 2, 1, 1))
+    moves = np.array([[(-3, 0, height), (0, 5 + gap, height)], [(3, 0, height), (0, 5 + gap, height)]])
+    rotations, valid = np.tile(np.eye(3), (2, 2, 1, 1)), np.ones((2, 2), bool)
     requested = np.array([[False], [True]])
-    answer = SweptSpheres(spheres).may_meet(still, moves, np.ones((2, 2), bool), np.array([[0, 1]]), requested)
-    assert answer.tolist() == [[False], [near]]
+    answer = SweptSpheres(spheres).may_meet(rotations, moves, valid, np.array([[0, 1]]), requested)
+    assert answer.tolist() == [[False], [is_near]]
 
 
 def test_skipped_legs_are_not_near_and_invalid_poses_harmless():
-    """Requested are frames 20 to 29, and 60 to 69 of the first pair; body 2 is NaN in 40 to 49."""
+    """Three bodies in 120 frames, and requests for some legs only, before frames 20 to 29, and 60 to 69 of pair 0.
+
+    Body 2 has no pose in frames 40 to 49, where its numbers are NaN and infinite: they raise no floating-point error.
+    """
     spheres, rotation, move = spheres_and_random_poses(seed=1)
     valid = np.ones(rotation.shape[:2], dtype=bool)
     valid[40:50, 2] = False

@@ -1,4 +1,8 @@
-"""Faces called apart are apart by more than the pad, and faces clearly apart are called so."""
+"""Faces called apart are apart by more than the pad, and faces clearly apart are called so.
+
+GJK looks for an axis along which two triangles are apart, and begins with a given one; the answer is how many steps
+that took, or MEETING where it found none.
+"""
 
 import itertools
 
@@ -14,7 +18,7 @@ from cdcore.narrow.published_trees import gjk
 
 @kernel
 def steps(points, axis, pad):
-    """Steps until GJK separates points, beginning with an axis."""
+    """Steps until GJK separates two triangles, points (6, 3), from a first axis on, which it changes in place."""
     return gjk.steps_to_separate(points.ravel(), axis, pad, np.empty(36))
 
 
@@ -28,40 +32,41 @@ def gap_along(points, axis):
 @settings(deadline=None, max_examples=100)
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1e-6, 1e6]), st.sampled_from([0.0, 1e-3]))
 def test_returned_axes_separate_by_more_than_the_pad(seed, scale, pad):
-    """The axis of two random triangles is changed in place, unless they meet or it separates them as it is."""
+    """Two random triangles of this scale: where GJK says apart they do not meet, and are apart by the pad on its axis.
+
+    The axis stays as it was where they meet, and where it separates them without a step.
+    """
     rng = np.random.default_rng(seed)
     points = (rng.normal(size=(6, 3)) + np.repeat(rng.normal(size=(2, 3)), 3, axis=0)) * scale
     axis = rng.normal(size=3)
-    before = axis.copy()
-    taken = steps(points, axis, pad * scale)
-    if taken == gjk.MEETING:
-        assert np.array_equal(axis, before)
+    first_axis = axis.copy()
+    steps_taken = steps(points, axis, pad * scale)
+    if steps_taken == gjk.MEETING:
+        assert np.array_equal(axis, first_axis)
         return
     assert gap_along(points, axis) > pad * scale * (1 - 1e-9)
     assert not triangles_intersect(points.reshape(1, 2, 3, 3))[0]
-    assert (taken == 0) == np.array_equal(axis, before)
+    assert (steps_taken == 0) == np.array_equal(axis, first_axis)
 
 
 @pytest.mark.slow  # the kernel alone compiles longer than this runs
 def test_faces_that_do_not_meet_are_nearly_always_separated():
-    """At most one in 1,000 of the random pairs that do not meet is left open."""
-    rng = np.random.default_rng(0)
+    """Of 4,000 random pairs all that meet are MEETING, and at most one in 1,000 of the others."""
+    rng, pad, first_axis = np.random.default_rng(0), 1e-12, np.array([1.0, 0, 0])
     points = rng.normal(size=(4000, 6, 3)) + np.repeat(rng.normal(size=(4000, 2, 3)) * 0.6, 3, axis=1)
     meet = triangles_intersect(points.reshape(-1, 2, 3, 3))
-    pad = 1e-12
-    answer = np.array([steps(item, np.array([1.0, 0, 0]), pad) for item in points])
+    assert 0.1 < meet.mean() < 0.9, "both kinds are frequent"
+    answer = np.array([steps(pair, first_axis.copy(), pad) for pair in points])
     assert (answer[meet] == gjk.MEETING).all()
-    assert (answer[~meet] != gjk.MEETING).mean() > 0.999
-    assert 0.1 < meet.mean() < 0.9
+    assert (answer[~meet] == gjk.MEETING).mean() < 0.001
 
 
 @pytest.mark.slow  # the kernel alone compiles longer than this runs
-def test_gjk_claims_no_separation_when_floats_overflow_or_underflow():
-    """At a scale of 1e200 or 1e-200 products of coordinates are infinite or 0."""
+@pytest.mark.parametrize("scale", [1e200, 1e-200])
+def test_gjk_claims_no_separation_when_floats_overflow_or_underflow(scale):
+    """Two triangles 9 m apart at a scale at which products of coordinates are infinite or 0."""
     points = np.random.default_rng(2).normal(size=(6, 3)) + np.repeat([[0, 0, 0], [9.0, 0, 0]], 3, axis=0)
-    for scale in (1e200, 1e-200):
-        pad = 1e-150
-        assert steps(points * scale, np.array([0.0, 1.0, 0.0]), pad) == gjk.MEETING
+    assert steps(points * scale, np.array([0.0, 1.0, 0.0]), 1e-150) == gjk.MEETING
 
 
 def nearest_by_subsets(rows):
@@ -78,38 +83,44 @@ def nearest_by_subsets(rows):
     return min(candidates, key=lambda candidate: candidate[:2])[2:]
 
 
-@pytest.mark.parametrize("corners", [1, 2, 3, 4])
+@pytest.mark.parametrize("corners", [1, 2, 3, 4], ids=["point", "segment", "triangle", "tetrahedron"])
 def test_nearest_point_of_a_simplex_is_that_of_least_squares(corners):
-    """The point nearest to the origin; ``nearest_by_subsets`` tries every face, edge and corner."""
+    """The point of a simplex nearest to the origin, and the corners that carry it, which come first in the room.
+
+    ``nearest_by_subsets`` tries every face, edge and corner. 0 corners: the origin is inside a tetrahedron.
+    """
     rng = np.random.default_rng(corners)
-    numbers_of_rows = set()
+    counts_of_corners = set()
     for _ in range(150):
         rows = rng.normal(size=(corners, 3)) + rng.normal(size=3) * rng.uniform(0, 1.5)
         subset, expected = nearest_by_subsets(rows)
         room = np.concatenate([rows.ravel(), np.zeros(36 - 3 * corners)])
         used, point = gjk.nearest_on_simplex(room, corners)
-        numbers_of_rows.add(used)
+        counts_of_corners.add(used)
         if len(subset) == 4:
-            assert used == 0, "the origin is inside"
+            assert used == 0
             continue
         assert used == len(subset)
         assert point == pytest.approx(expected, abs=1e-9)
         assert {tuple(row) for row in room.reshape(-1, 3)[:used]} == {tuple(rows[k]) for k in subset}
-    assert numbers_of_rows == set(range(1, corners + 1)) - {4} | ({0} if corners == 4 else set())
+    assert counts_of_corners == ({0, 1, 2, 3} if corners == 4 else set(range(1, corners + 1)))
 
 
-@pytest.mark.parametrize("pad", [0.0, 0.01])
+@pytest.mark.parametrize("pad", [0.0, 0.01], ids="pad of {} m".format)
 def test_few_steps_separate_faces_with_a_small_gap(pad):
-    """At most one of 40 random pairs of faces with a gap is left open; the axis found serves again."""
-    rng, open_pairs = np.random.default_rng(3), 0
+    """40 random pairs of faces: at most six steps separate two, and the axis separates them at once the next time.
+
+    Of those that do not meet at most one is left open.
+    """
+    rng, left_open = np.random.default_rng(3), 0
     for _ in range(40):
         points = rng.normal(size=(6, 3)) + np.repeat(rng.normal(size=(2, 3)), 3, axis=0)
         axis = np.array([1.0, 0.0, 0.0])
         steps_taken = gjk.steps_to_separate(points.ravel(), axis, pad, np.empty(36))
         if steps_taken == gjk.MEETING:
-            open_pairs += not triangles_intersect(points.reshape(1, 2, 3, 3))[0]
+            left_open += not triangles_intersect(points.reshape(1, 2, 3, 3))[0]
             continue
         assert steps_taken <= 6
         assert gap_along(points, axis) > pad
         assert gjk.steps_to_separate(points.ravel(), axis, pad, np.empty(36)) == 0
-    assert open_pairs <= 1
+    assert left_open <= 1
