@@ -1,5 +1,6 @@
 """The pieces that a search takes have less loss than hulls, and no body's pieces miss more than they save."""
 
+from itertools import pairwise
 from time import sleep
 
 import pytest
@@ -23,116 +24,167 @@ WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.00
 
 
 def piece_counts(fixed):
-    """Body -> number of its pieces after the fix."""
+    """Body -> number of its pieces after the search."""
     return {row["body"]: row["after"]["pieces"] for row in fixed.bodies}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("limit", [0.02, 0.0, 0.2])
-def test_pieces_that_miss_more_than_they_save_are_not_taken(two_beakers, missing_pieces, limit):
-    """``limit``: of false contact; pieces planted for the second beaker miss every contact, so it keeps its hull.
+def unlimited():
+    """A deadline that never comes."""
+    return Deadline(seconds=None, advance=lambda _: None)
 
-    Each choice on the front has less loss than the one before.
+
+@pytest.mark.slow
+@pytest.mark.parametrize("false_limit", [0.02, 0.0, 0.2])
+def test_pieces_that_miss_more_than_they_save_are_not_taken(two_beakers, missing_pieces, false_limit):
+    """Two beakers in each of which a rod stirs; pieces planted for the second (``missing_pieces``) miss every contact.
+
+    So it keeps its hull, whatever fraction of false contact is good enough. What was tried is listed by pieces (the
+    front), and each choice there has less loss than the one before.
     """
-    fixed = fix_colliders(two_beakers, limits=Limits(limit))
-    cuts = {row["body"]: row["how"] for row in fixed.bodies}
-    assert cuts["beaker"] != "one hull" and cuts["second"] == "one hull"
+    fixed = fix_colliders(two_beakers, limits=Limits(false=false_limit))
+    method_of_body = {row["body"]: row["how"] for row in fixed.bodies}
+    assert method_of_body["beaker"] != "one hull"
+    assert method_of_body["second"] == "one hull"
     assert fixed.after["loss"] < fixed.before["loss"]
-    assert all(more["loss"] < less["loss"] for less, more in zip(fixed.front, fixed.front[1:], strict=False))
+    losses = [choice["loss"] for choice in fixed.front]
+    assert all(loss_of_more < loss for loss, loss_of_more in pairwise(losses))
 
 
 @pytest.mark.slow
 def test_good_pieces_of_the_same_body_are_taken(two_beakers):
-    """The second beaker, without the planted pieces of the test above."""
-    assert piece_counts(fix_colliders(two_beakers, limits=Limits(0.02)))["second"] > 1
+    """The second beaker, whose own pieces are good, is cut; 2 % of false contact are good enough."""
+    assert piece_counts(fix_colliders(two_beakers, limits=Limits(false=0.02)))["second"] > 1
 
 
 @pytest.mark.slow
 def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_cutter_only, monkeypatch):
-    """With and without joins by the motion: fewer pieces of the beaker, and no more loss than counts as alike."""
+    """Pieces of a beaker are joined by their volumes, or where that touches the stirring rod least (by the motion).
+
+    The latter are fewer, with no more loss than counts as alike. (The fixture ``quickest_cutter_only`` turns joins by
+    motion off, and hands them over.)
+    """
     by_volume = fix_colliders(two_beakers, limits=Limits(false=0.2), time_limit=None)
     monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
-    joined = fix_colliders(two_beakers, limits=Limits(false=0.2), time_limit=None)
-    assert [row["how"] for row in joined.bodies if row["body"] == "beaker"] == [
-        "sectors by height and angle, joined by motion"
-    ]
-    assert piece_counts(joined)["beaker"] < piece_counts(by_volume)["beaker"]
-    assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
+    by_motion = fix_colliders(two_beakers, limits=Limits(false=0.2), time_limit=None)
+    (method,) = [row["how"] for row in by_motion.bodies if row["body"] == "beaker"]
+    assert method == "sectors by height and angle, joined by motion"
+    assert piece_counts(by_motion)["beaker"] < piece_counts(by_volume)["beaker"]
+    assert by_motion.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
 
 
 def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch):
-    """32 sectors of a cup were written, and 12 are as good: the time was up before their number was brought down."""
+    """A beaker was tried in up to 32 sectors; the time is up before a search for fewer of them that are as good.
 
-    def up(_search):
+    Taken is, of all that was tried and is about as good as the best, the choice of the fewest pieces.
+    """
+
+    def end(_search):
         raise collider_search.TimeUpError
 
-    monkeypatch.setattr(collider_search.ColliderSearch, "descend", up)
-    fixed = fix_colliders(beaker_and_rod, limits=Limits(0.02), time_limit=None)
-    best = min(fixed.front, key=lambda tried: tried["loss"])
-    assert fixed.time_up and fixed.after["loss"] < fixed.before["loss"]
-    alike = [tried for tried in fixed.front if tried["loss"] <= best["loss"] + collider_search.SIMILAR_LOSS / 2]
-    assert sum(piece_counts(fixed).values()) == min(tried["pieces"] for tried in alike)
+    monkeypatch.setattr(collider_search.ColliderSearch, "descend", end)
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.02), time_limit=None)
+    least_loss = min(choice["loss"] for choice in fixed.front)
+    as_good = [choice for choice in fixed.front if choice["loss"] <= least_loss + collider_search.SIMILAR_LOSS / 2]
+    assert fixed.time_up
+    assert fixed.after["loss"] < fixed.before["loss"]
+    assert sum(piece_counts(fixed).values()) == min(choice["pieces"] for choice in as_good)
 
 
 @pytest.mark.slow
 def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_only, monkeypatch):
-    """No false contact is allowed, but 5 pieces a body at most."""
+    """No false contact is good enough, which would take many pieces of each beaker; but five a body are the most.
+
+    Joins of pieces by the motion are on, which the fixture ``quickest_cutter_only`` turns off elsewhere.
+    """
     monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
-    fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)
-    assert 1 < max(piece_counts(fixed).values()) <= 5 and fixed.as_json()["max_pieces"] == 5
+    fixed = fix_colliders(two_beakers, limits=Limits(false=0.0, pieces=5), time_limit=None)
+    assert 1 < max(piece_counts(fixed).values()) <= 5
+    assert fixed.as_json()["max_pieces"] == 5
     assert fixed.after["loss"] < fixed.before["loss"]
 
 
-def test_limit_of_missed_contact_is_among_the_limits():
-    """``hold(false, missed)``: fractions; without a limit of missed contact all may be missed."""
-    assert Limits(false=0.2).hold(0.2, 1.0)
-    assert Limits(false=0.2, missed=0.1).hold(0.2, 0.1)
-    assert not Limits(false=0.2, missed=0.1).hold(0.2, 0.11)
-    assert not Limits(false=0.2, missed=0.1).hold(0.21, 0.0)
+@pytest.mark.parametrize(
+    ("limits", "false_fraction", "missed_fraction", "hold"),
+    [
+        pytest.param(Limits(false=0.2), 0.2, 1.0, True, id="any missed contact allowed"),
+        pytest.param(Limits(false=0.2, missed=0.1), 0.2, 0.1, True, id="both at their limits"),
+        pytest.param(Limits(false=0.2, missed=0.1), 0.2, 0.11, False, id="missed above"),
+        pytest.param(Limits(false=0.2, missed=0.1), 0.21, 0.0, False, id="false above"),
+    ],
+)
+def test_limit_of_missed_contact_is_among_the_limits(limits, false_fraction, missed_fraction, hold):
+    """Fractions of contact time that are false or missed, at most; without a limit of missed contact all may be."""
+    assert limits.hold(false_fraction, missed_fraction) == hold
 
 
 def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
-    """No time is left, but pieces made earlier cost none: nothing is reported as not cut."""
+    """No time is left to cut the beaker into its hull, one piece, which was made earlier and is in the store of pieces.
+
+    It takes no time, so it is not among the cuts that were left out.
+    """
     data = beaker_and_rod.meshes["beaker"]
     search = object.__new__(collider_search.ColliderSearch)  # of which only the deadline is used
     search.deadline = Deadline(0.0, lambda _: None)
-    kept = Cut(TriangleMesh(data.vertices, data.faces), "hull", 1)
-    assert kept.seconds == 0.0 and search.cut_in_time([kept]) == {}
+    stored_cut = Cut(TriangleMesh(data.vertices, data.faces), "hull", 1)
+    assert stored_cut.seconds == 0.0
+    assert search.cut_in_time([stored_cut]) == {}
 
 
-@pytest.mark.parametrize(("limit", "counts"), [(1, (1,)), (4, (1, 2, 3, 4)), (5, (1, 2, 3, 4, 5))])
-def test_round_body_is_tried_with_counts_up_to_the_limit(limit, counts):
-    """``counts``: into how many sectors around its axis the beaker is cut."""
-    ladder = Ladder(revolved_mesh(WALL, 12), Deadline(seconds=None, advance=lambda _: None), limit)
-    assert ladder.counts == counts and ladder.finest_cut().name == "sectors"
+@pytest.mark.parametrize(("most_pieces", "counts"), [(1, (1,)), (4, (1, 2, 3, 4)), (5, (1, 2, 3, 4, 5))])
+def test_round_body_is_tried_with_counts_up_to_the_limit(most_pieces, counts):
+    """A beaker is round about an axis: it is cut into so many sectors around that, each number in turn (``counts``)."""
+    ladder = Ladder(revolved_mesh(WALL, 12), unlimited(), most_pieces)
+    assert ladder.counts == counts
+    assert ladder.finest_cut().name == "sectors"
 
 
 def test_other_pieces_of_a_body_follow_after_its_own_steps():
-    """Own steps cut two boxes into 1 and 4 pieces; added ones are numbered 2, 3 and 4."""
+    """A body of two boxes 0.2 m apart: its own steps, 0 and 1, cut it into 1 and 4 pieces, by planes.
+
+    Steps that are added later, of one piece, of the finest cut and of two pieces, are numbered 2, 3 and 4.
+    """
     box = box_mesh((0.1, 0.1, 0.1))
-    ladder = Ladder(
-        merge_meshes(box, shift_mesh(box, (0.3, 0.0, 0.0))), Deadline(seconds=None, advance=lambda _: None), 4
-    )
+    two_boxes = merge_meshes(box, shift_mesh(box, (0.3, 0.0, 0.0)))
+    ladder = Ladder(two_boxes, unlimited(), 4)
     finest = ladder.finest_cut()
-    steps = ladder.add_pieces([box], "by hand"), ladder.add_step(finest), ladder.add_pieces([box, box], "again")
-    assert ladder.counts == (1, 4) and steps == (2, 3, 4) and finest.name == "planes"
+    assert ladder.counts == (1, 4)
+    assert finest.name == "planes"
+    assert ladder.add_pieces([box], "by hand") == 2
+    assert ladder.add_step(finest) == 3
+    assert ladder.add_pieces([box, box], "again") == 4
     assert (ladder.how(2), ladder.cut(3), ladder.how(4)) == ("by hand", finest, "again")
-    assert [len(ladder.pieces(step)) for step in (2, 4)] == [1, 2]
+    assert (len(ladder.pieces(2)), len(ladder.pieces(4))) == (1, 2)
 
 
-def test_mirrored_bodies_are_cut_and_counted_as_they_are():
-    """Faces of a mirrored body look inwards: its volume is negative, and no cut or figure of volumes was given."""
+def with_inward_faces(mesh):
+    """The mesh of a mirrored body, whose faces look inwards, so that its volume by them is negative."""
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def test_mirrored_convex_body_keeps_its_hull():
+    """A box whose faces look inwards is convex all the same, and not cut."""
+    box = box_collider(revolved_mesh(WALL, 12))
+    assert Ladder(box, unlimited()).reason == CONVEX_REASON
+    assert Ladder(with_inward_faces(box), unlimited()).reason == CONVEX_REASON
+
+
+def test_mirrored_body_is_cut_into_as_many_sectors():
+    """A beaker of 12 sides, and the same with faces that look inwards: over eight numbers of sectors each."""
     beaker = revolved_mesh(WALL, 12)
-    mirrored = TriangleMesh(beaker.vertices, beaker.faces[:, ::-1])
-    box = box_collider(beaker)
-    turned_box = TriangleMesh(box.vertices, box.faces[:, ::-1])
-    deadline = Deadline(seconds=None, advance=lambda _: None)
-    assert Ladder(turned_box, deadline).reason == Ladder(box, deadline).reason == CONVEX_REASON
-    ladders = [sector_ladder(mesh) for mesh in (beaker, mirrored)]
-    assert len(ladders[0].ends) == len(ladders[1].ends) > 8
-    figures = [shape_figures(mesh, [hull_collider(beaker)]) for mesh in (beaker, mirrored)]
-    assert figures[0].pop("seams") == figures[1].pop("seams")
-    assert figures[0] == pytest.approx(figures[1]) and figures[0]["beyond"] > 1.0
+    sector_counts, mirrored_sector_counts = (
+        len(sector_ladder(mesh).ends) for mesh in (beaker, with_inward_faces(beaker))
+    )
+    assert sector_counts == mirrored_sector_counts > 8
+
+
+def test_mirrored_body_has_the_figures_of_its_volume():
+    """A beaker and its hull, which has over twice its volume (``beyond``: what is added); faces may look inwards."""
+    beaker = revolved_mesh(WALL, 12)
+    hull = hull_collider(beaker)
+    figures, mirrored_figures = (shape_figures(mesh, [hull]) for mesh in (beaker, with_inward_faces(beaker)))
+    assert figures["beyond"] > 1.0
+    assert mirrored_figures.pop("seams") == figures.pop("seams")
+    assert mirrored_figures == pytest.approx(figures)
 
 
 def plant_methods(monkeypatch, shrunk):
@@ -166,12 +218,18 @@ def plant_methods(monkeypatch, shrunk):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("shrunk", "method"),
-    [(0.9999, "CoACD"), (1.0, "sectors by height and angle")],
+    ("size", "method"),
+    [
+        pytest.param(0.9999, "CoACD", id="a little smaller"),
+        pytest.param(1.0, "sectors by height and angle", id="equal: the sectors, which come first"),
+    ],
 )
-def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monkeypatch, shrunk, method):
-    """Planted pieces of another method have 0.9999 of the size of the sectors, or all of it."""
-    plant_methods(monkeypatch, shrunk)
+def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monkeypatch, size, method):
+    """A beaker is cut into 8 sectors; another method, CoACD, is said to give the same, ``size`` times as large.
+
+    Both are as accurate; ``method`` says which are taken.
+    """
+    plant_methods(monkeypatch, shrunk=size)
     fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.2))
     (beaker,) = [row for row in fixed.bodies if row["body"] == "beaker"]
     assert (beaker["how"], beaker["after"]["pieces"]) == (method, 8)
@@ -179,34 +237,38 @@ def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monk
 
 
 def test_cut_skipped_for_lack_of_time_names_its_duration(beaker_and_rod, monkeypatch):
-    """CoACD is said to take 900 s for the beaker, longer than the time limit of a search."""
+    """CoACD, a method to cut bodies, is said to take 900 s for the beaker, longer than the time limit of a search."""
     plant_methods(monkeypatch, shrunk=1.0)
     seconds = Cut.seconds.fget
     monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))
     fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.2))
     assert "CoACD of beaker (8 pieces) was not tried: it takes about 15 min." in fixed.remarks
-    assert fixed.as_json()["not_tried"] == list(fixed.not_tried)
+    assert fixed.as_json()["not_tried"] == list(fixed.not_tried) != []
 
 
 @pytest.mark.slow
 def test_time_of_counting_the_hulls_is_not_in_the_limit(beaker_and_rod, monkeypatch):
-    """The first count, of hulls, takes 0.6 s (as where kernels compile), more than the limit of 0.5 s.
+    """The first count, of the hulls, takes 0.6 s (as where kernels compile), more than the limit of 0.5 s.
 
-    When the search begins, most of the limit is left.
+    When the search begins after that, most of the limit is left: over 0.3 s.
     """
-    figures, calls = collider_search.Scoring.figures, []
+    count_faults, counts = collider_search.Scoring.figures, []
 
-    def slow(*arguments):
-        if not calls:
+    def count_slowly_at_first(*arguments):
+        if not counts:
             sleep(0.6)
-        calls.append(1)
-        return figures(*arguments)
+        counts.append(1)
+        return count_faults(*arguments)
 
-    monkeypatch.setattr(collider_search.Scoring, "figures", slow)
-    began = []
+    monkeypatch.setattr(collider_search.Scoring, "figures", count_slowly_at_first)
+    seconds_left = []
     begin = collider_search.Deadline.begin
-    monkeypatch.setattr(
-        collider_search.Deadline, "begin", lambda deadline: (begin(deadline), began.append(deadline.left()))
-    )
+
+    def begin_and_note(deadline):
+        begin(deadline)
+        seconds_left.append(deadline.left())
+
+    monkeypatch.setattr(collider_search.Deadline, "begin", begin_and_note)
     fix_colliders(beaker_and_rod, limits=Limits(false=1.0), time_limit=0.5)
-    assert len(began) == 1 and began[0] > 0.3
+    (left_at_begin,) = seconds_left
+    assert left_at_begin > 0.3

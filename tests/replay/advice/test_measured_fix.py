@@ -40,7 +40,10 @@ def empty_piece_store(monkeypatch, tmp_path):
 
 
 def stirring_session(beaker, name="beaker", touching=None):
-    """A rod that stirs in a beaker: free in its middle most of the time, at its wall now and then."""
+    """A rod that stirs in a beaker in 60 frames: at its wall in 3 of 15, or those ``touching``, else in its middle.
+
+    The hull of the beaker is full, so that it reports contact in all frames.
+    """
     meshes = {name: beaker, "rod": revolved_mesh(ROD_OUTLINE, 8)}
     axis = int(np.argmax(np.ptp(beaker.vertices, axis=0)))
     count, side = 60, (axis + 1) % 3
@@ -69,7 +72,11 @@ BEAKER = revolved_mesh(BEAKER_OUTLINE, 24)
     ],
 )
 def measured_and_repeated(request):
-    """A run that measures a Fix of detector ``subject``, and a run whose detector ``fixed`` has the Fix's setting."""
+    """A run that measures a Fix of its detector ``subject``, and a run with the Fix's setting as a detector ``fixed``.
+
+    The Fix of a detector with false contact is to cut bodies into convex pieces; ``measured``: it was tried on the
+    session, within 60 s.
+    """
     session = stirring_session(BEAKER)
     measured = run(session, detectors=f"subject={request.param},exact", fix_time=60)
     setting = measured.answers[0].fix.setting
@@ -77,163 +84,219 @@ def measured_and_repeated(request):
 
 
 def test_sentence_of_a_measured_fix_has_figures_of_its_repetition(measured_and_repeated):
-    """The second run has the advised setting as a detector ``fixed``: both rows of its ranking give the text."""
+    """A run advises pieces of the beaker for its detector ``subject``, with the change that it measured.
+
+    A second run has this advice as a detector ``fixed``: rows of both detectors in its ranking give the same text.
+    """
     measured, repeated = measured_and_repeated
     fix = measured.answers[0].fix
-    ranks = {rank.label: rank for rank in repeated.ranking}
-    before, after = (errors_of_rank(ranks[label], seconds=None) for label in ("subject", "fixed"))
+    rank_of_label = {rank.label: rank for rank in repeated.ranking}
+    before, after = (errors_of_rank(rank_of_label[label], seconds=None) for label in ("subject", "fixed"))
     pieces = len(repeated.detectors["fixed"].parts["beaker"])
-    assert fix.measured and fix.text.startswith(f"Split beaker into {pieces} convex pieces")
+    assert fix.measured
+    assert fix.text.startswith(f"Split beaker into {pieces} convex pieces")
     assert fix.change.startswith(change_text(before, after))
 
 
 def test_row_of_a_measured_fix_is_that_of_its_repetition(measured_and_repeated):
-    """The row beside the mended detector, and it is better than that of the detector."""
+    """A measured Fix has a row in the ranking of its run, beside the detector ``subject`` that it mends.
+
+    A second run has the Fix's setting as a detector ``fixed``, which has the same row, and less loss than ``subject``.
+    """
     measured, repeated = measured_and_repeated
     fix = measured.answers[0].fix
-    ranks = {rank.label: rank for rank in repeated.ranking}
-    row = fixed_rank(ranks["subject"], fix.figures, fix.setting, measured.document)
-    for field in (
-        "missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases",
-    ):  # fmt: skip
-        assert getattr(row, field) == getattr(ranks["fixed"], field), field
-    assert ranks["fixed"].loss < ranks["subject"].loss
+    rank_of_label = {rank.label: rank for rank in repeated.ranking}
+    subject, fixed = rank_of_label["subject"], rank_of_label["fixed"]
+    row = fixed_rank(subject, fix.figures, fix.setting, measured.document)
+    counts = ("missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases")
+    for count in counts:
+        assert getattr(row, count) == getattr(fixed, count), count
+    assert fixed.loss < subject.loss
 
 
-def test_intervals_of_a_measured_fix_are_those_of_its_repetition(measured_and_repeated):
-    """The last frame has no length: it is in no interval."""
+@pytest.mark.parametrize(
+    ("kind", "outcome_code"),
+    [pytest.param("right", Outcome.BOTH, id="right"), pytest.param("false", Outcome.FALSE_CONTACT, id="false")],
+)
+def test_intervals_of_a_measured_fix_are_those_of_its_repetition(measured_and_repeated, kind, outcome_code):
+    """A measured Fix has intervals in which it is right or false, for its lane over time.
+
+    A frame is in one exactly if the detector ``fixed`` of a second run, which has the Fix's setting, has that outcome.
+    The last frame has no length, so it is in none.
+    """
     measured, repeated = measured_and_repeated
-    intervals = measured.answers[0].fix.figures.spans
+    intervals = measured.answers[0].fix.figures.spans[kind]
     times, outcome = repeated.assembly.motion.times[:-1], repeated.comparisons["fixed"].outcome[:-1]
-    for kind, code in (("right", Outcome.BOTH), ("false", Outcome.FALSE_CONTACT)):
-        in_interval = [any(start <= time < end for start, end in intervals[kind]) for time in times]
-        assert np.array_equal(in_interval, (outcome == code).any(axis=1)), kind
+    in_interval = [any(start <= time < end for start, end in intervals) for time in times]
+    assert np.array_equal(in_interval, (outcome == outcome_code).any(axis=1))
 
 
 def test_document_of_a_run_has_the_measured_fix(measured_and_repeated):
-    """The document becomes summary.json; the caller of ``run`` gets the same answers."""
-    measured, _ = measured_and_repeated
+    """The document becomes summary.json; its answers are those that the caller of ``run`` gets."""
+    measured, _repeated = measured_and_repeated
     assert measured.answers[0].fix.measured
     assert measured.document.answers == measured.answers
 
 
-def test_pieces_that_miss_more_are_advised_at_every_frame():
-    """A hull is in contact all the time and misses no touch; pieces at 50 Hz miss touches of one frame of 11 ms."""
-    touching = np.isin(np.arange(60), (15, 31, 47, 52))
-    session = stirring_session(BEAKER, touching=touching)
-    first = run(session, detectors="subject=hull50,exact", fix_time=60)
-    fix = first.answers[0].fix
-    _, trade = fix.notes.split(" At 50 Hz instead: ")
-    assert "but missed" in trade and "but missed" not in fix.change and "rate_hz" not in fix.setting
-    again = run(session, detectors=f"it={fix.setting},stepped={fix.setting[:-1]},rate_hz=50],subject=hull50,exact")
-    ranks = {rank.label: rank for rank in again.ranking}
-    before, after, stepped = (errors_of_rank(ranks[label], seconds=None) for label in ("subject", "it", "stepped"))
-    pieces = plural(len(again.detectors["it"].parts["beaker"]), "convex piece")
-    assert (
-        fix.measured
-        and fix.text == f"Split beaker into {pieces}, with one hull for every other body, and test every frame."
+@pytest.fixture(scope="module")
+def fix_of_short_touches():
+    """The session of a rod that touches the beaker in four single frames of 10 ms, and the Fix of hulls at 50 Hz.
+
+    A hull is in contact all the time and misses no touch; pieces at 50 Hz, every second frame, miss some.
+    """
+    session = stirring_session(BEAKER, touching=np.isin(np.arange(60), (15, 31, 47, 52)))
+    return session, run(session, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
+
+
+def test_pieces_that_miss_more_are_advised_at_every_frame(fix_of_short_touches):
+    """A rod touches a beaker in four single frames: pieces at 50 Hz would miss some, so the Fix has no step rate.
+
+    Its note says what pieces at 50 Hz would miss.
+    """
+    _session, fix = fix_of_short_touches
+    _note, trade = fix.notes.split(" At 50 Hz instead: ")
+    assert fix.measured
+    assert "rate_hz" not in fix.setting
+    assert "but missed" not in fix.change
+    assert "but missed" in trade
+
+
+def test_figures_of_pieces_at_both_rates_are_those_of_a_repetition(fix_of_short_touches):
+    """A second run has the advised pieces as a detector ``fixed``, and at 50 Hz as ``stepped``; ``subject`` has hulls.
+
+    Text and note of the Fix have the figures of their rows.
+    """
+    session, fix = fix_of_short_touches
+    at_50_hz = f"{fix.setting.removesuffix(']')},rate_hz=50]"
+    repeated = run(session, detectors=f"fixed={fix.setting},stepped={at_50_hz},subject=hull50,exact")
+    rank_of_label = {rank.label: rank for rank in repeated.ranking}
+    before, after, stepped = (
+        errors_of_rank(rank_of_label[label], seconds=None) for label in ("subject", "fixed", "stepped")
     )
+    pieces = plural(len(repeated.detectors["fixed"].parts["beaker"]), "convex piece")
+    assert fix.text == f"Split beaker into {pieces}, with one hull for every other body, and test every frame."
     assert fix.change.startswith(change_text(before, after))
+    _note, trade = fix.notes.split(" At 50 Hz instead: ")
     assert trade.startswith(f"{change_text(before, stepped)}.")
 
 
 @pytest.mark.slow
 def test_name_of_any_characters_is_accepted_as_a_spec():
-    """The beaker is called by characters that separate settings."""
-    first = run(stirring_session(BEAKER, "a,b [c]+"), detectors="subject=hull50,exact", fix_time=60)
-    fix = first.answers[0].fix
-    again = run(stirring_session(BEAKER, "a,b [c]+"), detectors=f"it={fix.setting},exact")
-    assert fix.measured and len(again.detectors["it"].parts["a,b [c]+"]) > 1
+    """The beaker is called "a,b [c]+", by characters that separate settings; the Fix's setting names it.
+
+    A second run takes that setting and cuts the body.
+    """
+    session = stirring_session(BEAKER, name="a,b [c]+")
+    fix = run(session, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
+    repeated = run(session, detectors=f"fixed={fix.setting},exact")
+    assert fix.measured
+    assert len(repeated.detectors["fixed"].parts["a,b [c]+"]) > 1
 
 
 def test_without_time_nothing_is_measured():
-    """The fix is advised without figures, and 0 s leave the result as it is."""
+    """A Fix of hulls is advised without figures; measuring it within 0 s leaves the result as it is."""
     result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
     assert not result.answers[0].fix.measured
     assert measured_fixes(result, 0.0, Silent()) is result
 
 
 def test_fix_keeps_the_hull_of_a_mesh_with_holes():
-    """The beaker lacks one face."""
-    holed = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
-    result = run(stirring_session(holed), detectors="subject=hull50,exact", fix_time=60)
-    fix = result.answers[0].fix
-    assert not fix.measured and fix.text.startswith("beaker keeps its hull: its surface has holes")
+    """The beaker lacks one face, so that it has no inside, and cannot be cut: the Fix says why."""
+    mesh_with_hole = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
+    fix = run(stirring_session(mesh_with_hole), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
+    assert not fix.measured
+    assert fix.text.startswith("beaker keeps its hull: its surface has holes")
 
 
 def test_bodies_that_are_not_cut_in_time_are_named(empty_piece_store, monkeypatch):
-    """The cutting program sleeps for a minute; 0.3 s are allowed."""
+    """The program that cuts bodies into pieces sleeps for a minute; 0.3 s are allowed."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
-    result = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=0.3)
-    fix = result.answers[0].fix
-    assert not fix.measured and fix.text.startswith("Not reached within 300 ms: beaker (about ")
+    fix = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=0.3).answers[0].fix
+    assert not fix.measured
+    assert fix.text.startswith("Not reached within 300 ms: beaker (about ")
 
 
 def test_bodies_whose_cutter_fails_are_named_with_the_reason(empty_piece_store, monkeypatch):
-    """The cutting program ends with an error."""
+    """The program that cuts bodies into pieces ends with an error, not for lack of time."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import sys; sys.exit(1)")
     fix = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
-    assert not fix.measured and "Not reached" not in fix.text
+    assert not fix.measured
     assert fix.text.startswith("beaker is not cut: sectors by height and angle cannot cut this mesh.")
+    assert "Not reached" not in fix.text
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("busy", ["nobody", "run", "fix"])
-def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
-    """Other programs had 40 % of the clock while the run or its fix was timed."""
+@pytest.mark.parametrize(
+    ("fraction_in_run", "fraction_in_fix"),
+    [
+        pytest.param(1.0, 1.0, id="idle"),
+        pytest.param(0.6, 1.0, id="busy in the run"),
+        pytest.param(1.0, 0.6, id="busy as the fix is measured"),
+    ],
+)
+def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, fraction_in_run, fraction_in_fix):
+    """Fractions are of the processor that detectors had while they were timed; other programs had the other 40 %.
+
+    Then the change names no milliseconds. Of a busy run other sentences say so; of a fix its own note does.
+    """
     result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
     document = result.document
     detectors = {
-        label: structs.replace(
-            row, seconds=structs.replace(row.seconds, processor_fraction=0.6 if busy == "run" else 1.0)
-        )
+        label: structs.replace(row, seconds=structs.replace(row.seconds, processor_fraction=fraction_in_run))
         for label, row in document.detectors.items()
     }
     result = replace(result, document=structs.replace(document, detectors=detectors))
-    original = measured_fix.run_detector
+    run_detector = measured_fix.run_detector
     monkeypatch.setattr(
         measured_fix,
         "run_detector",
-        lambda *args, **named: replace(original(*args, **named), processor_fraction=0.6 if busy == "fix" else 1.0),
+        lambda *args, **named: replace(run_detector(*args, **named), processor_fraction=fraction_in_fix),
     )
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
-    assert answer.fix.measured and re.match(r"False \d+ % -> \d+ %", answer.fix.change)
-    assert ("ms a frame" in answer.fix.change) == (busy == "nobody")
-    # The cost of a busy run says so; of a run on an idle machine nothing does but the fix.
-    assert ("The machine was busy (40 %)" in answer.fix.notes) == (busy == "fix")
+    is_idle = fraction_in_run == fraction_in_fix == 1.0
+    assert answer.fix.measured
+    assert re.match(r"False \d+ % -> \d+ %", answer.fix.change)
+    assert ("ms a frame" in answer.fix.change) == is_idle
+    assert ("The machine was busy (40 %)" in answer.fix.notes) == (fraction_in_fix < 1.0)
 
 
 @pytest.mark.slow
 def test_fix_advises_no_pieces_as_wrong_as_the_hull(empty_piece_store, monkeypatch):
-    """A hull of the beaker in place of its pieces is as wrong as its hull."""
+    """Each piece of the beaker is replaced by the hull of all of it, which is as wrong: no Fix is advised."""
     beaker = revolved_mesh(BEAKER_OUTLINE, 12)
     result = compute(stirring_session(beaker), detectors="subject=hull50,exact")
     monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: hull_of(beaker.vertices))
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
     assert not answer.fix.measured
-    assert answer.fix.text == "Convex pieces of beaker make it no better." and "as before" in answer.fix.change
+    assert answer.fix.text == "Convex pieces of beaker make it no better."
+    assert "as before" in answer.fix.change
 
 
-class Percents:
-    """Progress that keeps the percents that are reported, one after the other."""
+class NotedProgress:
+    """Progress that notes each percentage that is reported, in order."""
 
     def __init__(self):
-        self.reported = []
+        self.percentages = []
 
     @contextmanager
     def stage(self, name, total=None, unit="frames"):
-        yield self.reported.append
+        yield self.percentages.append
 
 
 def test_progress_of_a_fix_is_the_fraction_of_time_used():
-    """A few of a million seconds are used: 0 %, until all is done."""
-    progress = Percents()
+    """A Fix is measured in a few of a million seconds: 0 % is reported until all is done, then 100 %."""
+    progress = NotedProgress()
     measured_fixes(compute(stirring_session(BEAKER), detectors="subject=hull50,exact"), 1e6, progress)
-    assert {*progress.reported[:-1]} == {0} and progress.reported[-1] == 100
+    *while_measuring, last = progress.percentages
+    assert set(while_measuring) == {0}
+    assert last == 100
 
 
 def test_only_bodies_that_are_not_convex_are_cut():
-    """A cube in place of the beaker: its ball is wrong, but no pieces of a cube are better."""
+    """A cube in place of the beaker: its bounding sphere is wrong about the rod, but pieces of a cube are no better.
+
+    So no Fix of pieces is measured.
+    """
     session = stirring_session(BEAKER)
     meshes = {**session.meshes, "beaker": cube(edge=0.035)}
     result = compute(replace(session, meshes=meshes), detectors="subject=collider[shape=sphere,rate_hz=50],exact")
@@ -242,68 +305,87 @@ def test_only_bodies_that_are_not_convex_are_cut():
 
 
 @pytest.mark.slow
-def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
-    """By default a fix is measured; with ``--fix-time 0`` none is."""
+@pytest.mark.parametrize(
+    ("options", "is_measured"),
+    [pytest.param([], True, id="default"), pytest.param(["--fix-time", "0"], False, id="0 s")],
+)
+def test_the_command_line_gives_a_fix_time(options, is_measured, tmp_path, capsys):
+    """``replay run`` measures a Fix unless ``--fix-time`` is 0; what it prints is read with all lines joined."""
     write_session(stirring_session(BEAKER), tmp_path / "s.mcap")
-    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0
-    output = " ".join(capsys.readouterr().out.split())
-    assert "Do In your engine, split beaker into" in output
-    assert re.search(r"False \d+ % -> \d+ %", output)
-    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--fix-time", "0"]) == 0
-    assert "split beaker into" not in " ".join(capsys.readouterr().out.lower().split())
+    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", *options]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert ("In your engine, split beaker into" in printed) == is_measured
+    assert bool(re.search(r"False \d+ % -> \d+ %", printed)) == is_measured
 
 
-THIS_CUTTER = pytest.mark.skipif(
+needs_the_cutter_of_shipped_pieces = pytest.mark.skipif(
     not any(piece_store.SHIPPED_FOLDER.glob(f"*-vhacd-*-{version('vhacdx')}.npz")),
     reason="the shipped pieces are of another version of vhacdx",
 )
 
 
-@THIS_CUTTER
+@pytest.fixture(scope="module")
+def demo_meshes():
+    """Name of each body of the demo -> its mesh."""
+    session, _truth = synthetic_session("bench-bumps", seed=0, noise=None)
+    return {name: TriangleMesh(mesh.vertices, mesh.faces) for name, mesh in session.meshes.items()}
+
+
+@needs_the_cutter_of_shipped_pieces
 @pytest.mark.slow
-def test_bodies_of_the_demo_come_cut():
-    """Pieces that are shipped with the program take no seconds."""
-    session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
+def test_bodies_of_the_demo_come_cut(demo_meshes):
+    """Up to 4, 8, 16 and 32 pieces of each body of the demo are shipped with the program: cutting takes 0 s.
+
+    ``seconds``: how long a cut will take, by estimate.
+    """
+    cuts = [Cut(mesh, "auto", most_pieces) for mesh in demo_meshes.values() for most_pieces in (4, 8, 16, 32)]
+    assert {cut.seconds for cut in cuts} == {0.0}
+
+
+def test_first_cut_of_a_fix_is_among_the_shipped_ones():
+    """Bodies of the demo are shipped in 4, 8, 16 and 32 pieces."""
     assert measured_fix.FIRST_PIECE_COUNT == 16
-    for mesh in session.meshes.values():
-        cuts = [Cut(TriangleMesh(mesh.vertices, mesh.faces), "auto", most) for most in (4, 8, 16, 32)]
-        assert [cut.seconds for cut in cuts] == [0.0] * 4
 
 
-@THIS_CUTTER
+@needs_the_cutter_of_shipped_pieces
 @pytest.mark.slow
-def test_shipped_convex_pieces_equal_freshly_cut_pieces(empty_piece_store, monkeypatch, tmp_path):
-    """Beaker and left hand of the demo, up to 8 pieces, by their hashes."""
-    session, _ = synthetic_session("bench-bumps", seed=0, noise=None)
-    for name in ("beaker", "hand-left"):
-        mesh = session.meshes[name]
-        cut = Cut(TriangleMesh(mesh.vertices, mesh.faces), "auto", 8)
-        shipped = piece_store.convex_pieces(cut)
-        with monkeypatch.context() as patch:
-            patch.setattr(piece_store, "SHIPPED_FOLDER", tmp_path / "nothing")
-            assert cut.seconds > 0, "nothing is kept: it has to be cut"
-            freshly_cut = piece_store.convex_pieces(cut)
-        assert [piece.content_hash for piece in freshly_cut] == [piece.content_hash for piece in shipped]
+@pytest.mark.parametrize("body", ["beaker", "hand-left"])
+def test_shipped_convex_pieces_equal_freshly_cut_pieces(body, demo_meshes, empty_piece_store, monkeypatch, tmp_path):
+    """A body of the demo in up to 8 pieces: those shipped with the program, and cut anew where nothing is stored."""
+    cut = Cut(demo_meshes[body], "auto", 8)
+    shipped = piece_store.convex_pieces(cut)
+    monkeypatch.setattr(piece_store, "SHIPPED_FOLDER", tmp_path / "nothing")
+    assert cut.seconds > 0
+    freshly_cut = piece_store.convex_pieces(cut)
+    assert [piece.content_hash for piece in freshly_cut] == [piece.content_hash for piece in shipped]
 
 
 def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):
-    """Pieces planted for the second beaker miss every contact."""
-    result = run(two_beakers, detectors="subject=hull50,exact", fix_time=60)
-    fix = result.answers[0].fix
-    assert fix.measured and fix.text.startswith("Split beaker into ")
+    """Two beakers in each of which a rod stirs; pieces planted for the second (``missing_pieces``) miss every contact.
+
+    The Fix cuts the first only, and says so.
+    """
+    fix = run(two_beakers, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
+    assert fix.measured
+    assert fix.text.startswith("Split beaker into ")
     assert "second stays whole: no better cut." in fix.notes
-    assert ",cut=beaker" in fix.setting and "second" not in fix.setting
+    assert ",cut=beaker" in fix.setting
+    assert "second" not in fix.setting
 
 
 @pytest.mark.slow
 def test_good_pieces_of_both_bodies_are_advised(two_beakers):
-    """Both beakers, without the planted pieces of the test above."""
+    """Two beakers, "beaker" and "second", in each of which a rod stirs: both are to be cut."""
     fix = run(two_beakers, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
-    assert fix.measured and re.match(r"Split beaker (into \d+ )?and second into ", fix.text)
+    assert fix.measured
+    assert re.match(r"Split beaker (into \d+ )?and second into ", fix.text)
 
 
 def test_run_without_a_cutter_names_the_package_to_install(empty_piece_store, monkeypatch, tmp_path, capsys):
-    """Only V-HACD is left to cut the beaker: it counts as not round, and the packages of all cutters as absent."""
+    """V-HACD alone could cut the beaker, which counts as not round; its package counts as not installed.
+
+    ``replay run`` says why the beaker keeps its hull.
+    """
 
     def raise_not_installed(package):
         raise PackageNotFoundError
@@ -313,13 +395,14 @@ def test_run_without_a_cutter_names_the_package_to_install(empty_piece_store, mo
     uncut_beaker = revolved_mesh(BEAKER_OUTLINE, 22)  # other tests cut one of 24 sides, whose pieces are in memory
     write_session(stirring_session(uncut_beaker), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--no-picture"]) == 0
-    output = " ".join(capsys.readouterr().out.split())
-    assert "beaker keeps its hull: V-HACD needs the package vhacdx, which is not installed (pip" in output
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "beaker keeps its hull: V-HACD needs the package vhacdx, which is not installed (pip" in printed
 
 
-@pytest.mark.parametrize("count", [1536, 1537, 9999])
-def test_pieces_are_timed_in_segments_spread_over_the_motion(count):
-    """At most 16 segments of 96 neighbouring frames, the first and the last frame among them."""
-    frames = timed_frames(count)
-    assert (len(frames), frames[0], frames[-1]) == (1536, 0, count - 1)
+@pytest.mark.parametrize("frame_count", [16 * 96, 16 * 96 + 1, 9999])
+def test_pieces_are_timed_in_segments_spread_over_the_motion(frame_count):
+    """16 segments of 96 neighbouring frames are timed; the first frame and the last one are among them."""
+    frames = timed_frames(frame_count)
+    assert len(frames) == 16 * 96
+    assert (frames[0], frames[-1]) == (0, frame_count - 1)
     assert (np.diff(frames.reshape(16, 96), axis=1) == 1).all()

@@ -132,18 +132,21 @@ def test_refined_pieces_cover_the_body_and_report_less(stirred_beaker):
     assert stirred_beaker.false_frames(fine) < stirred_beaker.false_frames(coarse)
 
 
-def test_false_contacts_of_a_body_are_those_of_its_own_pairs():
-    """Three cubes in two frames; the pair b-c is false in both, a-b in the second: of body a one moment counts."""
+@pytest.mark.parametrize("piece_count", [0, 2])
+def test_false_contacts_of_a_body_are_those_of_its_own_pairs(piece_count):
+    """Three unit cubes in two frames; the pair b-c is false in both, a-b in the second only.
+
+    Pieces of the body a are tested in that frame alone: a row a piece, one column.
+    """
     assembly = prepare(unit_cubes_on_x({"a": [0, 1], "b": [0, 0], "c": [0, 2]})).assembly
-    false = np.zeros((2, len(assembly.pairs)), dtype=np.bool_)
-    pairs = [assembly.pair_name(column) for column in range(len(assembly.pairs))]
-    false[:, pairs.index("b-c")] = True
-    false[1, pairs.index("a-b")] = True
+    pair_names = [assembly.pair_name(column) for column in range(len(assembly.pairs))]
+    false_frames = np.zeros((2, len(assembly.pairs)), dtype=np.bool_)
+    false_frames[:, pair_names.index("b-c")] = True
+    false_frames[1, pair_names.index("a-b")] = True
     box = box_mesh((1.0, 1.0, 1.0))
     bodies = tuple(replace(body, colliders=Solids((box,), box)) for body in assembly.bodies)
-    false_contacts = FalseContacts(replace(assembly, bodies=bodies), "a", false)
-    assert false_contacts.of([box, box]).shape == (2, 1)
-    assert false_contacts.of([]).shape == (0, 1)
+    false_contacts = FalseContacts(replace(assembly, bodies=bodies), "a", false_frames)
+    assert false_contacts.of([box] * piece_count).shape == (piece_count, 1)
 
 
 class FirstPieceTouches:

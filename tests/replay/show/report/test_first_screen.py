@@ -47,7 +47,7 @@ def test_lanes_begin_where_the_replayed_window_does():
 
 
 def run_of(*, answers=(), contacts=3, **audits):
-    """A run of 10 s of a reference with so many contacts and of detectors, label -> the values of its audit."""
+    """A page about a run of 10 s: a reference with so many contacts, and detectors, label -> values of its audit."""
     document = document_with(
         oracle="exact",
         session=structs.replace(document_with().session, duration=10.0),
@@ -65,30 +65,38 @@ def run_of(*, answers=(), contacts=3, **audits):
 
 
 @pytest.mark.parametrize(
-    ("audit", "leads", "bad_column"),
+    ("audit", "kind", "marked_column"),
     [
-        ({}, "", ""),
-        ({"contacts_missed": 1}, "missed", "missed"),
-        ({"late_or_cut_short": 1, "time_missed": proportion(1, 10)}, "missed", ""),
-        ({"false_contact": proportion(5, 10)}, "false", "false contact"),
+        pytest.param({}, "", "", id="nothing wrong"),
+        pytest.param({"contacts_missed": 1}, "missed", "missed", id="a contact missed"),
+        pytest.param(
+            {"late_or_cut_short": 1, "time_missed": proportion(1, 10)}, "missed", "", id="a contact late: no column"
+        ),
+        pytest.param({"false_contact": proportion(5, 10)}, "false", "false contact", id="half of its contact false"),
     ],
 )
-def test_worst_figure_of_the_worst_detector_is_marked(audit, leads, bad_column):
-    """``audit``: of a detector beside one that misses nothing; only false contact time has an interval."""
-    rows = comparison_of(run_of(good={}, bad=audit)).ranking
-    first, *others = rows
-    assert (first.leads, first.bad, bool(first.interval)) == (leads, bad_column, bad_column == "false contact")
-    assert [(row.leads, row.bad, row.interval) for row in others] == [("", "", "")] * 2
+def test_worst_figure_of_the_worst_detector_is_marked(audit, kind, marked_column):
+    """Ranking of a detector with this audit, of one that misses nothing, and of the reference, which has 3 contacts.
+
+    The first row has a colour by the kind of its fault, its worst column is marked, and false contact has an interval.
+    """
+    first, *others = comparison_of(run_of(good={}, bad=audit)).ranking
+    assert (first.leads, first.bad) == (kind, marked_column)
+    assert bool(first.interval) == (marked_column == "false contact")
+    assert [(row.leads, row.bad, row.interval) for row in others] == [("", "", ""), ("", "", "")]
 
 
 def test_only_the_worst_of_two_wrong_detectors_is_marked():
-    """One misses 2 of 3 contacts, the other one."""
-    rows = comparison_of(run_of(two={"contacts_missed": 2}, one={"contacts_missed": 1})).ranking
-    assert [(row.rank.label, row.leads) for row in rows] == [("two", "missed"), ("one", ""), ("exact", "")]
+    """Of 3 contacts of the reference (exact) one detector misses 2, the other 1."""
+    rows = comparison_of(run_of(misses_2={"contacts_missed": 2}, misses_1={"contacts_missed": 1})).ranking
+    assert [(row.rank.label, row.leads) for row in rows] == [("misses_2", "missed"), ("misses_1", ""), ("exact", "")]
 
 
 def test_measured_fix_has_a_lane_of_its_own():
-    """It stands below the worst detector, which reports nothing in this run; the fix is right from 1 to 2 s."""
+    """A run of 10 s in which nothing is reported; the measured Fix of the detector ``slow`` is right from 1 to 2 s.
+
+    Its lane stands below that of the detector, and draws the interval and, as it is short, no more than a box.
+    """
     none = proportion(0, 3)
     figures = FixFigures(
         what="every frame", missed=none, late_or_cut_short=none, time_missed=none, false=none, missed_counts=(0, 0),
@@ -96,6 +104,8 @@ def test_measured_fix_has_a_lane_of_its_own():
     )  # fmt: skip
     answer = Answer("slow", "", fix=Fix("", True, setting="discrete", figures=figures))
     lanes = comparison_of(run_of(answers=(answer,), slow={"contacts_missed": 1})).timeline.lanes
-    assert [label for label, *_ in lanes] == ["exact", "slow", "fix"]
-    assert [[kind for kind, _ in drawn.paths] for *_, drawn in lanes] == [[], [], ["right", "right tick"]]
-    assert [drawn.words for *_, drawn in lanes] == ["exact: no contact", "slow: no contact", "fix: 1 right"]
+    text_of_lane = {label: lane.words for label, _note, lane in lanes}
+    kinds_of_lane = {label: [kind for kind, _path in lane.paths] for label, _note, lane in lanes}
+    assert [*text_of_lane] == ["exact", "slow", "fix"]
+    assert text_of_lane == {"exact": "exact: no contact", "slow": "slow: no contact", "fix": "fix: 1 right"}
+    assert kinds_of_lane == {"exact": [], "slow": [], "fix": ["right", "right tick"]}
