@@ -94,7 +94,7 @@ def test_contacts_are_exact_once_axes_are_stated(tmp_path, convention, kind, exp
 @pytest.mark.slow
 @pytest.mark.parametrize(("convention", "kind", "exported"), SLOW_SCENES)
 def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_path, convention, kind, exported):
-    """As the test above, in all other conventions and kinds of mesh files, by the program's own exporter or not."""
+    """The scene of the test above in all other conventions and kinds of mesh files, by the own exporter or not."""
     assert_contacts_are_true_or_questioned(tmp_path, convention, kind, exported)
 
 
@@ -424,7 +424,7 @@ def test_mesh_unit_is_questioned_where_two_units_fit(import_meshes_in_10_cm):
     assert [[row.value for row in question.alternatives] for question in of_units] == [["m", "cm"]]
 
 
-def test_mesh_unit_may_be_stated_for_all_bodies_or_for_one(import_meshes_in_10_cm):
+def test_mesh_unit_may_be_stated_for_a_single_body(import_meshes_in_10_cm):
     """The option ``mesh_units`` of the import: "cm" for all, then "cm" for all but the tool."""
     of_all = recording_assumptions(import_meshes_in_10_cm(mesh_units="cm"))
     assert [row for row in of_all if row.is_open] == []

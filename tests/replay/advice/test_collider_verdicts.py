@@ -75,7 +75,7 @@ def test_only_pairs_of_changed_bodies_are_detected_again(assembly, monkeypatch):
     monkeypatch.setattr(
         collider_verdicts,
         "make_detector",
-        lambda spec, part, seed: detected_pairs.append(part.pairs.tolist()) or make(spec, part, seed),
+        lambda spec, subset, seed: detected_pairs.append(subset.pairs.tolist()) or make(spec, subset, seed),
     )
     verdicts = ColliderVerdicts(assembly)
     hulls = colliders_of(assembly)

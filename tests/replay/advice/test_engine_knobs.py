@@ -74,7 +74,7 @@ def test_detector_of_a_choice_steps_as_often_as_the_engine(name, choice):
 
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_detector_of_a_choice_has_the_pieces_and_margins_of_the_engine(name, choice):
+def test_detector_of_a_choice_has_the_engines_pieces_and_margins(name, choice):
     """16 convex pieces of a body, in the engine and in the detector; and the gap from which on contact is reported.
 
     A trigger (Unity) reports overlap without a gap, and does not push. MuJoCo adds the margins of both bodies.
@@ -107,23 +107,23 @@ def test_unknown_engine_is_answered_with_known_engines():
         engine_named("godot")
 
 
-def row(number, missed=0, late=0, false=0, undecided=0, share=0.0, contacts=4, consequence="", **knobs):
+def row(number, missed=0, late=0, false=0, undecided=0, false_fraction=0.0, contacts=4, consequence="", **knobs):
     """A row of the table of an engine's settings, numbered from 1: wrong contacts, and settings that differ.
 
-    A count may be a range over sampling offsets (least, most); ``share``: of the contact time that is false.
+    A count may be a range over sampling offsets (least, most); ``false_fraction``: of the contact time that is false.
     """
     made = {"number": number, "knobs": knobs, "contacts": contacts, "undecided": undecided, "consequence": consequence}
-    return price_row("", ms=1.0, missed=missed, late=late, false=false) | made | {"false": share}
+    return price_row("", ms=1.0, missed=missed, late=late, false=false) | made | {"false": false_fraction}
 
 
 START = {"Step": "0.02", "Shape": "hull"}
 STATES = {
     "no contact": (
-        [row(1, contacts=0, share=None, **START)],
+        [row(1, contacts=0, false_fraction=None, **START)],
         ["No contact happened that E could miss."],
     ),
     "no contact, all of it false": (
-        [row(1, false=2, contacts=0, share=1.0, **START)],
+        [row(1, false=2, contacts=0, false_fraction=1.0, **START)],
         ["No contact happened that E could miss.", "All that row 1 reports is false."],
     ),
     "a contact, found": (
@@ -132,7 +132,7 @@ STATES = {
     ),
     "mended, by the fewest knobs": (
         [
-            row(1, missed=(1, 2), late=1, false=3, share=0.9, **START),
+            row(1, missed=(1, 2), late=1, false=3, false_fraction=0.9, **START),
             row(2, late=1, Step="1", Shape="box"),
             row(3, late=(0, 2), Step="2"),
         ],
@@ -143,7 +143,11 @@ STATES = {
         ],
     ),
     "mended by two alike, of which the one that changes fewer settings": (
-        [row(1, missed=3, **START), row(2, share=None, Step="1", Shape="box"), row(3, share=None, Step="2")],
+        [
+            row(1, missed=3, **START),
+            row(2, false_fraction=None, Step="1", Shape="box"),
+            row(3, false_fraction=None, Step="2"),
+        ],
         [
             "Row 1: 3 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false.",
             "Take row 3 (Step 2): 0 of 4 contacts missed, 0 late or cut short (measured on this session).",
@@ -157,7 +161,7 @@ STATES = {
         ],
     ),
     "another setting that gives the same": (
-        [row(1, false=40, share=0.86, **START), row(2, false=39, share=0.858, Shape="box")],
+        [row(1, false=40, false_fraction=0.86, **START), row(2, false=39, false_fraction=0.858, Shape="box")],
         [
             "Row 1: 0 of 4 contacts missed, 0 late or cut short, 86 % of its contact time false.",
             "No other row is clearly better.",
@@ -165,7 +169,7 @@ STATES = {
     ),
     "undecided": (
         [
-            row(1, missed=1, undecided=1, share=None, **START),
+            row(1, missed=1, undecided=1, false_fraction=None, **START),
             row(2, Step="1", consequence="It reports only."),
         ],
         [

@@ -161,7 +161,7 @@ def test_pieces_that_miss_more_are_advised_at_every_frame(fix_of_short_touches):
     assert "but missed" in trade
 
 
-def test_figures_of_pieces_at_both_rates_are_those_of_a_repetition(fix_of_short_touches):
+def test_figures_at_both_rates_are_those_of_a_repetition(fix_of_short_touches):
     """A second run has the advised pieces as a detector ``fixed``, and at 50 Hz as ``stepped``; ``subject`` has hulls.
 
     Text and note of the Fix have the figures of their rows.
@@ -342,7 +342,7 @@ def test_bodies_of_the_demo_come_cut(demo_meshes):
     assert {cut.seconds for cut in cuts} == {0.0}
 
 
-def test_first_cut_of_a_fix_is_among_the_shipped_ones():
+def test_first_cut_of_a_fix_is_among_the_shipped_cuts():
     """Bodies of the demo are shipped in 4, 8, 16 and 32 pieces."""
     assert measured_fix.FIRST_PIECE_COUNT == 16
 

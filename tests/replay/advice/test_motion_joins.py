@@ -133,7 +133,7 @@ def test_refined_pieces_cover_the_body_and_report_less(stirred_beaker):
 
 
 @pytest.mark.parametrize("piece_count", [0, 2])
-def test_false_contacts_of_a_body_are_those_of_its_own_pairs(piece_count):
+def test_false_contacts_of_a_body_are_of_its_pairs(piece_count):
     """Three unit cubes in two frames; the pair b-c is false in both, a-b in the second only.
 
     Pieces of the body a are tested in that frame alone: a row a piece, one column.

@@ -26,7 +26,7 @@ def with_faces(is_kept, mesh):
     return mesh
 
 
-def beaker_of_one_wall():
+def beaker_without_lid():
     """A cylinder without its lid: nobody can tell whether it is filled."""
     return with_faces(lambda middles: middles[:, 2] < 0.149, trimesh.creation.cylinder(0.08, 0.3, sections=20))
 
@@ -46,7 +46,7 @@ def rack(*, missing):
     return whole
 
 
-def loose_triangles(mesh):
+def separate_triangles(mesh):
     """The same mesh with three vertices of its own for each face, as STL files have them."""
     return trimesh.Trimesh(mesh.triangles.reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
 
@@ -62,12 +62,12 @@ def two_balls():
 
 
 SHAPES = {
-    "ball-in-open-beaker": (beaker_of_one_wall(), trimesh.creation.icosphere(subdivisions=1, radius=0.02)),
+    "ball-in-open-beaker": (beaker_without_lid(), trimesh.creation.icosphere(subdivisions=1, radius=0.02)),
     "ball-in-sound-rack": (rack(missing=0), trimesh.creation.icosphere(subdivisions=1, radius=0.03)),
     "ball-in-holed-rack": (rack(missing=1), trimesh.creation.icosphere(subdivisions=1, radius=0.03)),
     "loose-triangles": (
-        loose_triangles(trimesh.creation.box((0.3, 0.3, 0.3))),
-        loose_triangles(trimesh.creation.icosphere(subdivisions=1, radius=0.04)),
+        separate_triangles(trimesh.creation.box((0.3, 0.3, 0.3))),
+        separate_triangles(trimesh.creation.icosphere(subdivisions=1, radius=0.04)),
     ),
     "two-balls": (trimesh.creation.box((0.2, 0.2, 0.2)), two_balls()),
     "balls": (
@@ -110,16 +110,16 @@ def winding_path(seed, reach):
     knots = rng.uniform(-reach, reach, (12, 3))
     times, at = np.linspace(0, 11, FRAMES), np.arange(12)
     positions = np.stack([np.interp(times, at, knots[:, axis]) for axis in range(3)], axis=1)
-    turns = np.cumsum(rng.normal(0.0, 0.02, (FRAMES, 3)), axis=0)
-    return Rotation.from_rotvec(turns).as_matrix(), positions
+    rotation_vectors = np.cumsum(rng.normal(0.0, 0.02, (FRAMES, 3)), axis=0)
+    return Rotation.from_rotvec(rotation_vectors).as_matrix(), positions
 
 
 def exact_contacts(first, second, rotations, positions):
     """Whether the exact detector finds contact, (FRAMES,)."""
     bodies = [Body(name, TriangleMesh(mesh.vertices, mesh.faces)) for name, mesh in (("a", first), ("b", second))]
-    translations, turns = np.zeros((FRAMES, 2, 3)), np.tile(np.eye(3), (FRAMES, 2, 1, 1))
-    translations[:, 1], turns[:, 1] = positions, rotations
-    motion = Motion(np.arange(FRAMES) / 90, translations, turns)
+    translations, matrices = np.zeros((FRAMES, 2, 3)), np.tile(np.eye(3), (FRAMES, 2, 1, 1))
+    translations[:, 1], matrices[:, 1] = positions, rotations
+    motion = Motion(np.arange(FRAMES) / 90, translations, matrices)
     return counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)[:, 0]
 
 
@@ -127,7 +127,7 @@ def exact_contacts(first, second, rotations, positions):
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
-    """Of two bodies the first rests, the second moves along a random path about it, in 300 frames.
+    """The first of two bodies rests, the second moves along a random path about it, in 300 frames.
 
     States by FCL are contact, separated or, in at most one frame of 100, unknown; those that are known are the verdicts
     of the exact detector, which has contact in some frames and none in others.
@@ -146,7 +146,7 @@ COST_OF_A_PAIR = 10.0 + 30.0 + 0.02 * 160
 """Microseconds, by estimate, of a collision query and a distance query of two balls of 80 faces each."""
 
 
-def test_slow_motion_far_apart_needs_few_distance_queries():
+def test_slow_motion_at_a_distance_needs_few_distance_queries():
     """Two balls of 5 cm radius, 0.3 m from middle to middle, sway by 1 cm in 300 frames: always 19 cm apart or more.
 
     The budget allows queries for ten frames: a distance tells for how many frames nothing can touch.
@@ -253,7 +253,7 @@ def test_body_that_crossed_no_surface_is_still_separated():
     assert states_of(ball_with_a_hole(), ball(0.02), unrotated(1), positions[-1:]) == [PairState.UNKNOWN]
 
 
-def test_inside_of_doubled_shells_is_never_taken_for_apart():
+def test_inside_of_doubled_shells_is_never_taken_for_separated():
     """A ball of 4 cm radius in the middle of a cube of 0.3 m within a cube of 0.4 m, all one mesh.
 
     A ray from there crosses two surfaces, an even number, which by parity would be outside.
@@ -281,7 +281,7 @@ def test_degenerate_faces_do_not_change_states_of_a_pair():
     ]
 
 
-def test_mesh_with_a_loose_segment_is_not_tested():
+def test_mesh_with_a_dangling_segment_is_not_tested():
     """Corners 0, 1 and 2 lie on a line: a face without area, whose corner 2 no other face has; FCL would miss it."""
     corners = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]]
     assert not can_be_tested(MeshData(corners, [[0, 1, 2], [0, 1, 3]]))

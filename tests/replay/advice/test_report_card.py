@@ -149,7 +149,7 @@ def test_reach_of_a_plugged_tube_is_the_inscribed_radius(sides):
 
 
 @pytest.mark.slow
-def test_reach_into_a_fine_narrow_neck_is_found():
+def test_reach_into_a_fine_narrow_neck_is_measured():
     """A flask of 40 sides whose neck has an inner radius of 15.8 mm; its hull closes the neck by a small lid.
 
     The middle of the lid is farthest from the wall. Thousands of long triangles along the wall once hid it.

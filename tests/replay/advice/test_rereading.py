@@ -115,6 +115,6 @@ def test_symmetric_solid_is_unchanged_in_other_axes():
     They are equal up to rounding, so no change is recognised: the identity.
     """
     cylinder = trimesh.creation.cylinder(0.04, 0.1, sections=24)
-    half_a_turn = np.diag([-1.0, -1.0, 1.0, 1.0])
+    half_rotation = np.diag([-1.0, -1.0, 1.0, 1.0])
     before = MeshData(cylinder.vertices, cylinder.faces)
-    assert np.array_equal(change_of_axes(before, before.transformed(half_a_turn)), np.eye(3))
+    assert np.array_equal(change_of_axes(before, before.transformed(half_rotation)), np.eye(3))

@@ -195,7 +195,7 @@ def test_bodies_without_a_common_frame_are_decided_at_filled_frames():
     assert differs_by_replay(session, guess) is True
 
 
-def test_contact_of_a_single_frame_between_samples_is_found():
+def test_contact_of_a_single_frame_between_samples_is_noticed():
     """Two rods meet in frame 1237 of 3000 alone, and only if they stand, as in glTF's axes; few frames are sampled."""
     session, guess = crossing_rods(contact_frame=1237)
     assert alternatives_differ(session, guess) is True

@@ -40,10 +40,12 @@ def wrong_by_hand(touching, every, first):
     """
     samples = [frame for frame in range(len(touching)) if frame == 0 or frame % every == first]
     reported = [touching[max(sample for sample in samples if sample <= frame)] for frame in range(len(touching))]
-    letters = "".join("C" if contact else "." for contact in touching)
-    contacts = re.finditer("C+", letters)
+    codes = "".join("C" if contact else "." for contact in touching)
+    contacts = re.finditer("C+", codes)
     fractions = [sum(reported[contact.start() : contact.end()]) / len(contact[0]) for contact in contacts]
-    false = "".join("F" if said and not true else "." for said, true in zip(reported, touching, strict=True))
+    false = "".join(
+        "F" if reported_now and not true else "." for reported_now, true in zip(reported, touching, strict=True)
+    )
     missed, late = sum(fraction == 0 for fraction in fractions), sum(0 < fraction < 1 for fraction in fractions)
     return missed, late, len(re.findall("F+", false))
 
@@ -67,7 +69,7 @@ def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly, name, numb
 
 
 def test_loss_is_the_sum_of_its_three_fractions(assembly):
-    """Of two contacts those missed, of the time in contact what is not reported, of the reported time what is false."""
+    """The parts that are missed, of two contacts, not reported, of the time in contact, and false, of that reported."""
     figures = figures_of(assembly, "discrete[rate_hz=20]")
     assert figures["loss"] > 0
     assert figures["loss"] == pytest.approx(figures["missed"] / 2 + figures["not_reported"] + figures["false"])
@@ -89,7 +91,7 @@ def test_spheres_are_false_where_they_alone_overlap(assembly):
     assert spheres["false"] == spheres["loss"] == 5 / 8
 
 
-def test_detector_beside_an_oracle_of_intervals_has_one_offset(assembly):
+def test_detector_beside_an_oracle_of_intervals_has_a_single_offset(assembly):
     """``Swept`` decides the way from frame to frame, not instants, which alone can be shifted."""
     figures = figures_of(assembly, "discrete[rate_hz=20]", oracle="support.planted_detectors:Swept")
     assert figures["offsets"] == 1

@@ -9,7 +9,7 @@ from replay.advice.settings import next_to_front, settings_list, settings_of
 from replay.detection.detector_spec import parse_detector
 
 
-def test_tradeoff_tries_recorded_colliders_where_there_are_any():
+def test_tradeoff_tries_recorded_colliders():
     """Colliders that were recorded with the bodies are called ``shipped``; just they are added to the settings."""
     usual = {setting.detector_text for setting in settings_list()}
     with_recorded = {setting.detector_text for setting in settings_list(has_shipped_colliders=True)}

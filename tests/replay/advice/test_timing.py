@@ -62,7 +62,7 @@ class MotionOf20Batches:
 
 
 def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
-    """Of a motion of 20 batches of frames five batches may be timed: spread from the first frame to the last.
+    """Five of 20 batches of frames of a motion may be timed: they are spread from the first frame to the last.
 
     A detector sees no jump in time: untimed frames lead up to each batch but the first.
     """

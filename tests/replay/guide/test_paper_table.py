@@ -34,12 +34,12 @@ ENTRIES = sorted({entry for row in ROWS for entry in re.findall("`([^`]+)`", row
 """Each code or command of the table."""
 
 
-PARTS_OF_PAPER = " ".join(row[0] for row in ROWS)
+CONTENTS_OF_PAPER = " ".join(row[0] for row in ROWS)
 
 
 def numbers_in(pattern):
     """Numbers, and those within ranges such as "(3) to (5)", that a pattern of two groups finds in the table."""
-    ranges = [(int(first), int(last or first)) for first, last in re.findall(pattern, PARTS_OF_PAPER)]
+    ranges = [(int(first), int(last or first)) for first, last in re.findall(pattern, CONTENTS_OF_PAPER)]
     return {number for first, last in ranges for number in range(first, last + 1)}
 
 
@@ -50,15 +50,15 @@ def test_table_names_every_equation_and_figure_of_the_paper():
 
 
 @pytest.mark.parametrize(
-    "part",
+    "content",
     [
         *("Table I,", "Table II,", "Table III,", "Table IV,", "instruments", "static", "discrete", "continuous"),
         *("spheres, AABB, OBB", "image space"),
     ],
 )
-def test_table_names_every_table_and_detection_kind(part):
+def test_table_names_every_table_and_detection_kind(content):
     """Tables I to IV of the paper, its instruments, and kinds of collision detection."""
-    assert part in PARTS_OF_PAPER
+    assert content in CONTENTS_OF_PAPER
 
 
 def test_every_row_names_code_or_a_command():
@@ -160,7 +160,7 @@ def test_printed_matrices_transform_meshes_once_transposed():
 
 
 @pytest.mark.slow
-def test_printed_translation_places_points():
+def test_printed_translation_moves_points():
     """``place_points`` without a rotation."""
     for paper in random_row_transforms():
         placed = place_points(paper.points, np.eye(3), paper.move)
@@ -177,7 +177,7 @@ def test_printed_rotations_are_those_of_quaternions_about_an_axis():
 
 
 @pytest.mark.slow
-def test_printed_rotations_in_turn_are_those_of_euler_angles():
+def test_printed_rotations_in_sequence_are_those_of_euler_angles():
     """About x, then y, then z: matrices for rows are multiplied in that order, and transposed for columns."""
     for paper in random_row_transforms():
         about_x, about_y, about_z = paper.rotations

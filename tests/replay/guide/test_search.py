@@ -120,7 +120,7 @@ def test_a_comment_of_code_neither_matches_nor_begins_a_section(language):
         pytest.param("mark", id="comment"),
     ],
 )
-def test_pieces_of_words_addresses_and_comments_match_nothing(query):
+def test_fragments_addresses_and_comments_match_nothing(query):
     """The page has a link, "[loss](https://a.b/target)", a picture and a comment."""
     assert headings(query, PAGE_WITH_A_LINK) == []
 

@@ -33,7 +33,7 @@ def test_edges_without_two_faces_are_left_out():
 
 
 def test_faces_of_a_box_meet_flat_or_at_right_angles():
-    """Of the 18 edges of a box's mesh 12 are those of the box (cosine 0), 6 are diagonals of its sides (cosine 1)."""
+    """A box's mesh has 18 edges: 12 of the box (cosine 0) and 6 diagonals of its sides (cosine 1)."""
     _, unit_normals = face_normals(BOX.triangles)
     _, faces_of_edge = edges_of(BOX)
     assert np.sort(bend_cosines(unit_normals, faces_of_edge)) == pytest.approx([0.0] * 12 + [1.0] * 6)

@@ -254,7 +254,7 @@ def test_colour_scale_grows_lighter_and_is_never_red():
     assert all(green > least_green for _, green, _ in colours)
 
 
-def test_seam_is_named_by_kind_width_pieces_and_place():
+def test_seam_is_named_by_kind_width_pieces_and_position():
     """Pieces 2 and 6 of the data, which counts from 0, are 3 and 7 for people; coordinates in mm have one digit."""
     seam = {"kind": "slit", "pieces": [2, 6], "width_mm": 0.4, "at_mm": [12.0, -40.04, 3.0]}
     assert seam_line(seam) == "slit of 0.4 mm: pieces 3 and 7, at 12.0, -40.0, 3.0 mm"

@@ -148,9 +148,9 @@ def all_texts(result):
 @pytest.fixture(scope="module")
 def faulty_run():
     """A run with misses, false contacts and an effect, so that none of its tables is empty."""
-    places = POSITIONS | {"b": [3, 0.9, 3, 1.01, 3, 3, 3, 3]}
+    positions = POSITIONS | {"b": [3, 0.9, 3, 1.01, 3, 3, 3, 3]}
     box = "box=collider[shape=box,skin_m=0.05]"
-    return with_steady_times(compute(unit_cubes_on_x(places, scene=SCENE), detectors=f"{TWO},{box}", oracle="exact"))
+    return with_steady_times(compute(unit_cubes_on_x(positions, scene=SCENE), detectors=f"{TWO},{box}", oracle="exact"))
 
 
 def test_new_column_of_any_table_reaches_five_outputs(faulty_run, monkeypatch):

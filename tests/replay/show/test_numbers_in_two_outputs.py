@@ -257,9 +257,9 @@ def sentences_of(text):
     plain = " ".join(re.sub(r"\*\*|`|^[|#] ?", "", text, flags=re.MULTILINE).split())
     for sentence in re.split(r"(?<=[.;:])\s+", plain):
         numbers = NUMBER.findall(sentence)
-        words = NUMBER.sub("#", sentence)
-        if numbers and len(words.split()) > 3:
-            sentences[words].add(tuple(numbers))
+        wording = NUMBER.sub("#", sentence)
+        if numbers and len(wording.split()) > 3:
+            sentences[wording].add(tuple(numbers))
     return sentences
 
 
@@ -366,11 +366,12 @@ def test_a_sentence_has_the_same_numbers_in_every_output(outputs):
     """
     sentences = outputs.sentences
     different = [
-        (words, first, sentences[first][words], second, sentences[second][words])
+        (wording, first, sentences[first][wording], second, sentences[second][wording])
         for first, second in combinations(sentences, 2)
-        for words in sentences[first].keys() & sentences[second].keys()
+        for wording in sentences[first].keys() & sentences[second].keys()
         if not (
-            sentences[first][words] <= sentences[second][words] or sentences[second][words] <= sentences[first][words]
+            sentences[first][wording] <= sentences[second][wording]
+            or sentences[second][wording] <= sentences[first][wording]
         )
     ]
     assert different == []

@@ -42,7 +42,7 @@ def terminal_text(*displayed):
     return console.file.getvalue()
 
 
-def words_of_lines(text, beginning):
+def split_lines(text, beginning):
     """The words of each line that begins so."""
     return [line.split() for line in text.splitlines() if line.startswith(beginning)]
 
@@ -62,12 +62,14 @@ def expected_counts(truth, answer):
     """
     outcome = outcomes(truth, answer)
     contact_count, misses = missed(truth, answer)
-    words_of_contact = [set(outcome[first : first + count]) for first, count, letter in runs_of(truth) if letter == "C"]
+    outcomes_of_contact = [
+        set(outcome[first : first + count]) for first, count, letter in runs_of(truth) if letter == "C"
+    ]
     return SimpleNamespace(
         contacts=contact_count,
-        contacts_missed=words_of_contact.count({"MISSED"}),
-        late_or_cut_short=words_of_contact.count({"MISSED", "both"}),
-        contacts_undecided=words_of_contact.count({"left out"}),
+        contacts_missed=outcomes_of_contact.count({"MISSED"}),
+        late_or_cut_short=outcomes_of_contact.count({"MISSED", "both"}),
+        contacts_undecided=outcomes_of_contact.count({"left out"}),
         misses=misses,  # (number of the contact, first frame, frames)
         false_contacts=[(first, count) for first, count, word in runs_of(outcome) if word == "false"],
         frames={word: outcome.count(word) for word in ("both", "MISSED", "false", "within tolerance", "left out")},
@@ -149,7 +151,7 @@ def test_rankings_count_planted_contacts(written_run):
         assert cells[: len(ranked)] == ranked
     columns = "missed|late or cut short|undecided"
     assert re.findall(rf'"n(?: bad)?" data-l="(?:{columns})">(\d+)<', written_run.page) == ranked
-    (_label, missed_cell, late_cell, *_), *_ = words_of_lines(written_run.notebook, "it ")
+    (_label, missed_cell, late_cell, *_), *_ = split_lines(written_run.notebook, "it ")
     assert [missed_cell, late_cell] == ranked[:2]
 
 
@@ -160,7 +162,7 @@ def test_headline_is_the_same_sentence_in_every_output(written_run):
         assert run.headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())
 
 
-def test_pair_table_and_frame_counts_equal_planted_letters(written_run):
+def test_pair_table_and_frame_counts_equal_planted_counts(written_run):
     """The only pair, a-b, has a row where it touched or was said to: contacts, missed, late, and frames by outcome.
 
     Frames by outcome have a line each in the terminal, and a row in the picture.
@@ -169,7 +171,7 @@ def test_pair_table_and_frame_counts_equal_planted_letters(written_run):
     both_missed_false = [expected.frames[word] for word in ("both", "MISSED", "false")]
     counts = [expected.contacts, expected.contacts_missed, expected.late_or_cut_short, *both_missed_false]
     has_row = expected.contacts > 0 or any(both_missed_false)
-    assert words_of_lines(tables, "a-b ") == ([["a-b", *map(str, counts)]] if has_row else [])
+    assert split_lines(tables, "a-b ") == ([["a-b", *map(str, counts)]] if has_row else [])
     lines = [line.strip().rsplit(maxsplit=1) for line in tables.splitlines() if line.strip()]
     for word, count in expected.frames.items():
         assert [word.lower(), str(count)] in lines

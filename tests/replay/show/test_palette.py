@@ -109,7 +109,7 @@ def test_kinds_differ_for_every_kind_of_colour_vision(colours, eyes):
     assert min(float(np.linalg.norm(a - b)) for a, b in combinations(perceived, 2)) > least_distance
 
 
-def test_pages_picture_and_terminal_share_the_colours():
+def test_pages_picture_and_terminal_have_the_same_colours():
     """A style sheet has each colour as a variable; the picture and the terminal have those of a dark page."""
     style_sheet = palette.page_colours()
     for colours in (palette.LIGHT_COLOURS, palette.DARK_COLOURS):

@@ -40,8 +40,8 @@ def test_labels_of_a_scatter_plot_do_not_overlap(seed):
     A label names the dot of its number ``dot``; -1: it belongs to an axis.
     """
     random = np.random.default_rng(seed)
-    places = random.uniform(0.1, 9.0, (6, 2)).tolist()
-    dots = [Dot(f"detector {number}", x=x, y=y) for number, (x, y) in enumerate(places)]
+    points = random.uniform(0.1, 9.0, (6, 2)).tolist()
+    dots = [Dot(f"detector {number}", x=x, y=y) for number, (x, y) in enumerate(points)]
     plot = scatter(dots, alternative_text="", x_title="ms", y_axis=Axis("wrong", [0, 5, 10]))
     assert sorted(label.dot for label in plot.labels if label.dot >= 0) == [0, 1, 2, 3, 4, 5]
     for first, second in combinations(plot.labels, 2):
@@ -190,14 +190,14 @@ def test_texts_of_an_interval_plot_stand_at_row_and_axis(plot_of_two_intervals):
     the axis do not reach beyond it.
     """
     labels = plot_of_two_intervals.labels
-    place = {(label.text, label.side): label.at for label in labels}
-    assert place["3", "end"] == (392.0, 19.0)
-    assert place["4", "end"] == (392.0, 42.0 + 19.0)
+    position_of = {(label.text, label.side): label.at for label in labels}
+    assert position_of["3", "end"] == (392.0, 19.0)
+    assert position_of["4", "end"] == (392.0, 42.0 + 19.0)
     assert [label.at for label in labels if label.dot == 1] == [(8.0, 42.0 + 19.0), (8.0, 42.0 + 19.0 + 15.0)]
-    assert place["2", "start"] == (8.0, 103.0 + 15.0)
-    assert place["4", "middle"] == (200.0, 103.0 + 15.0)
-    assert place["6", "end"] == (392.0, 103.0 + 15.0)
-    assert place["ms", "end"] == (392.0, 103.0 + 31.0)
+    assert position_of["2", "start"] == (8.0, 103.0 + 15.0)
+    assert position_of["4", "middle"] == (200.0, 103.0 + 15.0)
+    assert position_of["6", "end"] == (392.0, 103.0 + 15.0)
+    assert position_of["ms", "end"] == (392.0, 103.0 + 31.0)
 
 
 @pytest.mark.parametrize(
@@ -258,11 +258,11 @@ def test_ticks_and_titles_stand_beside_the_field():
     5 is 7 left of the upright axis at half its height, its base line 4 lower; 10 is 17 below the end of the other one.
     """
     plot = scatter([Dot("", x=10.0, y=10.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
-    place = {(label.text, label.side): label.at for label in plot.labels}
-    assert place["loss", "start"] == (34.0, 11.0)
-    assert place["ms", "end"] == (414.0, 142.0 + 34.0)
-    assert place["5", "end"] == (34.0 - 7.0, 82.0 + 4.0)
-    assert place["10", "middle"] == (414.0, 142.0 + 17.0)
+    position_of = {(label.text, label.side): label.at for label in plot.labels}
+    assert position_of["loss", "start"] == (34.0, 11.0)
+    assert position_of["ms", "end"] == (414.0, 142.0 + 34.0)
+    assert position_of["5", "end"] == (34.0 - 7.0, 82.0 + 4.0)
+    assert position_of["10", "middle"] == (414.0, 142.0 + 17.0)
 
 
 @pytest.mark.parametrize(
@@ -296,7 +296,7 @@ def test_curve_of_equal_values_lies_on_the_lower_axis():
     assert heights == {142.0}
 
 
-def test_interval_of_a_single_value_stands_at_the_begin_of_its_axis():
+def test_interval_of_a_single_value_begins_its_axis():
     """The value and both ends are 1, so its axis begins there, at x = 8."""
     row = IntervalRow("a", value=1.0, lower=1.0, upper=1.0, label="1")
     (dot,) = interval_plot([row], "", "ms").dots

@@ -64,11 +64,11 @@ def test_first_touch_near_the_origin_is_known_to_a_microsecond():
 
     The last free and the first touching time enclose the moment by geometry; the table shows the latter alone.
     """
-    turn = touch_of_turning_cube(metres_from_origin=0.0, depth=1e-9)
-    assert turn.touch.free <= turn.true_moment <= turn.touch.moment
-    assert (turn.row["touch_free"], turn.row["touch"]) == (turn.touch.free, turn.touch.moment)
-    assert turn.touch.moment - turn.touch.free <= 1e-6
-    assert turn.cell == f"{turn.touch.moment:.3f}"
+    case = touch_of_turning_cube(metres_from_origin=0.0, depth=1e-9)
+    assert case.touch.free <= case.true_moment <= case.touch.moment
+    assert (case.row["touch_free"], case.row["touch"]) == (case.touch.free, case.touch.moment)
+    assert case.touch.moment - case.touch.free <= 1e-6
+    assert case.cell == f"{case.touch.moment:.3f}"
 
 
 def test_uncertain_first_touch_states_its_uncertainty():
@@ -77,11 +77,11 @@ def test_uncertain_first_touch_states_its_uncertainty():
     The last free and the first touching time still enclose the moment by geometry, over a microsecond apart, and the
     table says how far.
     """
-    turn = touch_of_turning_cube(metres_from_origin=1e4, depth=1e-9)
-    assert turn.touch.free <= turn.true_moment <= turn.touch.moment
-    uncertainty = turn.touch.moment - turn.touch.free
+    case = touch_of_turning_cube(metres_from_origin=1e4, depth=1e-9)
+    assert case.touch.free <= case.true_moment <= case.touch.moment
+    uncertainty = case.touch.moment - case.touch.free
     assert uncertainty > 1e-6
-    assert turn.cell == Marked(f"{turn.touch.moment:.3f}", "", f"within {duration(uncertainty)}")
+    assert case.cell == Marked(f"{case.touch.moment:.3f}", "", f"within {duration(uncertainty)}")
 
 
 TWELVE_FRAMES = {

@@ -54,7 +54,7 @@ POINTS = np.array([[-0.05, 0.7, -0.15], [0.31, 2.0, 0.25]])
 """From -0.05 to 0.31 m on X and -0.15 to 0.25 m on Z, the lowest at a height of 0.7 m."""
 
 
-def test_grid_of_10_cm_reaches_to_the_next_line_below_the_points():
+def test_grid_reaches_to_the_next_line_below_the_points():
     """Points from -0.05 to 0.31 m on X and -0.15 to 0.25 m on Z, the lowest at a height of 0.7 m.
 
     The grid lies at 0.7 m, from -0.1 to 0.4 m on X and -0.2 to 0.3 m on Z: six lines each way.

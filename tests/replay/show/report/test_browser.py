@@ -80,9 +80,9 @@ def test_phone_has_the_picture_below_the_headline(phone_page):
 
     The picture ends within the first screen, the answer within one and a half; its font has 15 pixels or more.
     """
-    parts_downwards = ("h1", ".hero .still", ".hero dl", ".rank", ".time")
+    selectors_downwards = ("h1", ".hero .still", ".hero dl", ".rank", ".time")
     assert phone_page.ask(HEADINGS_OF_PAGE) == HEADINGS
-    tops = [phone_page.ask(f"{BOX}('{selector}')")[0] for selector in parts_downwards]
+    tops = [phone_page.ask(f"{BOX}('{selector}')")[0] for selector in selectors_downwards]
     assert tops == sorted(tops)
     _top, picture_bottom, _right = phone_page.ask(f"{BOX}('.hero figure')")
     _top, answer_bottom, _right = phone_page.ask(f"{BOX}('.hero dl')")

@@ -28,7 +28,7 @@ def boxes(*spans):
         pytest.param([(0, 1), (1.006, 2), (3, 4)], [(0, 1), (1.006, 2), (3, 4)], id="many, 6 ms apart"),
     ],
 )
-def test_neighbouring_spans_are_joined_if_there_are_many(monkeypatch, spans, drawn):
+def test_many_neighbouring_spans_are_joined(monkeypatch, spans, drawn):
     """A window of 10 s. Spans of a kind that overlap or touch are drawn as one box, cut at the window's ends.
 
     Three are many here (thousands usually): then those less than a 2000th of the window apart, 5 ms, are joined too.

@@ -45,7 +45,7 @@ def test_report_counts_contact_of_bounding_spheres_as_unconfirmed():
 
 
 def test_report_leaves_grasped_contacts_out_of_the_reference():
-    """Of two contacts one is grasped: a hand holds the body. Lanes of the reference (exact) leave that one out.
+    """One of two contacts is grasped: a hand holds the body. Lanes of the reference (exact) leave that one out.
 
     Those of a detector (slow) have both.
     """

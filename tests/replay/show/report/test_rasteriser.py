@@ -70,7 +70,7 @@ SQUARE_1_5_M_AWAY = Shape(square(0.1, height=0.5), BLUE)
         pytest.param([SQUARE_1_5_M_AWAY, SQUARE_2_M_AWAY], 0, id="nearer drawn first"),
     ],
 )
-def test_nearer_shape_is_seen_at_each_pixel(shapes, nearer):
+def test_nearer_shape_is_visible_at_each_pixel(shapes, nearer):
     """A square of 0.5 m 2 m from the eye covers 12 x 12 pixels of 40 x 30, one of 0.2 m at 1.5 m covers 6 x 6 of these.
 
     ``draw_picture`` returns the number of the shape that is seen at each pixel; -1: none.
@@ -114,7 +114,7 @@ def test_glass_is_mixed_by_its_alpha():
     assert picture[15, 20] == pytest.approx([1.0, 0.7, 0.7], abs=1e-3)
 
 
-def test_two_glasses_are_mixed_in_equal_parts():
+def test_two_glasses_are_mixed_equally():
     """Red and blue glass of alpha 0.3 each before white: 0.7 * 0.7 of white is left, the rest half red, half blue."""
     picture, _number = draw_picture(VIEW, [], [RED_GLASS, BLUE_GLASS], [], WHITE)
     half_of_rest = (1 - 0.49) / 2
@@ -129,7 +129,7 @@ def test_glass_behind_an_opaque_shape_is_hidden():
     assert np.array_equal(with_glass, without_glass)
 
 
-def test_glass_seen_from_aside_is_denser():
+def test_glass_viewed_from_aside_is_denser():
     """A pane of red glass, alpha 0.2, that rises by 60 degrees, so that the cosine to the eye is 0.5.
 
     Its alpha is multiplied by 1 + 3 * (1 - 0.5) ** 3 = 1.375; the background is white.
@@ -161,14 +161,14 @@ def test_lines_cover_the_pixels_between_their_ends(width, rows, columns):
 
 
 @pytest.mark.parametrize(
-    ("height", "is_seen"),
+    ("height", "is_visible"),
     [
         pytest.param(0.1, False, id="square nearer to the eye"),
         pytest.param(0.0, True, id="line lies in the square"),
         pytest.param(-0.1, True, id="square farther away"),
     ],
 )
-def test_line_is_hidden_by_what_is_nearer(height, is_seen):
+def test_line_is_hidden_by_what_is_nearer(height, is_visible):
     """A blue line across the picture at height 0, 2 m from the eye, and a red square about the middle of it.
 
     The line is seen beside the square in any case.
@@ -176,7 +176,7 @@ def test_line_is_hidden_by_what_is_nearer(height, is_seen):
     line = Lines(np.array([[[-0.9, 0.0, 0.0], [0.9, 0.0, 0.0]]]), BLUE, alpha=1.0)
     picture, _number = draw_picture(VIEW, [Shape(square(0.25, height=height), RED)], [], [line], WHITE)
     blue_in_the_middle = picture[15, 20, 2]
-    assert (blue_in_the_middle == 1.0) == is_seen
+    assert (blue_in_the_middle == 1.0) == is_visible
     assert picture[15, 0].tolist() == picture[15, 39].tolist() == [0.0, 0.0, 1.0]
 
 

@@ -135,7 +135,7 @@ def test_lanes_zoom_together_and_the_ruler_follows(page):
     assert text_of_ruler(page) == whole_ruler
 
 
-def test_drag_of_a_lane_moves_all_lanes_and_opens_no_fault(page):
+def test_drag_moves_all_lanes_and_opens_no_fault(page):
     """Key + zooms in; then the pointer drags a lane by 80 pixels to the right: earlier seconds come into view."""
     press_key(page, "+")
     (before,) = set(windows_of_lanes(page))
@@ -240,7 +240,7 @@ def test_choice_of_a_detector_hides_faults_of_others(page):
     assert status_line(page).startswith(f"{len(faults_on(page, label))} of")
 
 
-def test_search_for_words_hides_faults_without_them(page):
+def test_search_hides_faults_without_the_term(page):
     """ "B07" stands, in small letters, in the faults of one of nine pairs; without words all faults come back."""
     with_word = choose(page, "words", "B07")
     all_faults = choose(page, "words", "")
@@ -432,7 +432,7 @@ def test_page_of_two_thousand_faults_has_at_most_a_megabyte(page_with_many_fault
     assert len(page_with_many_faults.encode()) <= 1_000_000
 
 
-def test_page_of_two_thousand_faults_answers_a_key_within_100_ms(page_with_many_faults, pages_folder):
+def test_page_of_2000_faults_answers_keys_within_100_ms(page_with_many_faults, pages_folder):
     """j and k open faults, + and - zoom, 0 shows all, ? opens and closes help, Escape closes what is open.
 
     Other programs delay single keys, so each counts by its quickest of four times.

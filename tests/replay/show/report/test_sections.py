@@ -39,16 +39,16 @@ def test_page_lists_the_first_events_and_says_how_many(count, title):
     assert len(event_table.rows) == EVENT_ROWS
 
 
-def test_page_of_a_run_without_effects_has_no_section_of_them():
+def test_page_without_effects_has_no_section_of_them():
     """The scene declares no effect."""
     assert effect_parts(SimpleNamespace(document=document_with(), events=[]), curves=()) is None
 
 
-def flagged(body, action, samples, dropped=0, held=0):
-    """Frozen poses of a body in a span of time, and what the policy ``action`` made of them."""
+def flagged(body, action, samples, dropped=0, repeated=0):
+    """Frozen poses of a body in a span of time, and what the policy ``action`` made of them: the last one repeated."""
     return FlaggedPoses(
         kind="frozen", body=body, start_ns=0, end_ns=9, start=0.0, end=1.0, samples=samples, action=action,
-        dropped=dropped, held=held, interpolated=0,
+        dropped=dropped, held=repeated, interpolated=0,
     )  # fmt: skip
 
 
@@ -60,7 +60,7 @@ def test_repaired_poses_are_summed_by_body_and_policy():
     spans = [
         flagged("rod", action="drop", samples=2, dropped=2),
         flagged("rod", action="drop", samples=3, dropped=3),
-        flagged("rod", action="hold", samples=4, held=4),
+        flagged("rod", action="hold", samples=4, repeated=4),
         flagged("", action="drop", samples=5, dropped=5),
     ]
     (table,) = finding_parts(document_with(flagged=tuple(spans)))

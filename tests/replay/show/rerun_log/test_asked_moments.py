@@ -58,7 +58,7 @@ def test_unknown_number_of_a_fault_is_refused(recording, requested, message):
         pytest.param(lambda whole: whole[: len(whole) // 3], id="first third"),
     ],
 )
-def test_damaged_recording_is_one_clear_error(recording, tmp_path, damage):
+def test_damaged_recording_is_a_clear_error(recording, tmp_path, damage):
     """``damage``: what is written in place of the bytes of a whole recording, before its moments are read."""
     (tmp_path / "run.rrd").write_bytes(damage(recording.read_bytes()))
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):

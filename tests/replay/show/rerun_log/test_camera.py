@@ -114,7 +114,7 @@ users_and_aspects = pytest.mark.parametrize(
 
 
 @users_and_aspects
-def test_overview_looks_14_degrees_aside_of_the_user_and_22_down(user, aspect):
+def test_overview_is_14_degrees_aside_and_22_above_the_user(user, aspect):
     """The user is 5 m from the middle of four points, in the horizontal direction (x, z)."""
     back = overview_of_points(user, aspect).back
     degrees_aside = np.degrees(np.arctan2(back[0], back[2]) - np.arctan2(*user)) % 360.0
@@ -124,13 +124,13 @@ def test_overview_looks_14_degrees_aside_of_the_user_and_22_down(user, aspect):
 
 @users_and_aspects
 def test_overview_sees_all_points_as_large_as_its_margin_allows(user, aspect):
-    """Of four points the outermost is at 1/1.12 of the way from the middle of the picture to its rim."""
-    seen = overview_of_points(user, aspect)
-    assert max(np.abs(seen.x).max(), np.abs(seen.y).max()) == pytest.approx(1 / 1.12)
+    """The outermost of four points is at 1/1.12 of the way from the middle of the picture to its rim."""
+    overview = overview_of_points(user, aspect)
+    assert max(np.abs(overview.x).max(), np.abs(overview.y).max()) == pytest.approx(1 / 1.12)
 
 
 @users_and_aspects
-def test_overview_looks_at_the_middle_of_all_points(user, aspect):
+def test_overview_is_aimed_at_the_middle_of_all_points(user, aspect):
     """The box of four points, along the axes of the eye, reaches as far to one side of the target as to the other."""
     across = overview_of_points(user, aspect).across
     assert across.min(axis=0) == pytest.approx(-across.max(axis=0))

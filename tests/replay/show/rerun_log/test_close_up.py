@@ -109,7 +109,7 @@ def test_screen_points_are_right_and_up_in_eye_distances():
     assert point_on_screen(EYE, right=0.25, up=-0.1) == pytest.approx([0.5, -0.2, 0.0])
 
 
-def test_texts_stand_in_front_at_40_percent_of_the_way():
+def test_texts_stand_at_40_percent_of_the_eye_distance():
     """From the eye, at z = 2 m, to the point (0.5, -0.2, 0): 0.4 of that is (0.2, -0.08) and 0.8 m less of height z."""
     assert in_front(EYE, np.array([[0.5, -0.2, 0.0]])) == pytest.approx(np.array([[0.2, -0.08, 2.0 - 0.8]]))
 

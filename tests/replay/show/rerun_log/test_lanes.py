@@ -21,7 +21,7 @@ from replay.show.rerun_log.lanes import (
 
 
 @pytest.mark.parametrize(
-    ("nanoseconds", "words", "spans"),
+    ("nanoseconds", "texts", "spans"),
     [
         pytest.param([0, 10, 20, 30], ["", "a", "a", "b"], [("a", 10, 30), ("b", 30, 40)], id="two words"),
         pytest.param([0, 10, 20, 50], ["a", "", "a", "a"], [("a", 0, 10), ("a", 20, 60)], id="a gap between"),
@@ -29,13 +29,13 @@ from replay.show.rerun_log.lanes import (
         pytest.param([], [], [], id="no frame"),
     ],
 )
-def test_span_lasts_to_the_next_word_or_a_frame(nanoseconds, words, spans):
+def test_span_lasts_to_the_next_word_or_a_frame(nanoseconds, texts, spans):
     """Time and word of each frame of a lane, "" for none; a span is a word with its begin and end.
 
     It ends where another word begins; the last frame lasts the median step, 10 ns here, a single one a nanosecond.
     """
     writer = SimpleNamespace(clock=SimpleNamespace(ns=np.array(nanoseconds, dtype=np.int64)))
-    assert spans_of(writer, np.array(words, dtype=object)) == spans
+    assert spans_of(writer, np.array(texts, dtype=object)) == spans
 
 
 @pytest.mark.parametrize(
@@ -53,12 +53,12 @@ def test_neighbours_in_a_lane_are_parted_by_a_reset(spans, states):
     """
     sent = []
     writer = SimpleNamespace(static=lambda *_: None, session_rows=lambda *row: sent.append(row))
-    colours_of_words = [("a", (0, 0, 0, 255)), ("b", (9, 9, 9, 255))]
-    log_lane(writer, "lanes/x", spans, colours_of_words)
+    colours_of_texts = [("a", (0, 0, 0, 255)), ("b", (9, 9, 9, 255))]
+    log_lane(writer, "lanes/x", spans, colours_of_texts)
     ((path, stamps, (column,)),) = sent
-    words = [value[0] if isinstance(value, list) else value for value in column.as_arrow_array().to_pylist()]
+    texts = [value[0] if isinstance(value, list) else value for value in column.as_arrow_array().to_pylist()]
     assert path == "lanes/x"
-    assert list(zip(stamps.tolist(), words, strict=True)) == states
+    assert list(zip(stamps.tolist(), texts, strict=True)) == states
 
 
 def test_pairs_are_ranked_by_missed_false_shared_and_other_contact():
@@ -208,7 +208,7 @@ def lanes_of_600_frames():
 
 
 def test_lane_of_all_pairs_has_the_worst_and_wide_misses(lanes_of_600_frames):
-    """Of two pairs in contact in frames 10 to 19 the worse outcome counts: false in frame 12, late in frame 15.
+    """Both pairs have outcomes in frames 10 to 19, of which the worse counts: false in frame 12, late in frame 15.
 
     A miss is widened to three frames at least, 0.5 % of 600, so that it can be seen: frames 15 to 17.
     """
@@ -218,7 +218,7 @@ def test_lane_of_all_pairs_has_the_worst_and_wide_misses(lanes_of_600_frames):
     ]  # fmt: skip
 
 
-def test_lane_of_the_reference_has_no_contact_of_a_grasped_body(lanes_of_600_frames):
+def test_reference_lane_leaves_out_contact_of_a_grasped_body(lanes_of_600_frames):
     """The reference has contact from frames 10, 100, 200 and 300 on; in 400 and 401 a hand holds the body."""
     contact_begins = [10, 100, 200, 300]
     assert lanes_of_600_frames["reference"] == [(frame, "contact") for frame in contact_begins]

@@ -83,7 +83,7 @@ def strided_picture(demo, drawn, monkeypatch):
 
 
 def test_above_an_hour_poses_are_strided_but_for_moments(strided_picture):
-    """Of 270 frames every third is to be drawn, and that of the only miss; a few rows more stand around it."""
+    """Every third of 270 frames is to be drawn, and that of the only miss; a few rows more stand around it."""
     run, picture = strided_picture
     (miss,) = run.misses[SUBJECT]
     frames_with_a_pose = {frame for _ns, frame, _pose in picture.column("world/rod", "Transform3D:translation")}
@@ -92,7 +92,7 @@ def test_above_an_hour_poses_are_strided_but_for_moments(strided_picture):
 
 
 def test_above_an_hour_lanes_have_every_change(strided_picture):
-    """Of 270 frames every third is to be drawn; the lane of beaker and rod changes wherever the outcome does."""
+    """Every third of 270 frames is to be drawn; the lane of beaker and rod changes wherever the outcome does."""
     run, picture = strided_picture
     outcome = run.comparisons[SUBJECT].outcome[:, 0].astype(int)
     changes = int(np.count_nonzero(np.diff(outcome)))

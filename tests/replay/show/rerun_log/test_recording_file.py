@@ -86,8 +86,8 @@ def test_picture_too_large_for_the_disk_exits_1(kilobytes, tmp_path):
     """
     contact_in_every_second_frame = {"a": [0] * 2000, "b": np.tile([3, 0.9], 1000)}
     write_session(unit_cubes_on_x(contact_in_every_second_frame), tmp_path / "s.mcap")
-    words = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
-    command = [sys.executable, "-c", RUN_WITH_FILE_SIZE_LIMIT, str(kilobytes * 1024), *map(str, words)]
+    arguments = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
+    command = [sys.executable, "-c", RUN_WITH_FILE_SIZE_LIMIT, str(kilobytes * 1024), *map(str, arguments)]
     ended = subprocess.run(command, capture_output=True, text=True, env=environment(), timeout=300)
     assert ended.returncode == 1
     assert "cannot be written" in ended.stderr

@@ -42,7 +42,7 @@ def nanoseconds(run, frame, later=0):
 
 
 def faults(run):
-    """Of each fault of the tables: (detector, kind, number), itself, the moment where there is most to see, its size.
+    """Yields for each fault of the tables: (detector, kind, number), itself, the moment of most to see, its size.
 
     The size is the depth, or metres where that is unknown.
     """
@@ -114,10 +114,12 @@ def contact_curves(run, read):
         strips, colours = [np.zeros((0, 2, 3))], []
         for pair in np.flatnonzero(detection.verdict[frame] == Verdict.CONTACT).tolist():
             strips.append(detection.section(frame, pair))
-            parts = [miss for miss in run.misses[label] if miss.pair == pair and miss.kind != FaultKind.NEVER_REPORTED]
-            late = any(miss.first <= frame <= miss.last for miss in parts)
-            looks = COLOURS | ({Outcome.MISSED: LATE} if late else {})
-            colours += [looks.get(outcome[frame, pair], TRUE_CONTACT)] * len(strips[-1])
+            partial_misses = [
+                miss for miss in run.misses[label] if miss.pair == pair and miss.kind != FaultKind.NEVER_REPORTED
+            ]
+            late = any(miss.first <= frame <= miss.last for miss in partial_misses)
+            colour_of_outcome = COLOURS | ({Outcome.MISSED: LATE} if late else {})
+            colours += [colour_of_outcome.get(outcome[frame, pair], TRUE_CONTACT)] * len(strips[-1])
         yield np.reshape(read.at(path, "LineStrips3D:strips", frame), (-1, 2, 3)), np.concatenate(strips)
         yield read.at(path, "LineStrips3D:colors", frame), pack_colours(colours)
 
@@ -204,7 +206,7 @@ def require_equal(compared):
 
 
 @pytest.mark.parametrize("run_name", RUN_NAMES)
-def test_every_fault_has_a_line_a_bookmark_a_dot_and_a_close_up(run_name, runs, drawn):
+def test_every_fault_has_line_bookmark_dot_and_close_up(run_name, runs, drawn):
     """Faults are those of the tables of a run. In the recording each has a line in a list, with its size and bodies.
 
     Its bookmark is at the frame where most is to be seen; there the eye and a text stand before it, and a dot at its
@@ -214,7 +216,7 @@ def test_every_fault_has_a_line_a_bookmark_a_dot_and_a_close_up(run_name, runs, 
 
 
 @pytest.mark.parametrize("run_name", RUN_NAMES)
-def test_texts_and_lines_of_a_fault_last_as_long_as_the_fault(run_name, runs, drawn):
+def test_texts_and_lines_of_a_fault_last_as_it(run_name, runs, drawn):
     """In each frame the recording has texts and lines of a close-up exactly if a fault of the tables lasts then.
 
     Frames in which two faults overlap are left out. ``fault_labels`` yields both as a truth value a frame.
@@ -247,7 +249,7 @@ def test_run_without_misses_paints_no_missed_faces(runs, drawn):
     assert [path for path in drawn(run).entities if path.endswith(("missed_faces", "late_faces"))] == []
 
 
-def test_hull_that_makes_a_false_contact_is_drawn_while_it_lasts(runs, drawn):
+def test_hull_is_drawn_while_its_false_contact_lasts(runs, drawn):
     """The beaker's hull fills its hollow: while the rod in there is falsely reported, edges and lid of it are drawn.
 
     A hull without a lid is drawn with all faces. ``hulls_around_bodies`` yields edges and faces, a frame each.
@@ -262,7 +264,7 @@ def test_detectors_of_meshes_have_no_solids_drawn(run_name, runs, drawn):
 
 
 @pytest.mark.parametrize("run_name", RUN_NAMES)
-def test_body_before_a_moment_is_faint_and_a_free_body_white(run_name, runs, drawn):
+def test_hiding_bodies_are_faint_and_free_bodies_white(run_name, runs, drawn):
     """At each moment of a run, what stands between eye and moment is see-through, and the larger body of its pair.
 
     In a false contact of a hull the body in the hollow, which touches nothing, is white. ``body_colours`` yields one

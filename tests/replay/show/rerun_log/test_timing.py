@@ -127,7 +127,7 @@ def test_labels_of_the_loss_plot_stand_as_in_the_page(labels_of_loss_plot):
         assert (x, centre_y) == pytest.approx((expected_x, base - TEXT_RISE / UNITS_PER_PLOT_UNIT), abs=0.01)
 
 
-def test_labels_of_the_loss_plot_have_the_colour_of_their_dot(labels_of_loss_plot):
+def test_labels_of_the_loss_plot_have_their_dots_colour(labels_of_loss_plot):
     """``dot``: number of the detector that a label names, of two; -1: it is a label of an axis, in a colour for all."""
     assert {label.dot for label, *_ in labels_of_loss_plot} == {-1, 0, 1}
     for label, text, colour, _centre in labels_of_loss_plot:

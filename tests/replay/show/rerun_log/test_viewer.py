@@ -16,7 +16,7 @@ from replay.show.rerun_log.moments import Bookmark, read_bookmarks
 from replay.show.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer, target_ns
 
 
-def test_missing_viewer_is_one_clear_error(monkeypatch, tmp_path):
+def test_missing_viewer_is_a_clear_error(monkeypatch, tmp_path):
     """The program of Rerun's package is looked for in an empty folder."""
     monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
     with pytest.raises(ViewerError, match="came without its viewer"):
@@ -137,9 +137,9 @@ def test_viewer_opens_paused_at_the_moment_of_the_headline(open_rerun, recording
     """The bookmark that leads is the moment of the headline; half a second after opening the cursor is still there."""
     (headline,) = [bookmark for bookmark in read_bookmarks(recording) if bookmark.leads]
     time.sleep(0.5)
-    (shown,) = open_rerun.state().recordings
-    assert shown.current_timeline == "session"
-    assert shown.current_time == headline.session_ns
+    (opened_recording,) = open_rerun.state().recordings
+    assert opened_recording.current_timeline == "session"
+    assert opened_recording.current_time == headline.session_ns
 
 
 @pytest.mark.slow

@@ -127,7 +127,7 @@ def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
     assert files[PROGRAM_FILE].startswith(b"\0asm")
 
 
-def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
+def test_server_that_always_ends_is_a_clear_error(monkeypatch, tmp_path):
     """The program ``false``, which ends at once, is started in place of Rerun's server; there are 3 tries."""
     start_program_that_ends = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
     monkeypatch.setattr(web_viewer, "start_server", start_program_that_ends)

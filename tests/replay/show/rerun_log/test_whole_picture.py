@@ -134,11 +134,11 @@ def uuid(number):
     return "-".join((text[:8], text[8:12], text[12:16], text[16:20], text[20:]))
 
 
-def layout(parts, path, depth=0):
+def layout(pieces, path, depth=0):
     """A line for a container or a view with all that is set of it, then those in it."""
     own = {}
-    for piece in sorted(piece for piece in parts if piece.startswith(f"/{path}")):
-        own |= parts.pop(piece)
+    for piece in sorted(piece for piece in pieces if piece.startswith(f"/{path}")):
+        own |= pieces.pop(piece)
     below = own.pop("ContainerBlueprint:contents", ())
     if active := own.pop("ContainerBlueprint:active_tab", ()):
         own["active"] = below.index(active[0])
@@ -146,7 +146,7 @@ def layout(parts, path, depth=0):
         f"{name.partition(':')[2] or name} {plain(values)}" for name, values in sorted(own.items())
     )
     for inner in below:
-        yield from layout(parts, inner, depth + 1)
+        yield from layout(pieces, inner, depth + 1)
 
 
 FEW = 24
@@ -213,7 +213,7 @@ def visible_values(picture, entity, over_time, ns):
 
 
 def views_of(pieces):
-    """Of each view of a layout: its settings, the lines of its query, and the entity that its eye follows, if any."""
+    """Yields for each view of a layout: its settings, the lines of its query, and the entity that its eye follows."""
     for path, view in pieces.items():
         if "ViewBlueprint:display_name" in view:
             (origin,) = view["ViewBlueprint:space_origin"]

@@ -215,7 +215,7 @@ def test_rows_of_the_data_set_name_run_and_student(name, tables):
         assert row["student"] == STUDENTS[session]
 
 
-def test_rows_of_a_run_have_the_same_session_digest_in_all_tables(tables):
+def test_session_digest_of_a_run_is_equal_in_all_tables(tables):
     """A digest is 16 hexadecimal digits over the poses of a session, so four sessions have four."""
     digests = {}
     for table in tables.values():
@@ -240,7 +240,7 @@ def test_rows_name_the_task_and_stage_at_their_begin(name, kind, tables):
         assert row[kind] == span_at(kind, session, frame), row
 
 
-def test_rows_of_metrics_name_all_tasks_and_stages_of_a_session(tables):
+def test_metrics_name_all_tasks_and_stages_of_a_session(tables):
     """A row of metrics is about a whole session; "four" has neither tasks nor stages."""
     for row in tables["metrics"].to_pylist():
         has_none = row["run"] == run_path("four")
@@ -289,7 +289,7 @@ def test_metrics_name_the_reference(tables):
         pytest.param({}, None, True, id="type of VR not stated, offline"),
     ],
 )
-def test_metrics_have_the_vr_type_and_the_times_of_the_summary(facts, vr_type, offline, tmp_path):
+def test_metrics_have_vr_type_and_times_of_the_summary(facts, vr_type, offline, tmp_path):
     """A recording may state the type of VR as a fact. Times are seconds in the document, milliseconds in the table.
 
     A detector that runs offline, on all frames at once, has a mean time but no p99 and no slowest frame.
@@ -324,7 +324,7 @@ def test_single_run_folder_is_read_as_a_data_set(result_by_name, tmp_path):
     assert set(read(run_folder)["metrics"]["run"].to_pylist()) == {"."}
 
 
-def test_table_that_claims_more_rows_than_its_bytes_hold_is_refused(result_by_name, tmp_path, monkeypatch):
+def test_table_of_more_rows_than_bytes_hold_is_refused(result_by_name, tmp_path, monkeypatch):
     """The limit of rows a byte is lowered to 0.001, so that any table claims too many."""
     run_folder = write_run_folder(result_by_name["one"], tmp_path / "one")
     monkeypatch.setattr("replay.show.results.parquet.MOST_ROWS_PER_BYTE", 0.001)

@@ -51,9 +51,7 @@ def test_a_run_folder_holds_tables_summary_and_picture(folder_with_picture_and_s
     assert file_names(folder_with_picture_and_session.parent) == ["run"]
 
 
-def test_summary_is_the_document_with_files_and_hash_of_the_picture(
-    folder_with_picture_and_session, result_of_two_contacts
-):
+def test_summary_has_document_files_and_hash_of_the_picture(folder_with_picture_and_session, result_of_two_contacts):
     """Beside the document of the run, the summary lists all files of the folder and says the hash of the picture."""
     folder = folder_with_picture_and_session
     summary = json.loads((folder / "summary.json").read_text())
@@ -157,7 +155,7 @@ def test_empty_or_absent_folder_may_become_a_run_folder(tmp_path):
     check_target(tmp_path / "new")
 
 
-def test_unwritable_path_is_one_clear_error(result_of_two_contacts, tmp_path):
+def test_unwritable_path_is_a_clear_error(result_of_two_contacts, tmp_path):
     """The run folder is to be made inside a file."""
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):

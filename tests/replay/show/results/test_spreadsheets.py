@@ -165,7 +165,7 @@ def test_table_too_long_for_excel_is_omitted_with_a_sentence(tmp_path, monkeypat
     assert sentences == ["long has 3 rows, more than an Excel sheet holds: use its Parquet file"]
 
 
-def test_missing_package_for_excel_is_one_clear_error(tmp_path, monkeypatch):
+def test_missing_package_for_excel_is_a_clear_error(tmp_path, monkeypatch):
     """None in ``sys.modules`` makes the import of a package fail."""
     monkeypatch.setitem(sys.modules, "xlsxwriter", None)
     with pytest.raises(OutputError, match=r'Excel tables need XlsxWriter: pip install "vrlab-replay\[excel\]"'):
@@ -173,7 +173,7 @@ def test_missing_package_for_excel_is_one_clear_error(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("package", ["pandas", "polars"])
-def test_missing_package_for_data_frames_is_one_clear_error(package, monkeypatch, run_with_formula_name):
+def test_missing_package_for_data_frames_is_a_clear_error(package, monkeypatch, run_with_formula_name):
     """``to_pandas`` and ``to_polars`` of a result; None in ``sys.modules`` makes the import of a package fail."""
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(OutputError, match=f"{package} is not installed; pip install {package}"):

@@ -69,22 +69,24 @@ def shared_folder(revealing_run_folder, tmp_path_factory):
     return out
 
 
-def run_folder_with_consent(run, words):
+def run_folder_with_consent(run, stated_consent):
     """A run folder whose session states this consent."""
     folder = read_run_folder(run)
-    session = structs.replace(folder.document.session, facts=folder.document.session.facts | {"consent": words})
+    session = structs.replace(
+        folder.document.session, facts=folder.document.session.facts | {"consent": stated_consent}
+    )
     return replace(folder, document=structs.replace(folder.document, session=session))
 
 
-def test_recorded_consent_to_share_is_enough(revealing_run_folder):
+def test_recorded_consent_is_enough(revealing_run_folder):
     """The recording states the consent ``share``: no error."""
     require_consent([run_folder_with_consent(revealing_run_folder, "share")])
 
 
 @pytest.mark.parametrize("consent", ["none", "lab", "not stated", "", "Share", "share with the lab", "no share"])
 def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_folder, consent):
-    """Of two runs one states the consent ``share``, the other something else: both are refused."""
-    runs = [run_folder_with_consent(revealing_run_folder, words) for words in ("share", consent)]
+    """One of two runs states the consent ``share``, the other something else: both are refused."""
+    runs = [run_folder_with_consent(revealing_run_folder, stated_consent) for stated_consent in ("share", consent)]
     with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
         require_consent(runs)
 
@@ -317,7 +319,7 @@ def folder_of_two_runs(revealing_run_folder, tmp_path, empty_viewer):
 FILES_OF_TWO_RUNS = {"run1.html", "run1.js", "run1.rrd", "run2.html", "run2.js", "run2.rrd"}
 
 
-def test_shared_runs_have_files_of_their_own_and_a_common_viewer(folder_of_two_runs):
+def test_shared_runs_have_own_files_and_a_common_viewer(folder_of_two_runs):
     """Page, messages and picture of each of two runs; one list of them (index.html), and one viewer."""
     common_files = {"index.html", "viewer.js", "re_viewer.js", "picture.js", "share.json"}
     assert {file.name for file in folder_of_two_runs.iterdir()} == FILES_OF_TWO_RUNS | common_files
@@ -333,7 +335,7 @@ def test_list_of_shared_runs_links_each_page_once(folder_of_two_runs):
     assert text.count(title) == 2
 
 
-def test_shared_folder_replaces_an_earlier_one_whole(folder_of_two_runs, revealing_run_folder):
+def test_shared_folder_replaces_an_earlier_folder_whole(folder_of_two_runs, revealing_run_folder):
     """A folder of one run is written, on request (``force``), over one of two runs, whose files all go."""
     write_shared_folder([read_run_folder(revealing_run_folder)], folder_of_two_runs, force=True)
     files = {file.name for file in folder_of_two_runs.iterdir()}
