@@ -15,7 +15,7 @@ from cdcore.search.equations import (
 
 
 @kernel
-def compiled_equation(number, a, b, c, d):
+def equation_in_kernel(number, a, b, c, d):
     """The equation of this number for its arguments, in order, as the compiler made it."""
     if number == 15:
         return float(equation_15(a, int(b), int(c)))
@@ -42,31 +42,50 @@ def amplitudes(angle):
 
 
 def test_feature_index_follows_the_angle_fraction(draws):
-    """Equation 15 of the paper: an amplitude's arc cosine, over pi, times the number of features, give or take one."""
+    """Equation 15 names a feature (a face) by the arc cosine of an amplitude, over pi, times the number of features.
+
+    Give or take one; ``chain`` 0 chooses the cosine of the angle, 1 its sine.
+    """
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
     fraction = np.arccos(amplitudes(angle)[chain]) / np.pi
-    assert abs(equation_15(angle, chain, features) - min(fraction * features, features - 1)) <= 1.0
-    assert equation_15(np.pi + 0.5 * np.pi * chain, chain, features) == features - 1  # no feature follows the last
+    expected = min(fraction * features, features - 1)
+    assert abs(equation_15(angle, chain, features) - expected) <= 1.0
+
+
+@pytest.mark.parametrize(("chain", "angle"), [(0, np.pi), (1, 1.5 * np.pi)], ids=["cosine", "sine"])
+def test_amplitude_of_minus_1_names_the_last_feature(chain, angle):
+    """An arc cosine of pi is the whole range: of 40 features the last, number 39."""
+    assert equation_15(angle, chain, 40) == 39
 
 
 def test_the_weight_is_the_product_of_powers(draws):
-    """Equation 16 of the paper, tau^alpha eta^beta; its logarithm is computed."""
+    """Equation 16 gives the logarithm of tau^alpha eta^beta: pheromone tau, heuristic eta."""
     tau, eta, alpha, beta = draws.uniform(0.01, 10, 4)
     assert np.exp(equation_16(tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
 
 
-def test_gate_is_a_rotation_and_not_swaps_amplitudes(draws):
-    """Equation 17 is the rotation gate, 18 the quantum NOT; both are given the angle of a qubit."""
+def test_gate_is_a_rotation_of_the_amplitudes(draws):
+    """Equation 17 is the rotation gate: it takes a qubit's angle, and a step; amplitudes are cosine and sine."""
     angle, step = draws.uniform(-10, 10, 2)
     rotation = np.array([[np.cos(step), -np.sin(step)], [np.sin(step), np.cos(step)]])
     np.testing.assert_allclose(amplitudes(equation_17(angle, step)), rotation @ amplitudes(angle), atol=1e-12)
+
+
+def test_not_swaps_the_amplitudes(draws):
+    """Equation 18 is the quantum NOT of a qubit at an angle."""
+    angle = draws.uniform(-10, 10)
     np.testing.assert_allclose(amplitudes(equation_18(angle)), amplitudes(angle)[::-1], atol=1e-12)
 
 
-def test_pheromone_follows_fitness_and_evaporates(draws):
-    """Equation 19 of the paper adds a power of the change, with its sign; 20 is (1 - rho) tau + rho times a deposit."""
-    tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
+def test_pheromone_follows_the_change_of_fitness(draws):
+    """Equation 19 adds a power of the change, with its sign, to the pheromone tau."""
+    tau, change, exponent = draws.uniform([0, -1, 0.5], [10, 1, 3])
     assert equation_19(tau, change, exponent) == pytest.approx(tau + np.sign(change) * abs(change) ** exponent)
+
+
+def test_pheromone_evaporates_and_gets_a_deposit(draws):
+    """Equation 20 is (1 - rho) tau + rho times the deposit."""
+    tau, rho, deposit = draws.uniform([0, 0, 0], [10, 1, 1])
     assert equation_20(tau, rho, deposit) == pytest.approx((1 - rho) * tau + rho * deposit)
 
 
@@ -83,6 +102,8 @@ def test_pheromone_follows_fitness_and_evaporates(draws):
     ],
 )
 def test_python_call_gives_the_bits_of_the_kernel(number, equation, arguments):
-    """The kernel takes four arguments; an equation with fewer ignores the rest."""
-    padded = (*map(float, arguments), 0.0, 0.0, 0.0)[:4]
-    assert float(equation(*arguments)).hex() == float(compiled_equation(number, *padded)).hex()
+    """Any arguments. A kernel that calls the equation of a number takes four; an equation with fewer
+    ignores the rest.
+    """
+    four_arguments = (*map(float, arguments), 0.0, 0.0, 0.0)[:4]
+    assert float(equation(*arguments)).hex() == float(equation_in_kernel(number, *four_arguments)).hex()

@@ -1,99 +1,142 @@
-"""A detector says which of its stages lost a contact, and searches again only what has changed."""
+"""A detector says which of its stages lost a contact: spheres, boxes, the sample of faces, or the budget of its search.
+
+``qaco`` searches where spheres overlap, ``hybrid-qaco`` where boxes do too.
+"""
 
 import numpy as np
 import pytest
 from support.search_scenes import ball_of
-from support.shapes import box_mesh, lab_bodies_and_motion, unrotated_motion
+from support.shapes import box_mesh, lab_bodies_and_motion, motion_at_rest, unrotated_motion
 
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore import Body, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import Explains, Explanation
 from cdcore.search.features import features_of, sample_of
 from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
-BOXES_MEET = {"qaco": None, "hybrid-qaco": False}
-"""The answer about cubes whose spheres overlap alone; ``qaco`` tests no boxes."""
-
 NO_FACES = np.zeros((0, 2), dtype=np.int64)
 
 
 def misses_explained(name, **settings):
-    """Bodies and motion, and what a detector says of each contact there that it misses, by frame and pair."""
+    """Bodies of a laboratory in 60 frames, and what a detector explains of each contact that it misses there.
+
+    Misses are by frame and pair; the faces that really meet are told to the detector.
+    """
     bodies, motion = lab_bodies_and_motion(frames=60)
     detector = create_detector(name, bodies, **settings)
     exact = create_detector("exact", bodies).detect(motion, faces=True)
     missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != Verdict.CONTACT)).tolist()
-    reported = {(t, p): detector.explain(motion, t, p, exact.faces(t, p)) for t, p in missed}
-    return bodies, motion, reported
+    explanations = {
+        (frame, pair): detector.explain(motion, frame, pair, exact.faces(frame, pair)) for frame, pair in missed
+    }
+    return bodies, motion, explanations
+
+
+def explained_cubes(name, x, faces):
+    """What a detector explains of two cubes of 1 m whose middles are so far from each other along x."""
+    bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
+    detector = create_detector(name, bodies)
+    assert isinstance(detector, Explains)
+    return detector.explain(motion_at_rest(bodies, [[0, 0, 0], [x, 0, 0]]), frame=0, pair=0, faces=faces)
+
+
+def meeting_faces_of_cubes(x):
+    """Face pairs of both cubes that meet at this distance."""
+    bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
+    motion = motion_at_rest(bodies, [[0, 0, 0], [x, 0, 0]])
+    return create_detector("exact", bodies).detect(motion, faces=True).faces(frame=0, pair=0)
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
-def test_explanation_names_spheres_samples_and_budget(name):
-    """Explained are frame and pair with the faces that really meet; without faces nothing can be said of samples."""
-    bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    positions = np.zeros((3, 2, 3))
-    positions[:, 1, 0] = [0.9, 1.2, 9.0]  # cubes of 1 m: they overlap; only their spheres do; far apart
-    motion = Motion([0.0, 1.0, 2.0], positions, np.broadcast_to(np.eye(3), (3, 2, 3, 3)))
-    detector = create_detector(name, bodies)
-    assert isinstance(detector, Explains)
-    faces = create_detector("exact", bodies).detect(motion, faces=True)
-    meeting = faces.faces(0, 0)
-    met = detector.explain(motion, frame=0, pair=0, faces=meeting)
-    assert met.spheres_meet and met.sample_meets and met.found_with_more
-    beside = detector.explain(motion, frame=1, pair=0, faces=NO_FACES)
-    assert beside.spheres_meet and beside.boxes_meet == BOXES_MEET[name]
-    distant = detector.explain(motion, frame=2, pair=0, faces=meeting)
-    assert vars(distant) == {**vars(Explanation()), "spheres_meet": False}, "no other stage ran"
-    inside = detector.explain(motion, frame=0, pair=0, faces=NO_FACES)
-    assert inside.sample_meets is None and inside.found_with_more is None
+def test_explanation_of_a_contact_names_spheres_sample_and_budget(name):
+    """Cubes of 1 m, 0.9 m from each other: spheres overlap, faces that meet are in the sample, and a
+    search finds them.
+    """
+    explanation = explained_cubes(name, x=0.9, faces=meeting_faces_of_cubes(x=0.9))
+    assert explanation.spheres_meet
+    assert explanation.sample_meets
+    assert explanation.found_with_more
+
+
+@pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
+def test_explanation_without_faces_says_nothing_of_sample_and_budget(name):
+    """The same cubes; the detector is not told which faces meet."""
+    explanation = explained_cubes(name, x=0.9, faces=NO_FACES)
+    assert explanation.sample_meets is None
+    assert explanation.found_with_more is None
+
+
+@pytest.mark.parametrize(("name", "boxes_meet"), [("qaco", None), ("hybrid-qaco", False)])
+def test_explanation_tells_spheres_from_boxes(name, boxes_meet):
+    """Cubes of 1 m, 1.2 m from each other: only their spheres, of radius 0.87 m, overlap; ``qaco`` tests no boxes."""
+    explanation = explained_cubes(name, x=1.2, faces=NO_FACES)
+    assert explanation.spheres_meet
+    assert explanation.boxes_meet == boxes_meet
+
+
+@pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
+def test_explanation_ends_with_the_stage_that_cleared_the_pair(name):
+    """Cubes of 1 m, 9 m from each other: spheres do not overlap, and no other stage ran."""
+    explanation = explained_cubes(name, x=9.0, faces=meeting_faces_of_cubes(x=0.9))
+    assert vars(explanation) == {**vars(Explanation()), "spheres_meet": False}
 
 
 def test_where_meshes_decide_no_search_is_to_blame():
-    """Both answers are None: neither the sample of faces nor the budget was asked about."""
+    """With decide="mesh" neither the sample of faces nor the budget says anything: both are None."""
     bodies, motion = lab_bodies_and_motion(frames=2)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
-    reported = detector.explain(motion, frame=0, pair=0, faces=np.zeros((1, 2), dtype=np.int64))
-    assert reported.found_with_more is None and reported.sample_meets is None
+    any_faces = np.zeros((1, 2), dtype=np.int64)
+    explanation = detector.explain(motion, frame=0, pair=0, faces=any_faces)
+    assert explanation.found_with_more is None
+    assert explanation.sample_meets is None
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_missing_sample_pairs_are_reported_exactly(name):
-    """A search of 20 faces a body misses contacts of others; made into meshes, these faces are decided by ``exact``."""
-    bodies, motion, reported = misses_explained(name, samples=20)
-    assert {item.sample_meets for item in reported.values()} >= {False} and len(reported) > 10, "20 faces miss many"
-    # the same draw, made into meshes of their own, which the exact detector decides
-    components = []
+    """A search of 20 faces a body misses contacts of others: of each miss is explained whether sampled faces meet.
+
+    Truth is ``exact`` for meshes of the sampled faces alone. More budget is tried only where they do.
+    """
+    bodies, motion, explanations = misses_explained(name, samples=20)
+    assert len(explanations) > 10
+    assert False in {explanation.sample_meets for explanation in explanations.values()}
+    sampled_bodies = []
     for body in bodies:
         features = features_of(body.mesh)
         faces = features.face[sample_of(features, size=20, seed=0, name=body.name).pick]
-        components.append(Body(body.name, TriangleMesh(body.mesh.vertices, body.mesh.faces[faces])))
-    left = create_detector("exact", components).detect(motion, faces=True).face_counts
-    for (frame, pair), item in reported.items():
-        assert item.sample_meets == (left[frame, pair] > 0)
-        assert (item.found_with_more is None) == (not item.sample_meets)
+        sampled_bodies.append(Body(body.name, TriangleMesh(body.mesh.vertices, body.mesh.faces[faces])))
+    sampled_meetings = create_detector("exact", sampled_bodies).detect(motion, faces=True).face_counts
+    for (frame, pair), explanation in explanations.items():
+        assert explanation.sample_meets == (sampled_meetings[frame, pair] > 0)
+        assert (explanation.found_with_more is None) == (not explanation.sample_meets)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("settings", "more"),
+    ("settings", "ten_times_the_budget", "least_agreement"),
     [
-        ({"budget": 20, "warm_start": False}, {"budget": 200}),
-        ({"variant": "local", "budget": 5, "warm_start": False}, {"budget": 50}),
-        ({"budget": 10}, {"budget": 100}),
+        pytest.param({"budget": 20, "warm_start": False}, 200, 0.999, id="memetic"),
+        pytest.param({"variant": "local", "budget": 5, "warm_start": False}, 50, 0.999, id="local"),
+        pytest.param({"budget": 10}, 100, 0.8, id="starts at the last pair, which differs here"),
     ],
 )
-def test_spent_budget_differs_from_a_failed_search(settings, more):
-    """``more``: ten times the budget, which a miss is said to need or not."""
-    bodies, motion, reported = misses_explained("hybrid-qaco", **settings)
-    assert {item.found_with_more for item in reported.values()} == {True, False}
-    assert all(item.sample_meets for item in reported.values())
-    pairs = create_detector("hybrid-qaco", bodies).pairs
-    patient = [create_detector("hybrid-qaco", bodies, pairs=pairs[[pair]], **(settings | more)) for pair in range(10)]
-    again = [item.detect(motion).verdict[:, 0] == Verdict.CONTACT for item in patient]
-    agree = [again[pair][frame] == item.found_with_more for (frame, pair), item in reported.items()]
-    # A search that starts warm depends on those of the frames before, which differ here; a cold one does not.
-    assert np.mean(agree) > (0.8 if settings.get("warm_start", True) else 0.999)
+def test_spent_budget_differs_from_a_failed_search(settings, ten_times_the_budget, least_agreement):
+    """Of each miss is explained whether a search with ten times the budget finds the contact; some do, some do not.
+
+    That is what a detector with that budget does.
+    """
+    bodies, motion, explanations = misses_explained("hybrid-qaco", **settings)
+    assert all(explanation.sample_meets for explanation in explanations.values())
+    assert {explanation.found_with_more for explanation in explanations.values()} == {True, False}
+    pairs, more = create_detector("hybrid-qaco", bodies).pairs, settings | {"budget": ten_times_the_budget}
+    contacts = [
+        create_detector("hybrid-qaco", bodies, pairs=pairs[[pair]], **more).detect(motion).verdict[:, 0]
+        == Verdict.CONTACT
+        for pair in range(len(pairs))
+    ]
+    agrees = [contacts[pair][frame] == item.found_with_more for (frame, pair), item in explanations.items()]
+    assert np.mean(agrees) > least_agreement
 
 
 FIRST_AND_SECOND = np.array([[0, 1]])
@@ -126,9 +169,13 @@ def search_answer(motion, faces=False, **settings):
 
 @pytest.mark.slow
 def test_budget_is_spent_on_further_curves_after_a_hit():
-    """A search that goes on after its first hit evaluates as many pairs as it may in every frame."""
+    """Two balls come into contact in 60 frames. A search that goes on after its first hit has the same hits.
+
+    It evaluates as many face pairs as its budget in every frame; one that stops at the first hit, fewer.
+    """
     budget, motion = 3000, approach_of_two_balls()
-    stopped, gone_on = (search_answer(motion, faces=True, budget=budget, stop_first=stop) for stop in (True, False))
-    assert stopped.hits.any() and np.array_equal(stopped.hits, gone_on.hits)
-    assert gone_on.work["evaluations"] == budget * FRAMES
-    assert stopped.work["evaluations"] < gone_on.work["evaluations"]
+    stopped, continued = (search_answer(motion, faces=True, budget=budget, stop_first=stop) for stop in (True, False))
+    assert stopped.hits.any()
+    assert np.array_equal(stopped.hits, continued.hits)
+    assert continued.work["evaluations"] == budget * FRAMES
+    assert stopped.work["evaluations"] < continued.work["evaluations"]

@@ -1,4 +1,7 @@
-"""Neighbours of a face are those that trimesh finds: across its edges first, then at its corners."""
+"""Neighbours of a face are those that trimesh finds: across its edges first, then at its corners.
+
+A feature is a face as the search stores it: with its centroid, radius and neighbours.
+"""
 
 import numpy as np
 import pytest
@@ -28,62 +31,78 @@ def neighbours(mesh):
     ids=["ball", "torus", "box"],
 )
 def test_neighbours_have_a_common_edge_or_corner(mesh):
-    """Neighbours by an edge are those of trimesh; by a corner at most NEIGHBOURS of them."""
-    plain = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, validate=False)
+    """Neighbours across edges are those of the library trimesh; with those at corners they are at most NEIGHBOURS."""
+    reference = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, validate=False)
     adjacent = {face: set() for face in range(len(mesh.faces))}
-    for first, second in plain.face_adjacency.tolist():
+    for first, second in reference.face_adjacency.tolist():
         adjacent[first].add(second)
         adjacent[second].add(first)
-    by_edge, every = neighbours(mesh)
+    by_edge, by_edge_or_corner = neighbours(mesh)
     assert by_edge == adjacent
-    for face, answer in every.items():
-        around = {other for vertex in plain.faces[face] for other in plain.vertex_faces[vertex].tolist()} - {face, -1}
-        assert answer <= around
-        assert len(answer) == min(len(around), NEIGHBOURS)
+    for face, faces in by_edge_or_corner.items():
+        vertices = reference.faces[face]
+        around = {other for vertex in vertices for other in reference.vertex_faces[vertex].tolist()} - {face, -1}
+        assert faces <= around
+        assert len(faces) == min(len(around), NEIGHBOURS)
 
 
-@pytest.mark.parametrize("count", [5, 20])
+@pytest.mark.parametrize("count", [5, 20], ids="{} faces".format)
 def test_faces_at_a_crowded_edge_are_neighbours(count):
-    """``count`` faces share the edge from (0, 0, 0) to (0, 0, 1); at most NEIGHBOURS of the others are kept."""
+    """Faces that share the edge from (0, 0, 0) to (0, 0, 1): each has all others, but at most NEIGHBOURS, and not
+    itself.
+    """
     angle = 2.0 * np.pi / count * np.arange(count)
     vertices = [[0, 0, 0], [0, 0, 1], *np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)]
-    by_edge, _ = neighbours(TriangleMesh(vertices, [[0, 1, 2 + k] for k in range(count)]))
+    by_edge, _by_edge_or_corner = neighbours(TriangleMesh(vertices, [[0, 1, 2 + k] for k in range(count)]))
     assert {len(others) for others in by_edge.values()} == {min(count - 1, NEIGHBOURS)}
     assert all(face not in others for face, others in by_edge.items())
 
 
 def test_degenerate_face_shares_an_edge_only_between_different_corners():
-    """Face 0 is the edge from corner 0 to 1, which face 2 has too; face 1 has corner 0 only."""
+    """Face 0 has corner 0 twice, so that it is the edge from 0 to 1, which face 2 has too; face 1 has corner 0 only."""
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    by_edge, _ = neighbours(TriangleMesh(corners, [[0, 0, 1], [0, 0, 2], [0, 1, 3]]))
+    by_edge, _by_edge_or_corner = neighbours(TriangleMesh(corners, [[0, 0, 1], [0, 0, 2], [0, 1, 3]]))
     assert by_edge == {0: {2}, 1: set(), 2: {0}}
 
 
 def test_points_along_a_diagonal_are_numbered_in_their_order():
     """1,024 points (k, k, k): a Morton code has ten bits for each coordinate."""
-    assert (np.diff(morton_codes(np.arange(1024.0)[:, None] * np.ones(3))) > 0).all()
+    codes = morton_codes(np.arange(1024.0)[:, None] * np.ones(3))
+    assert (np.diff(codes) > 0).all()
 
 
 def test_bits_of_three_coordinates_alternate_in_a_morton_code():
-    """Ten bits of x, y and z in turn, lowest first; 0 is the lower corner of the box of all points, 1023 the upper."""
-    points = np.array([[5.0, 7.0, 9.0], [6.0, 8.0, 10.0], [5.0, 7.0, 10.0], [5.5, 7.0, 9.0]])
-    every_third_bit = sum(8**bit for bit in range(10))
-    assert morton_codes(points).tolist() == [0, 2**30 - 1, 4 * every_third_bit, 8**9]
+    """Ten bits of x, y and z in turn, x first, the lowest bits first; each from 0 at the smallest coordinate of all
+    points to 1023 at the largest.
+
+    Half of the way is 512, bit 9.
+    """
+    smallest, largest, all_of_z, half_of_x = [5.0, 7.0, 9.0], [6.0, 8.0, 10.0], [5.0, 7.0, 10.0], [5.5, 7.0, 9.0]
+    ten_bits_of_z = sum(2 ** (3 * bit + 2) for bit in range(10))
+    codes = morton_codes(np.array([smallest, largest, all_of_z, half_of_x]))
+    assert codes.tolist() == [0, 2**30 - 1, ten_bits_of_z, 2 ** (3 * 9)]
 
 
 def test_the_ball_around_a_face_holds_its_corners():
-    """A row has centroid, radius and corners of a face; ``size``: no corner is farther from the origin."""
+    """A row has centroid, radius and corners of a face; ``size`` is how far the farthest corner is from the origin."""
     features = features_of(ball_mesh(3.0, rings=12, sides=17))
+    centroids, radii = features.rows[:, :RADIUS], features.rows[:, RADIUS]
     corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
-    far = np.linalg.norm(corners - features.rows[:, None, :RADIUS], axis=2).max(axis=1)
-    assert (far <= features.rows[:, RADIUS]).all()
+    farthest = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
+    assert (farthest <= radii).all()
     assert np.linalg.norm(corners, axis=2).max() <= features.size
 
 
-def test_duplicate_vertices_merge_and_faces_of_large_fans_have_neighbours():
-    """A torus whose faces share no vertex, and a fan of 3,000 faces round one vertex."""
-    free = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
-    assert np.array_equal(features_of(free).near, features_of(torus_mesh()).near)
+def test_faces_without_common_vertices_have_the_neighbours_of_joined_faces():
+    """A torus of 1,600 faces, each with vertices of its own, and the torus itself."""
+    torus = torus_mesh()
+    count = len(torus.faces)
+    unmerged = TriangleMesh(torus.triangles.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+    assert np.array_equal(features_of(unmerged).near, features_of(torus).near)
+
+
+def test_faces_of_large_fans_have_neighbours():
+    """3,000 faces round one vertex; -1 would be no neighbour."""
     angle = np.linspace(0, 2 * np.pi, 3001)
     rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3001)])
     fan = TriangleMesh(np.vstack([[0, 0, 0], rim]), [[0, k, k + 1] for k in range(1, 3001)])
@@ -91,15 +110,17 @@ def test_duplicate_vertices_merge_and_faces_of_large_fans_have_neighbours():
 
 
 def test_crowded_corner_fills_the_neighbours_of_each_face():
-    """20 faces in one point and a triangle at it: each of 21 keeps NEIGHBOURS of the 20 others."""
+    """20 faces that are one point, and a triangle with a corner there: each of 21 keeps NEIGHBOURS of the 20 others."""
     crowd = [[0, 0, 0]] * 20 + [[0, 1, 2]]
-    _, every = neighbours(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], crowd))
-    assert [len(every[face]) for face in range(len(crowd))] == [NEIGHBOURS] * len(crowd)
+    _by_edge, by_edge_or_corner = neighbours(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], crowd))
+    assert [len(by_edge_or_corner[face]) for face in range(21)] == 21 * [NEIGHBOURS]
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])
 def test_extreme_sizes_neither_overflow_nor_vanish(scale):
-    """A right triangle with legs of 1: its farthest corner is root of 5 / 3 = 0.745 from the centroid."""
+    """A right triangle with legs of ``scale``: its farthest corner is root of 5 / 3 = 0.745 of that
+    from the centroid.
+    """
     features = features_of(TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * scale, [[0, 1, 2]]))
     assert np.isfinite(features.rows).all()
-    assert 0.5 * scale < features.mean_radius < scale
+    assert features.mean_radius == pytest.approx(np.sqrt(5) / 3 * scale)

@@ -1,4 +1,4 @@
-"""Local search goes down to ever closer pairs; resting pairs are searched again only when they move."""
+"""Local search goes down to ever closer face pairs; resting bodies are searched again only when they move."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ AT_ORIGIN = (I3, np.zeros(3))
 
 
 def descent_from(search, i, j):
-    """The pair where a way down from (i, j) ends, its distance, and the evaluations it took."""
+    """The face pair where a descent from (i, j) ends, its distance, and the evaluations it took."""
     state = search.state
     state["budget"], before, state["closest"] = 10**9, int(state["evaluations"]), np.inf
     advance(FOLLOW, i, j, 0, search.swarm, search.faces, search.states)
@@ -43,27 +43,34 @@ def distances(search, firsts, seconds):
 
 @pytest.mark.slow
 def test_descent_ends_only_at_local_minima():
-    """150 descents: no neighbour of either end is nearer; if the balls of both ends overlap, no pair of neighbours is.
+    """Two tori a little apart, and 150 descents from random face pairs: no neighbour of either end is nearer.
 
-    A descent repeated from the same start is short, as an earlier path is followed to its end.
+    If the balls of both ends overlap, no pair of their neighbours is. A descent repeated from the same start is short,
+    as the earlier path is followed to its end.
     """
     search, starts = starts_beside_each_other()
-    ends, overlapping, longest = set(), 0, 0
+    pose, rounding = (I3, np.array([0.02, 0.01, 0.62])), 1e-12
+    ends, ends_with_overlapping_balls, longest = set(), 0, 0
     for i, j in starts:
-        search.search((I3, np.array([0.02, 0.01, 0.62])), AT_ORIGIN, stamp=0.0, budget=0)
-        end, distance, spent = descent_from(search, i, j)
-        ends.add(end)
-        *_, again = descent_from(search, i, j)
-        assert again <= 2 * NEIGHBOURS + 1, "an earlier way is followed to its end"
-        longest = max(longest, spent)
-        both = (search.first, end[0]), (search.second, end[1])
-        around = [np.append(features.near[at, :NEIGHBOURS], at) for features, at in both]
-        gaps = distances(search, *(positions[positions >= 0] for positions in around))
-        assert min(gaps[-1].min(), gaps[:, -1].min()) >= distance * (1 - 1e-12)
-        if distance < search.first.rows[end[0], RADIUS] + search.second.rows[end[1], RADIUS]:
-            overlapping += 1
-            assert gaps.min() >= distance * (1 - 1e-12)
-    assert overlapping > 100 and len(ends) > 5 and longest > 10 * NEIGHBOURS
+        search.search(pose, AT_ORIGIN, stamp=0.0, budget=0)
+        (a, b), distance, evaluations = descent_from(search, i, j)
+        _end, _distance, evaluations_again = descent_from(search, i, j)
+        assert evaluations_again <= 2 * NEIGHBOURS + 1
+        ends.add((a, b))
+        longest = max(longest, evaluations)
+        near_a, near_b = (
+            [face for face in features.near[end, :NEIGHBOURS].tolist() if face >= 0] + [end]
+            for features, end in ((search.first, a), (search.second, b))
+        )
+        gaps = distances(search, near_a, near_b)  # the last row and column are those of a and b
+        assert gaps[-1].min() >= distance * (1 - rounding)
+        assert gaps[:, -1].min() >= distance * (1 - rounding)
+        if distance < search.first.rows[a, RADIUS] + search.second.rows[b, RADIUS]:
+            ends_with_overlapping_balls += 1
+            assert gaps.min() >= distance * (1 - rounding)
+    assert ends_with_overlapping_balls > 100
+    assert len(ends) > 5
+    assert longest > 10 * NEIGHBOURS
 
 
 BALL = ball_of(faces=1200)
@@ -80,69 +87,103 @@ def ball_carried_in_a_ring(frames=200, aside=0.05, seed=3):
 
 
 def test_no_point_moves_farther_than_the_bound():
-    """Random rotations and moves of 0.1 m, and every vertex of a ball."""
+    """50 pairs of random poses, some 0.1 m apart: no vertex of a ball moves farther between them than bounded.
+
+    A pose is a row of a rotation (9), a translation (3) and the distance of both bodies.
+    """
     rng = np.random.default_rng(8)
     for _ in range(50):
         rotations, moves = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.1
         first, second = (
             np.array([*rotation.ravel(), *move, 1.0]) for rotation, move in zip(rotations, moves, strict=True)
         )
-        points = BALL.vertices
-        moved = np.linalg.norm(points @ rotations[0].T + moves[0] - points @ rotations[1].T - moves[1], axis=1).max()
-        assert moved <= distance_moved(first, second, features_of(BALL).size)
+        places_before, places_after = (BALL.vertices @ rotations[k].T + moves[k] for k in (0, 1))
+        longest_move = np.linalg.norm(places_after - places_before, axis=1).max()
+        assert longest_move <= distance_moved(first, second, features_of(BALL).size)
 
 
-def test_budget_follows_how_far_bodies_moved():
-    """Arguments: pose, poses of last search and last probe, lengths, budget; spent from a move of a quarter face on."""
-    features = features_of(BALL)
-    lengths, never = lengths_at_rest(features, features, 0.25), np.full(13, np.nan)
-    face = 2 * features.mean_radius
-    before = np.array([*np.eye(3).ravel(), 2.1, 0.0, 0.0, 2.1])
-
-    def after(distance):
-        return before + distance * np.eye(13)[9]
-
-    assert budget_at_rest(before, never, never, lengths, 2000) == 2000
-    assert budget_at_rest(after(0.26 * face), before, before, lengths, 2000) == 2000
-    assert budget_at_rest(after(0.24 * face), before, before, lengths, 2000) == PROBE
-    assert budget_at_rest(after(0.24 * face), before, after(0.24 * face), lengths, 2000) == 2000
-    assert budget_at_rest(after(0.24 * face), before, before, lengths, 50) == 50
-    assert budget_at_rest(after(1e-14), before, before, lengths, 2000) == 0
-    inside = np.array([*np.eye(3).ravel(), 0.0, 0.0, 0.0, 0.0])  # two poses at 1 m are rounded there all the same
-    assert budget_at_rest(inside + 1e-13 * np.eye(13)[9], inside, inside, lengths, 2000) == 0
-    assert budget_at_rest(after(np.nan), before, before, lengths, 2000) == 2000
+FULL_BUDGET = 2000
+"""Evaluations of face pairs that a search may spend."""
+BALL_FACE = 2 * features_of(BALL).mean_radius
+"""Metres across a face of the ball."""
+REST_LENGTHS = lengths_at_rest(features_of(BALL), features_of(BALL), 0.25)
+"""Of two balls that are at rest while they move by less than a quarter of a face."""
+POSE = np.array([*np.eye(3).ravel(), 2.1, 0.0, 0.0, 2.1])
+"""A row of a rotation (9), a translation (3) and the distance of both bodies, metres."""
+NO_POSE = np.full(13, np.nan)
 
 
-def test_pair_counts_as_moved_by_faces_of_the_finer_mesh():
-    """A move below a quarter of a face of the ball, the finer mesh, only probes; a larger one takes all the budget."""
+def moved_along_x(pose, metres):
+    """The pose, moved."""
+    return pose + metres * np.eye(13)[9]
+
+
+@pytest.mark.parametrize(
+    ("pose", "of_last_search", "of_last_probe", "budget"),
+    [
+        pytest.param(POSE, NO_POSE, NO_POSE, FULL_BUDGET, id="never searched"),
+        pytest.param(moved_along_x(POSE, 0.26 * BALL_FACE), POSE, POSE, FULL_BUDGET, id="moved by 0.26 faces"),
+        pytest.param(moved_along_x(POSE, 0.24 * BALL_FACE), POSE, POSE, PROBE, id="moved by 0.24 faces: a probe"),
+        pytest.param(
+            moved_along_x(POSE, 0.24 * BALL_FACE),
+            POSE,
+            moved_along_x(POSE, 0.24 * BALL_FACE),
+            FULL_BUDGET,
+            id="at rest after such a move, already probed",
+        ),
+        pytest.param(moved_along_x(POSE, 1e-14), POSE, POSE, 0, id="moved by rounding"),
+        pytest.param(NO_POSE, POSE, POSE, FULL_BUDGET, id="not a number"),
+    ],
+)
+def test_budget_follows_how_far_bodies_moved(pose, of_last_search, of_last_probe, budget):
+    """A pair of bodies is searched again with all of its budget after a move of a quarter face, else a probe looks."""
+    assert budget_at_rest(pose, of_last_search, of_last_probe, REST_LENGTHS, FULL_BUDGET) == budget
+
+
+def test_probe_spends_no_more_than_the_budget():
+    """A budget of 50 evaluations is less than a probe's."""
+    assert PROBE > 50
+    moved = moved_along_x(POSE, 0.24 * BALL_FACE)
+    assert budget_at_rest(moved, POSE, POSE, REST_LENGTHS, 50) == 50
+
+
+def test_bodies_in_each_other_that_moved_by_rounding_are_not_searched():
+    """Both origins are the same, but rounding goes with the places of both bodies, about 1 m."""
+    inside = np.array([*np.eye(3).ravel(), 0.0, 0.0, 0.0, 0.0])
+    assert budget_at_rest(moved_along_x(inside, 1e-13), inside, inside, REST_LENGTHS, FULL_BUDGET) == 0
+
+
+@pytest.mark.parametrize("ball_first", [True, False], ids=["ball first", "plate first"])
+@pytest.mark.parametrize(("faces_moved", "budget"), [(0.24, PROBE), (0.26, FULL_BUDGET)])
+def test_pair_counts_as_moved_by_faces_of_the_finer_mesh(ball_first, faces_moved, budget):
+    """A ball and a plate with faces over five times as large: a move of a quarter of a face of the ball counts."""
     ball, plate = features_of(BALL), features_of(box_mesh((2.0, 0.1, 2.0)))
-    face = 2 * ball.mean_radius
     assert plate.mean_radius > 5 * ball.mean_radius
+    lengths = lengths_at_rest(ball, plate, 0.25) if ball_first else lengths_at_rest(plate, ball, 0.25)
     before = np.array([*np.eye(3).ravel(), 0.0, 1.2, 0.0, 1.2])
-    for bodies in ((ball, plate), (plate, ball)):
-        a_quarter_of_a_face = 0.25
-        lengths = lengths_at_rest(*bodies, a_quarter_of_a_face)
-        poses = [before + fraction * face * np.eye(13)[10] for fraction in (0.24, 0.26)]
-        budgets = [budget_at_rest(pose, before, before, lengths, 2000) for pose in poses]
-        assert budgets == [PROBE, 2000]
+    after = moved_along_x(before, faces_moved * BALL_FACE)
+    assert budget_at_rest(after, before, before, lengths, FULL_BUDGET) == budget
 
 
 def test_rigidly_carried_pair_is_searched_once():
-    """``rest``: a pair that moved less than this part of a face since its last search is not searched again; 0: always.
+    """A ball in the hole of a ring moves with it for 200 frames: the pair is at rest but for rounding.
 
-    A ball in the hole of a ring moves with it, so that the pair is at rest but for rounding.
+    ``rest``: a pair that moved by less than this part of a face since its last search is not searched again; 0: always.
     """
     bodies, motion = ball_carried_in_a_ring(frames=200)
-    resting, anew = (create_detector("qaco", bodies, rest=rest).detect(motion) for rest in (0.25, 0.0))
+    resting, always = (create_detector("qaco", bodies, rest=rest).detect(motion) for rest in (0.25, 0.0))
     assert (resting.verdict == Verdict.NOT_FOUND).all()
-    assert resting.digest == anew.digest
-    searches, searches_anew = resting.work["looks"], anew.work["looks"]
-    assert (searches, searches_anew) == (1, 200)
+    assert resting.digest == always.digest
+    assert resting.work["looks"] == 1, "searches"
+    assert always.work["looks"] == 200
 
 
 def test_resting_contact_is_confirmed_in_every_frame():
-    """0.4 m aside the ball is in the ring: unlike a pair that is apart, it is searched in all 200 frames."""
-    bodies, motion = ball_carried_in_a_ring(aside=0.4)
+    """0.4 m beside its middle the ball is in the wall of the ring, and moves with it for 200 frames.
+
+    Unlike a pair that is apart, it is searched in all of them.
+    """
+    bodies, motion = ball_carried_in_a_ring(frames=200, aside=0.4)
     answer = create_detector("qaco", bodies, rest=0.25).detect(motion)
     assert (answer.verdict == Verdict.CONTACT).all()
-    assert answer.work["looks"] == 200
+    assert answer.work["looks"] == 200, "searches"

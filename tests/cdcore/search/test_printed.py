@@ -1,4 +1,7 @@
-"""The equations as printed: what is certain of ants that do not turn, although the equations break."""
+"""The equations as printed in the paper: what is certain of ants that do not turn, although the equations break.
+
+An ant has two qubits, one for a face of each body; a qubit's two amplitudes name two faces, ``printed_15``.
+"""
 
 from itertools import chain, islice, repeat
 
@@ -11,30 +14,36 @@ from cdcore.search.search_settings import SearchSettings
 ITERATIONS, FEATURES = 3, 1000
 
 
-# The only ant follows itself, from which nothing is turned.
-@pytest.mark.parametrize(("ants", "rotation"), [(5, 0.0), (1, 0.5)])
-@pytest.mark.parametrize(("mutation", "then"), [(0.0, 0), (1.0, 1)])
-def test_mutation_swaps_the_amplitudes(ants, rotation, mutation, then):
-    """Amplitudes of each ant's two qubits over three iterations; a mutation swaps them in each iteration or never.
+@pytest.mark.parametrize(
+    ("ants", "turn"), [pytest.param(5, 0.0, id="ants do not turn"), pytest.param(1, 0.5, id="an ant turns to itself")]
+)
+@pytest.mark.parametrize(
+    ("mutation", "next_position_of_the_first"), [pytest.param(0.0, 0, id="never"), pytest.param(1.0, 1, id="always")]
+)
+def test_mutation_swaps_the_amplitudes(ants, turn, mutation, next_position_of_the_first):
+    """Amplitudes of each ant's two qubits over three iterations, read from the faces whose distance is asked.
 
-    ``then``: the amplitude, 0 or 1, that was 0 one iteration before.
+    A mutation swaps them in each iteration or never: the first of an iteration is the first or second of the next.
     """
-    requested = []
-    settings = SearchSettings(ants=ants, turn=rotation, mutation=mutation)
-    stream = np.random.default_rng(3)
-    for iteration in iterations_as_printed(
-        lambda *positions: requested.append(positions) or 1.0, (FEATURES, FEATURES), settings, stream
-    ):
+    faces_asked = []
+
+    def distance(*faces):
+        faces_asked.append(faces)
+        return 1.0
+
+    settings, stream = SearchSettings(ants=ants, turn=turn, mutation=mutation), np.random.default_rng(3)
+    for iteration in iterations_as_printed(distance, (FEATURES, FEATURES), settings, stream):
         if iteration > ITERATIONS:
             break
-    amplitudes = (2 * np.reshape(requested, (ITERATIONS, ants, 2, 2)) + 1) / FEATURES - 1
-    assert np.allclose((amplitudes**2).sum(axis=2), 1.0, atol=5 / FEATURES)
-    assert np.allclose(amplitudes[1:, :, then], amplitudes[:-1, :, 0])
+    faces = np.reshape(faces_asked, (ITERATIONS, ants, 2, 2))  # iteration, ant, amplitude, body
+    amplitudes = (2 * faces + 1) / FEATURES - 1  # from -1 to 1
+    assert np.allclose((amplitudes**2).sum(axis=2), 1.0, atol=5 / FEATURES), "a qubit is a unit vector"
+    assert np.allclose(amplitudes[1:, :, next_position_of_the_first], amplitudes[:-1, :, 0])
 
 
-@pytest.mark.parametrize(("beta", "begun"), [(2.0, [1, 2]), (1.0, [1, 2, 3])])
-def test_search_ends_at_negative_probabilities(beta, begun):
-    """Two ants search nine features of each body, and the distances that they find are planted.
+@pytest.mark.parametrize(("beta", "iterations_begun"), [(2.0, [1, 2]), (1.0, [1, 2, 3])])
+def test_search_ends_at_negative_probabilities(beta, iterations_begun):
+    """Two ants search nine faces of each body, and the distances that they find are planted: 10 m six times, 0 twice.
 
     The pheromone of the second ant, 1 + 10, evaporates to 9.9 and falls to -0.1 with its distance. Its heuristic,
     1 + 10^beta, falls below 0 too, by 20^beta, so that only an even power of it leaves a product below 0: the search
@@ -45,18 +54,19 @@ def test_search_ends_at_negative_probabilities(beta, begun):
     iterations = iterations_as_printed(
         lambda *pair: next(distances), sizes=(9, 9), settings=settings, stream=np.random.default_rng(3)
     )
-    assert list(islice(iterations, 3)) == begun
+    assert list(islice(iterations, 3)) == iterations_begun
 
 
-def test_the_amplitudes_run_from_the_first_feature_to_the_last():
-    """Amplitudes from -1 to 1 over nine features, 0 to 8."""
-    assert [printed_15(amplitude, 9) for amplitude in (-1.0, 0.0, 1.0)] == [0, 4, 8]
+@pytest.mark.parametrize(("amplitude", "feature"), [(-1.0, 0), (0.0, 4), (1.0, 8)])
+def test_the_amplitudes_run_from_the_first_feature_to_the_last(amplitude, feature):
+    """Equation 15 over nine features, 0 to 8: the amplitude -1 names the first, 1 the last."""
+    assert printed_15(amplitude, 9) == feature
 
 
 def test_equation_17_as_printed_has_a_wrong_sign():
-    """A rotation of a + i b by an angle; the printed second component has - b cos instead of + b cos."""
-    rotation, a, b = np.random.default_rng(4).uniform(-3, 3, (3, 8))
-    rotated = (a + 1j * b) * np.exp(1j * rotation)
-    assert np.allclose(
-        printed_17(rotation, np.stack([a, b], axis=1)).T, [rotated.real, rotated.imag - 2 * np.cos(rotation) * b]
-    )
+    """A rotation of a + i b by t has the imaginary part a sin t + b cos t; printed is - b cos t instead."""
+    t, a, b = np.random.default_rng(4).uniform(-3, 3, (3, 8))
+    printed = printed_17(t, np.stack([a, b], axis=1))
+    rotated = (a + 1j * b) * np.exp(1j * t)
+    assert np.allclose(printed[:, 0], rotated.real)
+    assert np.allclose(printed[:, 1], rotated.imag - 2 * b * np.cos(t))

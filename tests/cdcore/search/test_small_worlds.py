@@ -1,4 +1,4 @@
-"""Under every setting a search among three boxes finds true pairs, alike live and traced; misses are explained.
+"""Under every setting a search among three boxes finds pairs of faces that meet, alike live and traced.
 
 The worlds are so small that their kernels can also run as Python: ``.ci/branch_coverage.py`` measures them so.
 """
@@ -30,16 +30,19 @@ def face_pairs(detection, frame, pair):
 
 @pytest.fixture(scope="module")
 def three_boxes():
-    """Three boxes, the third without a pose in the last frame; overlap, the same again, a touch, a gap, nested, far."""
+    """Three boxes of 1 m in six frames, the motion, and the answer of ``exact`` with faces.
+
+    The third has no pose in the last frame.
+    """
     bodies = [Body(name, box_mesh()) for name in "abc"]
     positions = np.zeros((6, 3, 3))
     positions[:, 1] = [
-        [0.9, 0.1, 0.2],
-        [0.9, 0.1, 0.2],
-        [1.0, 0.0, 0.0],
-        [1.01, 0.0, 0.0],
-        [0.4, 0.3, 0.2],
-        [9.0, 0, 0],
+        [0.9, 0.1, 0.2],  # overlap
+        [0.9, 0.1, 0.2],  # the same again
+        [1.0, 0.0, 0.0],  # touch
+        [1.01, 0.0, 0.0],  # 1 cm apart
+        [0.4, 0.3, 0.2],  # deep in each other
+        [9.0, 0, 0],  # far apart
     ]
     positions[:, 2, 1] = [0.8, 0.8, 0.8, 0.801, 3.0, 3.0]
     valid = np.ones((6, 3), dtype=bool)
@@ -50,60 +53,93 @@ def three_boxes():
 
 @pytest.mark.sampled(15)
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
-def test_ant_search_offline_live_and_traced_agree(settings, three_boxes):
+def test_ant_search_hits_offline_and_live_are_true(settings, three_boxes):
     """Three boxes overlap in some of six frames; the ant colony (qaco) searches their triangles for a pair that meets.
 
-    Its faces must be among those of the exhaustive test; a frame at a time and step by step it must say the same.
+    Its faces must be among those of ``exact``, and frame by frame (live) it must say contact in the same frames.
+    12 samples of the triangles may miss every contact.
     """
     bodies, motion, exact = three_boxes
     detector = create_detector("qaco", bodies, budget=100, **settings)
-    offline, watched = detector.detect(motion, faces=True), detector.watch(motion)
+    offline = detector.detect(motion, faces=True)
     contact = offline.verdict == Verdict.CONTACT
-    assert settings.get("samples") or contact.any()  # 12 samples of the triangles may miss every contact
+    assert settings.get("samples") or contact.any()
     for frame, pair in np.argwhere(contact).tolist():
         assert face_pairs(offline, frame, pair) <= face_pairs(exact, frame, pair)
     assert np.array_equal(detect_live(detector, motion).verdict == Verdict.CONTACT, contact)
-    assert watched.search.noted
-    for (frame, pair), noted in watched.search.noted.items():
-        trace = watched.search.trace(motion, frame, pair)
+
+
+@pytest.mark.sampled(15)
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+def test_traced_ant_search_is_that_of_the_detector(settings, three_boxes):
+    """``watch`` notes every search of a motion, and ``trace`` runs one again, step by step: with the same result.
+
+    It hits where the detector says contact; each best pair of faces so far is closer than the one before, and has a
+    point in space on each body.
+    """
+    bodies, motion, _exact = three_boxes
+    detector = create_detector("qaco", bodies, budget=100, **settings)
+    contact = detector.detect(motion).verdict == Verdict.CONTACT
+    search = detector.watch(motion).search
+    assert search.noted
+    for (frame, pair), noted in search.noted.items():
+        assert (noted.result.hit is not None) == contact[frame, pair]
+        trace = search.trace(motion, frame, pair)
         assert trace.result == noted.result
         improvements = trace.distance[trace.best()][:-1]
-        assert (np.diff(improvements) < 0).all()  # each best candidate so far is closer than the one before
-        closest_points = watched.search.points(motion, frame, pair, noted.result.closest)
-        assert closest_points.shape == (2, 3)  # a point in space on each body
-        assert (noted.result.hit is not None) == contact[frame, pair]
+        assert (np.diff(improvements) < 0).all()
+        assert search.points(motion, frame, pair, noted.result.closest).shape == (2, 3)
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
-@pytest.mark.parametrize(("settings", "sampled"), [({"samples": 1}, False), ({"budget": 1}, True)], ids=str)
-def test_misses_are_explained_by_sample_or_budget(name, settings, sampled, three_boxes):
-    """A sample of one face a body has no pair that meets; with all faces a budget of 1 is too small, and more is tried.
+@pytest.mark.parametrize(
+    ("settings", "sample_meets"),
+    [
+        pytest.param({"samples": 1}, False, id="one face a body is searched"),
+        pytest.param({"budget": 1}, True, id="one evaluation"),
+    ],
+)
+def test_misses_are_explained_by_sample_or_budget(name, settings, sample_meets, three_boxes):
+    """Contacts of three boxes that a search misses: a sample of one face a body has no pair of faces that meets.
 
-    ``sampled``: whether faces that meet are in the sample.
+    With all faces a budget of one evaluation is too small, and more is tried: ``found_with_more``.
     """
     bodies, motion, exact = three_boxes
     detector = create_detector(name, bodies, **settings)
     missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != Verdict.CONTACT)).tolist()
-    reasons = [detector.explain(motion, frame, column, exact.faces(frame, column)) for frame, column in missed]
-    assert {reason.sample_meets for reason in reasons} == {sampled}
-    assert all((reason.found_with_more is not None) == sampled for reason in reasons)
+    explanations = [detector.explain(motion, frame, pair, exact.faces(frame, pair)) for frame, pair in missed]
+    assert {explanation.sample_meets for explanation in explanations} == {sample_meets}
+    assert {explanation.found_with_more is not None for explanation in explanations} == {sample_meets}
 
 
-@pytest.mark.parametrize("offset", [(1.0, 0.25, 0.125), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.3, 0.2, 0.1)])
+@pytest.mark.parametrize(
+    "offset",
+    [
+        pytest.param((1.0, 0.25, 0.125), id="share part of a face"),
+        pytest.param((0.0, 0.0, 0.0), id="equal"),
+        pytest.param((1.0, 1.0, 1.0), id="share a corner"),
+        pytest.param((0.3, 0.2, 0.1), id="cross"),
+    ],
+)
 def test_curve_of_a_hit_is_every_pair_of_two_boxes(offset):
-    """Boxes that share a face, are equal, share a corner, or cross."""
+    """Two boxes of 1 m at an offset.
+
+    Curve: the face pairs that meet and hang together with a hit, neighbour by neighbour.
+
+    From the hit of a search alone, without seeds of a frame before, it is every pair that meets.
+    """
     box, pose = box_mesh(), (I3, np.array(offset))
     search = search_of(box, box, variant="local", budget=1000)
-    truth = exact_pairs(search, box, box, pose, AT_ORIGIN)
-    assert search.search(pose, AT_ORIGIN, stamp=0.0).hit in truth
-    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
+    meeting = exact_pairs(search, box, box, pose, AT_ORIGIN)
+    assert search.search(pose, AT_ORIGIN, stamp=0.0).hit in meeting
+    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == meeting
 
 
 def test_a_curve_outgrows_its_first_memory():
-    """A ball of 32 faces on itself has more meeting pairs than the 256 that fit at first."""
+    """A ball of 32 faces on itself has more face pairs that meet than the 256 that fit at first: the curve has all."""
     ball = ball_of(faces=32)
     search = search_of(ball, ball)
-    truth = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
-    assert len(truth) > 256
+    meeting = exact_pairs(search, ball, ball, AT_ORIGIN, AT_ORIGIN)
+    assert len(meeting) > 256
     assert search.search(AT_ORIGIN, AT_ORIGIN, stamp=0.0).hit is not None
-    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
+    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == meeting
