@@ -46,7 +46,7 @@ def own(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_import_run_and_fix_lead_to_colliders_for_unity(own, capsys):
     """A CSV becomes colliders of several convex pieces of at most 255 faces, with below 20 % false contact."""
-    assert main(IMPORT) in (0, 3)
+    assert main(IMPORT) == 3  # the last row, cut short, is more than 1 %
     assert main(["run", "own.mcap", "--detectors", "hull50,exact", "--no-picture"]) == 0
     assert "Do In your engine, split cup into" in " ".join(capsys.readouterr().out.split())
     assert main(["fix", "own.mcap", "--engine", "unity"]) == 0
@@ -77,13 +77,13 @@ def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeyp
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [(["--engine", "source"], "no engine 'source'; there are: unity"), (["--max-pieces", "0"], "--max-pieces")],
+    ("arguments", "code", "message"),
+    [(["--engine", "source"], 1, "no engine 'source'; there are: unity"), (["--max-pieces", "0"], 2, "--max-pieces")],
 )
-def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, message, capsys):
+def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, code, message, capsys):
     """An engine that there is not, and fewer than one piece."""
     main(IMPORT)
-    assert main(["fix", "own.mcap", *arguments]) in (1, 2)
+    assert main(["fix", "own.mcap", *arguments]) == code
     assert message in capsys.readouterr().err
 
 
