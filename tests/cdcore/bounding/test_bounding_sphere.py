@@ -65,7 +65,7 @@ def test_equation_21_is_the_mean_of_all_triangle_corners():
     radius = np.linalg.norm(mesh.vertices - centre, axis=1).max()
     sphere = sphere_by_triangle_mean(mesh)
     assert np.abs(sphere.centre - centre).max() < 1e-13
-    assert sphere.radius == pytest.approx(radius, rel=1e-12)
+    assert sphere.radius == pytest.approx(radius, rel=1e-12, abs=0)
 
 
 TETRAHEDRON = TriangleMesh(

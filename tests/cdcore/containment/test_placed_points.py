@@ -14,8 +14,8 @@ def test_margin_is_a_fixed_fraction_of_both_sizes_and_distances():
     """1024 eps of the size, 0.5 m, and of the coordinates of both bodies, here (1, -2, 3) and (-4, 5, -6) m."""
     frame, inner, outer, size = 1, 0, 2, 0.5
     expected = 1024 * np.finfo(float).eps * (size + (1 + 2 + 3) + (4 + 5 + 6))
-    assert margin_at(TRANSLATIONS, frame, inner, outer, size) == pytest.approx(expected, rel=1e-15)
-    assert margin_of(TRANSLATIONS[frame], inner, outer, size) == pytest.approx(expected, rel=1e-15)
+    assert margin_at(TRANSLATIONS, frame, inner, outer, size) == pytest.approx(expected, rel=1e-15, abs=0)
+    assert margin_of(TRANSLATIONS[frame], inner, outer, size) == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 def test_point_in_the_outer_frame_is_that_of_matrix_products():

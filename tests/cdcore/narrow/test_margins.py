@@ -54,7 +54,7 @@ def test_touching_and_coplanar_overlap_have_no_depth():
 @pytest.mark.parametrize("row", CLEARANCES, ids=lambda row: row["of"])
 def test_clearance_is_the_distance_of_the_nearest_features(row):
     """Rows of clearances.toml: a triangle and its distance from (0, 0, 0), (1, 0, 0), (0, 1, 0), computed by hand."""
-    assert meets_and_margin(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
+    assert meets_and_margin(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15, abs=0))
 
 
 @pytest.mark.slow

@@ -50,10 +50,10 @@ def test_nearest_triangle_is_that_of_the_slow_reference(seed):
     slow_distance, _slow_nearest = nearest_triangles_slowly(points, triangles, *balls_of(triangles))
     assert distance == pytest.approx(slow_distance, rel=1e-9, abs=1e-12)
     distance_of_nearest, _closest = distance_to_triangles(points, triangles[nearest])
-    assert distance_of_nearest == pytest.approx(distance, rel=1e-12)
+    assert distance_of_nearest == pytest.approx(distance, rel=1e-12, abs=0)
     for point, least in zip(points, distance, strict=True):
         distances, _closest = distance_to_triangles(np.tile(point, (len(triangles), 1)), triangles)
-        assert least == pytest.approx(distances.min(), rel=1e-12)
+        assert least == pytest.approx(distances.min(), rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("size", [0.01, 0.3, 3.0], ids="{} m".format)
@@ -67,7 +67,9 @@ def test_nearest_of_few_points_in_a_small_region(seed, size):
     distance, _nearest = nearest_triangles(points, triangles, *balls_of(triangles))
     slow_distance, _slow_nearest = nearest_triangles_slowly(points, triangles, *balls_of(triangles))
     assert distance == pytest.approx(slow_distance, rel=1e-9, abs=1e-12)
-    assert largest_distance(points, triangles, *balls_of(triangles)) == pytest.approx(slow_distance.max(), rel=1e-9)
+    assert largest_distance(points, triangles, *balls_of(triangles)) == pytest.approx(
+        slow_distance.max(), rel=1e-9, abs=0
+    )
 
 
 @pytest.mark.parametrize(

@@ -143,4 +143,4 @@ def test_kernel_bounds_the_moves_of_a_ball_as_arrays_do(poses):
     bound = length_moved(rotations, translations, centre, radius)
     for k in range(POSES - 1):
         now, before = (rotations[k + 1], translations[k + 1]), (rotations[k], translations[k])
-        assert in_kernels.length_moved(*now, *before, centre, radius) == pytest.approx(bound[k], rel=1e-12)
+        assert in_kernels.length_moved(*now, *before, centre, radius) == pytest.approx(bound[k], rel=1e-12, abs=0)

@@ -169,14 +169,14 @@ def test_prism_area_volume_and_order_match_closed_form(name, form, view):
     """
     outline, planted = POLYGONS[name]
     area = shoelace(outline)
-    assert planted is None or area == pytest.approx(planted, rel=1e-12)
+    assert planted is None or area == pytest.approx(planted, rel=1e-12, abs=0)
     kind, written = FORMATS[form]
     rotation = VISIBLE_FROM[view]
     vertices, polygons = prism(outline, rotation)
     mesh = mesh_from_bytes(written(vertices, polygons), kind)
     assert np.array_equal(mesh.vertices, vertices + 0.0)
     handed = np.sign(np.linalg.det(rotation))
-    assert mesh.volume * handed == pytest.approx(area * HEIGHT, rel=1e-12)
+    assert mesh.volume * handed == pytest.approx(area * HEIGHT, rel=1e-12, abs=0)
     edges = np.linalg.norm(np.diff([*outline, outline[0]], axis=0), axis=1)
     cross = np.cross(mesh.triangles[:, 1] - mesh.triangles[:, 0], mesh.triangles[:, 2] - mesh.triangles[:, 0])
     areas = 0.5 * np.linalg.norm(cross, axis=1)
@@ -185,7 +185,7 @@ def test_prism_area_volume_and_order_match_closed_form(name, form, view):
     assert len(mesh.faces) == starts[-1] and areas.min() > 1e-9
     for polygon, start, end, planted_area in zip(polygons, starts, starts[1:], expected, strict=False):
         assert {*mesh.faces[start:end].ravel().tolist()} == {*polygon}
-        assert areas[start:end].sum() == pytest.approx(planted_area, rel=1e-12)
+        assert areas[start:end].sum() == pytest.approx(planted_area, rel=1e-12, abs=0)
     assert has_consistent_winding(mesh)
 
 
