@@ -150,7 +150,7 @@ def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
     Both files of the folder are those of the writer that was not, and no temporary folder is left.
     """
     writers = 12
-    out, words_written = tmp_path / "out", []
+    out, finished = tmp_path / "out", []
     all_have_written = threading.Barrier(writers)
 
     def write_folder(word):
@@ -158,7 +158,7 @@ def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
             with whole_folder(out, RefusalError) as folder:
                 write_both_files(folder, word)
                 all_have_written.wait()
-            words_written.append(word)
+            finished.append(word)
         except RefusalError as error:
             assert "another program" in str(error)
 
@@ -167,8 +167,8 @@ def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
         thread.start()
     for thread in threads:
         thread.join()
-    assert [(out / "table").read_text()] == words_written
-    assert [(out / "mark").read_text()] == words_written
+    assert [(out / "table").read_text()] == finished
+    assert [(out / "mark").read_text()] == finished
     assert file_names(tmp_path) == ["out"]
 
 
@@ -228,7 +228,7 @@ def test_unwritable_path_is_refused_in_a_sentence(tmp_path):
             pass
 
 
-def test_full_disk_is_said_and_leaves_the_old_file(tmp_path):
+def test_full_disk_is_named_and_leaves_the_old_file(tmp_path):
     """The system has no space while a file is replaced: the error does not blame another program."""
     (tmp_path / "file").write_text("old")
     with pytest.raises(RefusalError, match=r"cannot be written .No space"), whole_file(tmp_path / "file", RefusalError):

@@ -10,7 +10,7 @@ from sessions.model.scene import SceneBody
 
 
 def test_only_heads_and_hands_are_recognised_by_name():
-    """Which column of a recording is the head, the left and the right hand; a strap and a beaker are none."""
+    """The head, the left and the right hand are columns 0, 1 and 2 of a recording; a strap and a beaker are none."""
     roles = roles_of(("camera", "leftHand", "right", "beaker-left", "head-strap"), Scene())
     assert roles == {"head": 0, "left": 1, "right": 2}
 
@@ -48,15 +48,15 @@ def head_that_walks(height, height_axis):
     return Session.from_arrays(STAMPS, {"head": (position, NO_ROTATION)})
 
 
-LOOKS_DOWN = np.tile([-(0.5**0.5), 0.0, 0.0, 0.5**0.5], (COUNT, 1))
+FACING_DOWN = np.tile([-(0.5**0.5), 0.0, 0.0, 0.5**0.5], (COUNT, 1))
 """A quarter of a circle about X, so that -Z points down."""
 
 
 @pytest.mark.parametrize(
     ("units_in_a_metre", "rotation"),
     [
-        pytest.param(1000, LOOKS_DOWN, id="mm, looks down"),
-        pytest.param(100, LOOKS_DOWN, id="cm, looks down"),
+        pytest.param(1000, FACING_DOWN, id="mm, looks down"),
+        pytest.param(100, FACING_DOWN, id="cm, looks down"),
         pytest.param(1000, NO_ROTATION, id="mm, looks ahead"),
     ],
 )

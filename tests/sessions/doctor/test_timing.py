@@ -9,7 +9,7 @@ from sessions.doctor.timing import FEW_FRAMES, time_findings
 
 
 def time_findings_of(draft):
-    """What the doctor, which examines recordings for damage, reports about the times of a session."""
+    """Findings of the doctor, which examines recordings for damage, about the times of a session."""
     return [*time_findings(run_pose_pass([draft.session().frames]))]
 
 

@@ -6,6 +6,7 @@ from sessions.model.session import Status, Track, checked_stamps
 
 
 def test_status_numbers_belong_to_the_file_format():
+    """Session files hold the numbers, which therefore must not change."""
     assert [(status.name, status.value) for status in Status] == [
         ("ABSENT", 0),
         ("VALID", 1),
@@ -16,12 +17,17 @@ def test_status_numbers_belong_to_the_file_format():
 
 
 def test_a_track_keeps_read_only_copies_of_its_arrays():
-    """Later changes of the arrays do not reach the track, and its own cannot be changed."""
+    """Two samples are made a track; later changes of its arrays do not reach it, and its own cannot be changed.
+
+    Samples of which nothing else is said are valid.
+    """
     times, positions = np.array([1, 2]), np.ones((2, 3))
     track = Track(times, positions, np.zeros((2, 4)))
     times[0], positions[0] = -5, 7
-    assert track.times_ns.tolist() == [1, 2] and track.positions[0].tolist() == [1, 1, 1]
-    assert track.valid.all() and len(track) == 2
+    assert track.times_ns.tolist() == [1, 2]
+    assert track.positions[0].tolist() == [1, 1, 1]
+    assert track.valid.tolist() == [True, True]
+    assert len(track) == 2
     for array in (track.times_ns, track.positions, track.quaternions_xyzw, track.valid):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0

@@ -6,15 +6,38 @@ from sessions.synthetic.crowded import COLUMNS, FINGERS, NAME, ROWS
 
 
 def test_crowded_scene_has_40_bodies_of_8_meshes_in_contact(made):
-    """Fingers keep their place on the palm; neighbouring beakers overlap by up to 2 mm, or part by up to 3 mm."""
+    """A made-up scene of 2 s has rows of glassware and two hands of a palm and six pieces each, all moving.
+
+    Its 40 bodies share 8 meshes, one a row and three of hands; no contact is planted as a truth.
+    """
     session, truth = made(NAME).session, made(NAME).truth
-    position = dict(zip(session.names, session.frames.position.transpose(1, 0, 2), strict=True))
-    assert len(session.meshes) == 40 and len({id(mesh) for mesh in session.meshes.values()}) == len(ROWS) + 3
-    assert not truth.episodes and truth.seconds == 2.0
+    assert len(session.meshes) == 40
+    different_meshes = {id(mesh) for mesh in session.meshes.values()}
+    assert len(different_meshes) == len(ROWS) + 3 == 8
+    assert truth.episodes == ()
+    assert truth.seconds == 2.0
+
+
+def positions_by_name(session):
+    """Body -> positions (n, 3)."""
+    return dict(zip(session.names, session.frames.position.transpose(1, 0, 2), strict=True))
+
+
+def test_fingers_of_the_crowded_scene_keep_their_place_on_the_palm(made):
+    """The distance of each of six pieces of a hand from its palm is the same in all frames."""
+    positions = positions_by_name(made(NAME).session)
     for side in ("left", "right"):
-        offset = [position[f"{side}-{piece}"] - position[f"{side}-palm"] for piece in FINGERS]
-        assert len(offset) == 6 and np.ptp(offset, axis=1).max() < 1e-9
-    width = np.ptp(session.meshes["beaker-100-0"].bounds, axis=0)[0]
-    names = [f"beaker-100-{k}" for k in range(COLUMNS)]
-    gap = np.array([np.linalg.norm(position[a] - position[b], axis=1) - width for a, b in pairwise(names)])
-    assert -0.002 < gap.min() < 0.0 < gap.max() < 0.003
+        offsets = [positions[f"{side}-{piece}"] - positions[f"{side}-palm"] for piece in FINGERS]
+        assert len(offsets) == 6
+        assert np.ptp(offsets, axis=1).max() < 1e-9
+
+
+def test_neighbouring_beakers_of_the_crowded_scene_touch_and_part(made):
+    """Beakers of a row overlap by up to 2 mm and part by up to 3 mm, as far as their widths say."""
+    session = made(NAME).session
+    positions = positions_by_name(session)
+    width, _height, _depth = np.ptp(session.meshes["beaker-100-0"].bounds, axis=0)
+    names = [f"beaker-100-{column}" for column in range(COLUMNS)]
+    gaps = np.array([np.linalg.norm(positions[a] - positions[b], axis=1) - width for a, b in pairwise(names)])
+    assert -0.002 < gaps.min() < 0.0
+    assert 0.0 < gaps.max() < 0.003

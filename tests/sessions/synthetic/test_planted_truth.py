@@ -16,7 +16,7 @@ KINDS = {"contact": Verdict.CONTACT, "contained": Verdict.CONTAINED}
 
 
 def pairs_of(run):
-    """All pairs but of two fixed bodies, of a group held together, and of a stopcock that touches its burette."""
+    """All pairs of bodies, but two fixed ones, two of a group, and a stopcock, which always touches its burette."""
     bodies = {body.id: body for body in run.session.scene.bodies}
     names = sorted({*run.session.names, *bodies} - {"stopcock"})
     pairs = itertools.combinations(names, 2)
@@ -41,19 +41,24 @@ def pairs_of(run):
     ],
 )
 def test_detector_reports_exactly_the_planted_contacts(name, noise, made, verdicts):
-    """Contact where it is sure, none where it surely is not; without noise within 1.5 frames of its ends."""
+    """A made-up session knows, for each pair and frame, whether contact is sure (PRESENT), surely not there or open.
+
+    The detector reports contact (or a body inside another) where it is sure and has poses, and nowhere where it surely
+    is not. Without noise of a tracker it begins and ends within 1.5 frames of the planted times.
+    """
     run = made(name, noise)
     pairs = pairs_of(run)
     result = verdicts(run.session, pairs)
-    decided = result != Verdict.NO_POSE
+    has_poses = result != Verdict.NO_POSE
     step = np.diff(run.times).max()
     for column, pair in enumerate(pairs):
         for kind, verdict in KINDS.items():
             expected = run.truth.expected(*pair, run.session.frames.stamp_ns, kind)
-            visited = result[:, column] == verdict
-            assert visited[(expected == PRESENT) & decided[:, column]].all(), (pair, kind)
-            assert not visited[expected == CLEAR].any(), (pair, kind, run.times[visited & (expected == CLEAR)][:3])
+            reported = result[:, column] == verdict
+            assert reported[(expected == PRESENT) & has_poses[:, column]].all(), (pair, kind)
+            assert not reported[expected == CLEAR].any(), (pair, kind, run.times[reported & (expected == CLEAR)][:3])
             for episode in run.truth.of(*pair, kind) if noise == "off" else ():
-                times = run.times[visited & run.near(episode.possibly[0] - 0.1, episode.possibly[1] + 0.1)]
+                earliest, latest = episode.possibly  # seconds between which the contact may be, here with 0.1 s more
+                times = run.times[reported & run.near(earliest - 0.1, latest + 0.1)]
                 if episode.surely and len(times):
                     assert times[[0, -1]] == pytest.approx(episode.nominal, abs=1.5 * step), (pair, kind)

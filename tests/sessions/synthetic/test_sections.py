@@ -9,41 +9,55 @@ from sessions.synthetic.sections import approach, round_in_round
 
 
 def test_a_cube_corner_meets_a_prism_between_the_bounds():
-    """Seen from above, a square of 0.1 m comes corner first at a 64-gon of radius 0.03 m.
+    """Seen from above, a cube with an edge of 0.1 m comes corner first at a 64-gon of radius 0.03 m.
 
-    They meet where their middles are half a diagonal and the radius apart: between the distances ``sure`` and
-    ``possible``, which are within 0.1 mm of their mean (``slack``), and without moving the cube ``aside``.
+    They meet where their middles are half a diagonal and the radius from each other: between the distances ``sure``
+    and ``possible``, which are within 0.1 mm of their mean (``slack``), and without moving the cube ``aside``.
     """
-    cube, post = box((0.1, 0.1, 0.1)), prism(sides=64, radius=0.03, length=0.5)
+    edge, radius = 0.1, 0.03
+    cube, post = box((edge, edge, edge)), prism(sides=64, radius=radius, length=0.5)
     corner_first = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
-    meets = approach(cube, corner_first, post, direction=(0.0, 0.0, -1.0), height=0.05)
-    half_diagonal = 0.05 * np.sqrt(2.0)
-    assert meets.sure <= half_diagonal + 0.03 <= meets.possible + 1e-9
-    assert meets.slack < 0.0001
-    assert abs(meets.aside) < 1e-9
+    meeting = approach(cube, corner_first, post, direction=(0.0, 0.0, -1.0), height=0.05)
+    half_diagonal = edge / 2 * np.sqrt(2.0)
+    assert meeting.sure <= half_diagonal + radius <= meeting.possible + 1e-9
+    assert meeting.slack < 0.0001
+    assert abs(meeting.aside) < 1e-9
+
+
+def reach_of_flat_sides(sides):
+    """The least distance of a regular polygon's sides from its middle, in radii of its corners."""
+    return np.cos(np.pi / sides)
 
 
 def test_play_of_prism_in_ring_is_difference_of_radii():
-    """A prism of radius 0.01 in a ring of 0.05; flat sides of 12 and 64 reach only cos(pi / n) of the radius."""
+    """A prism of 12 sides, whose corners are 0.01 m from its axis, stands in a ring of 64 sides, 0.05 m at its middles.
+
+    So far the prism can move aside: the difference of the radii, within 1 %, at most; for sure it touches once it has
+    moved by the difference of the ring's corners and the prism's sides.
+    """
     corners = [(0.05, -0.05), (0.06, -0.05), (0.06, 0.05), (0.05, 0.05)]
-    ring = sewn(revolved_rings(np.array(corners), even_angles(64), 1.0 / np.cos(np.pi / 64)), around=True)
+    ring = sewn(revolved_rings(np.array(corners), even_angles(64), 1.0 / reach_of_flat_sides(64)), around=True)
     sure, possible = round_in_round(prism(sides=12, radius=0.01, length=0.4), ring, 0.0)
     assert possible == pytest.approx(0.05 - 0.01, rel=0.01)
-    assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)
+    assert sure == pytest.approx(0.05 / reach_of_flat_sides(64) - 0.01 * reach_of_flat_sides(12), rel=1e-6)
 
 
 @pytest.mark.parametrize(
     "outline",
     [
-        [(0.02, 0.0), (0.01, 0.01)],  # a foot
-        [(0.01, 0.0), (0.02, 0.01)],  # a brim
-        [(0.01, 0.0), (0.02, 0.0003), (0.02, 0.0007), (0.01, 0.001)],  # a collar
+        pytest.param([(0.02, 0.0), (0.01, 0.01)], id="a foot"),
+        pytest.param([(0.01, 0.0), (0.02, 0.01)], id="a brim"),
+        pytest.param([(0.01, 0.0), (0.02, 0.0003), (0.02, 0.0007), (0.01, 0.001)], id="a collar"),
     ],
 )
 @pytest.mark.parametrize("height", [0.0, -0.05])
 def test_widest_section_bounds_the_play(outline, height):
-    """Corners (radius, height) of a body whose largest radius is 0.02, in a prism of radius 0.05."""
-    lowest, highest = outline[0][1], outline[-1][1]
+    """A body of revolution, its outline (radius, height) in metres, is 0.02 m wide in one place only.
+
+    It stands in a tube of 64 flat sides, whose corners are 0.05 m from the axis, at a height: there it can move aside
+    until its widest section touches a flat side.
+    """
+    (_, lowest), *_, (_, highest) = outline
     body = sewn(revolved_rings(np.array([(0.0, lowest), *outline, (0.0, highest)]), even_angles(64), 1.0))
-    play = round_in_round(body, prism(sides=64, radius=0.05, length=0.4), height)[1]
-    assert play == pytest.approx(0.05 * np.cos(np.pi / 64) - 0.02, abs=1e-5)
+    _sure, possible = round_in_round(body, prism(sides=64, radius=0.05, length=0.4), height)
+    assert possible == pytest.approx(0.05 * reach_of_flat_sides(64) - 0.02, abs=1e-5)

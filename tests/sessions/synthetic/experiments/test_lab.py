@@ -8,8 +8,8 @@ import pytest
 from sessions.geometry.rotations import quaternion_inverse, rotated_vectors
 
 
-def delivered(run):
-    """Volume in mL at every frame, from the recorded angle of the key and what the scene says of the outlet."""
+def delivered_ml(run):
+    """Volume out of the burette in mL at every frame, from the recorded angle of its key and the scene's outlet."""
     (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "burette")
     cavity = run.cavity("burette")
     section = cavity["capacity_ml"] * 1e-6 / (cavity["mark"] - cavity["floor"])
@@ -28,29 +28,44 @@ def delivered(run):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "ends_ml"), [("titration", [25.0]), ("carbonate-titration", [10.0, 20.0])])
 def test_end_points_match_the_volume_released_by_the_key(name, ends_ml, made):
-    """Millilitres out of the burette, which is closed less than 0.3 mL later."""
+    """The truth of a titration states at which volumes an indicator changes, and how much ran out in all.
+
+    The flow through the burette's key, by its recorded angle, gives the same volumes at these times, to 0.02 mL; the
+    key is closed less than 0.3 mL after the last.
+    """
     run = made(name)
-    volume = delivered(run)
-    ends, (total,) = run.facts("end_point"), run.facts("delivered")
-    assert [fact.values["volume_ml"] for fact in ends] == pytest.approx(ends_ml)
-    assert [np.interp(fact.start, run.times, volume) for fact in ends] == pytest.approx(ends_ml, abs=0.02)
-    assert volume[-1] == pytest.approx(total.values["volume_ml"], abs=0.02)
-    assert 0.0 < total.values["volume_ml"] - ends_ml[-1] < 0.3
+    volume_ml = delivered_ml(run)
+    end_points, (total,) = run.facts("end_point"), run.facts("delivered")
+    total_ml = total.values["volume_ml"]
+    assert [fact.values["volume_ml"] for fact in end_points] == pytest.approx(ends_ml)
+    assert [np.interp(fact.start, run.times, volume_ml) for fact in end_points] == pytest.approx(ends_ml, abs=0.02)
+    assert volume_ml[-1] == pytest.approx(total_ml, abs=0.02)
+    assert 0.0 < total_ml - ends_ml[-1] < 0.3
+
+
+TABLE_HEIGHT_M = 0.9
 
 
 def test_dropped_beaker_falls_freely_and_breaks_at_landing_speed(made):
-    """A parabola fitted to heights over a table of 0.9 m: half of g, and the speed at the end."""
+    """A beaker falls from the hand onto a table; a parabola fitted to its heights has the acceleration of gravity.
+
+    Its speed at the end is that at which, by the truth, the beaker breaks, and above what it stands; after that it
+    lies below the height of the table, as pieces. The stated height is that above the table.
+    """
     run = made("acid-dilution")
     (drop,), (broken,) = run.facts("drop"), run.facts("break")
-    height = run.pose("rinse")[0][:, 1]
-    falling = run.near(drop.start + 0.012, drop.end)
+    positions, _rotations = run.pose("rinse")
+    height = positions[:, 1]
+    one_frame_s = 0.012
+    falling = run.near(drop.start + one_frame_s, drop.end)
     half_acceleration, velocity, _ = np.polyfit(run.times[falling] - drop.end, height[falling], 2)
     assert half_acceleration == pytest.approx(-9.80665 / 2.0, rel=1e-3)
     assert -velocity == pytest.approx(broken.values["speed_m_s"], rel=1e-3)
-    assert broken.start == drop.end and broken.values["speed_m_s"] > broken.values["threshold_m_s"]
-    assert height[run.times > drop.end + 0.02].max() < 0.9
+    assert broken.start == drop.end
+    assert broken.values["speed_m_s"] > broken.values["threshold_m_s"]
+    assert height[run.times > drop.end + 0.02].max() < TABLE_HEIGHT_M
     height_before, *_ = height[run.near(drop.start - 0.05, drop.start)]
-    assert drop.values["height_m"] == pytest.approx(height_before - 0.9, abs=1e-6)
+    assert drop.values["height_m"] == pytest.approx(height_before - TABLE_HEIGHT_M, abs=1e-6)
 
 
 def kept_by_counting(cavity, down, count: int = 400):
@@ -106,29 +121,33 @@ POURS = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "kinds"), POURS.items(), ids=POURS)
 def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
-    """For each pour the truth's volume, time and target are checked by the tilt of the recorded glass (``check_pour``).
+    """An experiment pours liquid from glass to glass, and spills some; its truth has volume, time and target of each.
 
-    Volumes are also added up from glass to glass: ``left`` is what each still holds.
+    ``check_pour`` compares them with the recorded tilt of the glass. Volumes are also added up from glass to glass.
     """
     run = made(name)
-    left = {
+    content_ml = {
         body.id: body.extra["properties"]["liquid"]["volume_ml"]
         for body in run.session.scene.bodies
         if "liquid" in body.extra.get("properties", {})
     }
-    poured = sorted([*run.facts("pour"), *run.facts("spill")], key=lambda fact: fact.start)
-    assert [fact.kind for fact in poured] == kinds
-    for fact in poured:
-        source = fact.values["source"]
-        check_pour(run, fact, left[source])
-        left[source] -= fact.values["volume_ml"]
-        assert fact.values["left_ml"] == pytest.approx(left[source])
+    pours = sorted([*run.facts("pour"), *run.facts("spill")], key=lambda fact: fact.start)
+    assert [fact.kind for fact in pours] == kinds
+    for fact in pours:
+        source, volume_ml = fact.values["source"], fact.values["volume_ml"]
+        check_pour(run, fact, before=content_ml[source])
+        content_ml[source] -= volume_ml
+        assert fact.values["left_ml"] == pytest.approx(content_ml[source])
         if fact.kind == "pour":
-            left[fact.values["target"]] = left.get(fact.values["target"], 0.0) + fact.values["volume_ml"]
+            target = fact.values["target"]
+            content_ml[target] = content_ml.get(target, 0.0) + volume_ml
 
 
 def test_interactivity_lasts_from_first_to_last_hold(made):
-    """The interval begins when a hand first takes hold of something and ends when the last is let go."""
+    """A session's interval "interactivity" is from when a hand first takes hold of something until the last release.
+
+    The truth has several holds.
+    """
     run = made("marble")
     holds = [(fact.start, fact.end) for fact in run.facts("hold")]
     (interval,) = [interval for interval in run.session.intervals if interval.name == "interactivity"]
