@@ -77,7 +77,7 @@ def test_answered_assumption_remembers_the_first_guess():
     assert not twice_answered.is_open
 
 
-def test_sentence_of_an_assumption_says_who_said_it():
+def test_sentence_of_an_assumption_names_its_origin():
     """The value of GUESS, its description in brackets, its origin and its reason; then that of the user's answer."""
     assert GUESS.sentence == "body (as the poses (unity)); guessed, not sure: OBJ files say no axes"
     assert GUESS.answered("x-flipped", "X flipped").sentence == "x-flipped (X flipped); you said it"

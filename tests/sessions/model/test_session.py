@@ -94,7 +94,7 @@ def test_repeated_device_stamp_keeps_the_first_sample():
 
 
 def test_the_frames_between_two_stamps_know_where_they_stood():
-    """Frames are at 1, 3, 4 and 9 ns; those from 3 to 4 ns have the numbers 1 and 2, and know that 1 ns is the first."""
+    """Frames are at 1, 3, 4 and 9 ns; those from 3 to 4 ns have the numbers 1 and 2, and know the first stamp, 1 ns."""
     session = Session.from_tracks({"a": track_of([1, 3, 4, 9])})
     piece = session.between(3, 4)
     assert piece.frames.stamp_ns.tolist() == [3, 4]
@@ -109,7 +109,7 @@ def test_pairs_are_all_but_those_in_groups_and_ignored():
     assert candidate_pairs(scene, names="abcd") == [("a", "c"), ("b", "c"), ("b", "d"), ("c", "d")]
 
 
-def test_declared_pairs_are_all_there_are():
+def test_declared_pairs_exclude_all_others():
     """A scene declares two pairs, of which x is not recorded."""
     assert candidate_pairs(Scene(pairs=(("d", "a"), ("a", "x"))), names="abcd") == [("d", "a")]
 

@@ -23,7 +23,7 @@ def positions_by_name(session):
     return dict(zip(session.names, session.frames.position.transpose(1, 0, 2), strict=True))
 
 
-def test_fingers_of_the_crowded_scene_keep_their_place_on_the_palm(made):
+def test_fingers_of_the_crowded_scene_stay_on_their_palm(made):
     """The distance of each of six pieces of a hand from its palm is the same in all frames."""
     positions = positions_by_name(made(NAME).session)
     for side in ("left", "right"):
@@ -32,7 +32,7 @@ def test_fingers_of_the_crowded_scene_keep_their_place_on_the_palm(made):
         assert np.ptp(offsets, axis=1).max() < 1e-9
 
 
-def test_neighbouring_beakers_of_the_crowded_scene_touch_and_part(made):
+def test_neighbouring_beakers_of_the_crowded_scene_touch_and_separate(made):
     """Beakers of a row overlap by up to 2 mm and part by up to 3 mm, as far as their widths say."""
     session = made(NAME).session
     positions = positions_by_name(session)

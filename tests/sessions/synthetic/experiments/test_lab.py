@@ -56,8 +56,8 @@ def test_dropped_beaker_falls_freely_and_breaks_at_landing_speed(made):
     (drop,), (broken,) = run.facts("drop"), run.facts("break")
     positions, _rotations = run.pose("rinse")
     height = positions[:, 1]
-    one_frame_s = 0.012
-    falling = run.near(drop.start + one_frame_s, drop.end)
+    frame_s = 0.012
+    falling = run.near(drop.start + frame_s, drop.end)
     half_acceleration, velocity, _ = np.polyfit(run.times[falling] - drop.end, height[falling], 2)
     assert half_acceleration == pytest.approx(-9.80665 / 2.0, rel=1e-3)
     assert -velocity == pytest.approx(broken.values["speed_m_s"], rel=1e-3)
