@@ -76,7 +76,7 @@ def test_sliding_above_a_face_is_proven_clear(gap):
 
 
 @pytest.mark.parametrize("depth", [0.0, 2.0**-20, 2.0**-18])
-def test_sliding_along_a_face_or_within_it_hits_at_its_edge(depth):
+def test_sliding_along_or_within_a_face_hits_at_its_edge(depth):
     """A cube of 0.5 m slides from x = -3 to 3 m on a floor of 4 x 4 m, or 1 or 4 micrometres deep in it.
 
     The cube's edge, 0.25 m before its middle, is over the floor's, at x = -2 m, after 0.75 of 6 m.
@@ -123,7 +123,9 @@ def test_motion_inside_a_box_is_free_and_inside(ball_first):
 
 
 def test_ball_that_leaves_a_box_hits_its_wall_from_inside():
-    """Of its way of 3 m from the middle the ball's surface, 0.1 m before its centre, has 0.4 m to the wall at 0.5 m."""
+    """A ball of radius 0.1 m moves by 3 m from the middle of a box; its surface has 0.4 m to the wall, which is at 0.5
+    m.
+    """
     leaving = poses_from_to(pose_matrix(), pose_matrix((3, 0, 0)))
     answer = time_of_impact(BALL_IN_BOX, leaving, BOX_OF_1_M, AT_REST)
     assert (answer.verdict, answer.inside) == (Impact.HIT, True)
@@ -143,7 +145,7 @@ def test_ball_that_leaves_a_box_hits_its_wall_from_inside():
         pytest.param(shift_mesh(BALL_IN_BOX, [5, 0, 0]), BOX_OF_1_M, False, id="outside"),
     ],
 )
-def test_inside_holds_for_a_part_and_for_repairable_boxes(inner, outer, inside):
+def test_inside_holds_for_components_and_repairable_boxes(inner, outer, inside):
     """A ball of radius 0.1 m moves within a box of 1 m, or within one that is damaged; without a side (two triangles)
     nothing says where its inside ends: ``None``.
     """

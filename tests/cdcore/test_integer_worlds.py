@@ -53,7 +53,9 @@ def test_exact_detector_finds_faces_given_by_integer_arithmetic():
 
 @pytest.mark.slow
 def test_complete_detectors_find_faces_given_by_integer_arithmetic():
-    """As above, with every detector that promises all faces that meet (COMPLETE)."""
+    """The same in 155 worlds, with every detector that promises all faces that meet (COMPLETE): no answer is
+    contradicted by the integers.
+    """
     for seed in SLOW_SEEDS:
         texts, _count_of_integer_tests = differences(world_of(seed), COMPLETE, live=["exact"])
         assert texts == [], seed

@@ -80,9 +80,9 @@ def test_closed_means_every_edge_has_an_even_number_of_faces(mesh, closed):
 def test_a_box_of_unmerged_corners_is_closed_all_the_same():
     """12 faces with 36 vertices of their own are closed, and one component."""
     box = box_mesh()
-    loose = TriangleMesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
-    assert loose.is_closed
-    assert len(np.unique(loose.components)) == 1
+    unmerged = TriangleMesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
+    assert unmerged.is_closed
+    assert len(np.unique(unmerged.components)) == 1
 
 
 def test_minus_zero_and_zero_are_the_same_coordinate():

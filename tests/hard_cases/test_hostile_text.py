@@ -1,4 +1,4 @@
-"""Text of a recording that commands: no browser runs it and no terminal obeys it, in any page and any verb."""
+"""Text of a recording that is code: no browser runs it and no terminal obeys it, in any page and any command."""
 
 import fcntl
 import os
@@ -8,6 +8,7 @@ import sys
 import termios
 import threading
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -31,6 +32,7 @@ from replay.words import safe_text
 from sessions import Event, Interval, Session, parse_scene, write_session
 
 MARK = "document.documentElement.setAttribute('data-owned',1)"
+"""A script that leaves a mark: the page's first element gets an attribute."""
 SCRIPTS = [
     f"<script>{MARK}</script>",
     f'<img src=x onerror="{MARK}">',
@@ -124,42 +126,69 @@ PAGES = {
 """Page -> its HTML where everything is called so. A page to come is a row."""
 
 
-def runs_a_script(page, folder):
-    """Marks that scripts of the page left when Chromium had shown it."""
-    return re.findall(r"data-owned[0-9]*", re.match(r"(?s).*?<html[^>]*>", page_after_its_scripts(page, folder))[0])
+def marks_of_scripts(page, folder):
+    """Marks that scripts of a page left, "data-owned" or with a number, after Chromium has shown it."""
+    first_element = re.match(r"(?s).*?<html[^>]*>", page_after_its_scripts(page, folder))[0]
+    return re.findall(r"data-owned[0-9]*", first_element)
 
 
 @pytest.mark.slow
 def test_browser_runs_each_script_of_a_raw_page(tmp_path):
-    """Each script leaves a mark of its own, so that the tests below would notice any of them."""
-    marked = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
-    page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(marked)}</body></html>"
-    assert sorted(runs_a_script(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]
+    """A page with all of SCRIPTS as they are; each leaves a mark of its own, so that tests would notice any of them."""
+    numbered = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
+    page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(numbered)}</body></html>"
+    assert sorted(marks_of_scripts(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]
+
+
+POLICY = '<meta http-equiv="Content-Security-Policy"[^>]*>'
+"""The element by which a page forbids scripts."""
+ALL_SCRIPTS = "".join(SCRIPTS)
+
+
+@cache
+def page_called_like_scripts(name):
+    """The page of this name in which everything is called like all scripts together."""
+    return PAGES[name](ALL_SCRIPTS)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_a_browser_runs_no_script_of_a_recording(name, tmp_path):
-    """Neither where the page forbids scripts, nor where it does not; nor where it forbids them and says one raw."""
-    word = "".join(SCRIPTS)
-    page = PAGES[name](word)
-    assert page.count(str(escape(word))) > 3 and word not in page
-    assert not runs_a_script(page, tmp_path)
-    free = re.sub('<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)
-    assert free != page and not runs_a_script(free, tmp_path)
-    assert not runs_a_script(page.replace("</h1>", f"{word}</h1>", 1), tmp_path)
-    assert runs_a_script(free.replace("</h1>", f"{word}</h1>", 1), tmp_path), "without either a script runs"
+    """A page of a recording, or of many, in which everything is called like eight scripts: it has them escaped.
+
+    Chromium runs none of them, neither where the page forbids scripts, nor where that is taken out.
+    """
+    page = page_called_like_scripts(name)
+    assert page.count(str(escape(ALL_SCRIPTS))) > 3
+    assert ALL_SCRIPTS not in page
+    assert not marks_of_scripts(page, tmp_path)
+    without_policy = re.sub(POLICY, "", page)
+    assert without_policy != page
+    assert not marks_of_scripts(without_policy, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_forbids_scripts_that_were_not_escaped(name, tmp_path):
+    """Eight scripts that leave marks are put behind the title as they are: they run only where the
+    policy is taken out.
+    """
+    page = page_called_like_scripts(name).replace("</h1>", f"{ALL_SCRIPTS}</h1>", 1)
+    assert ALL_SCRIPTS in page
+    assert not marks_of_scripts(page, tmp_path)
+    assert marks_of_scripts(re.sub(POLICY, "", page), tmp_path)
 
 
 # --- Terminals ---
 
 COMMANDS = "$\\frac{$\x1b[2J\x1b]0;owned\x07\x9b31m\u202e\x1b[38;5;201m[/red][bold]\rx\ny\x00"
-OWN = re.compile(r"\x1b\[(?:[0-9;]*m|\?25[lh]|[0-9]*[AK])|\r")
+"""Control sequences: clear the screen, set a title, colours, text from right to left; and a line of its own, y."""
+OUR_SEQUENCES = re.compile(r"\x1b\[(?:[0-9;]*m|\?25[lh]|[0-9]*[AK])|\r")
 """What we send ourselves: colours, the cursor of a bar, ends of lines."""
 
 
-def recorded(*words):
-    """The exit code of a verb, and the pieces that a terminal of 100 columns gets while it runs."""
+def exit_code_and_output(*arguments):
+    """The exit code of a command, and the bytes that a terminal of 100 columns gets while it runs."""
     master, slave = os.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 100, 0, 0))
     output, streams = [], (sys.stdout, sys.stderr)
@@ -176,16 +205,17 @@ def recorded(*words):
     try:
         with os.fdopen(slave, "w", encoding="utf-8") as terminal:
             sys.stdout = sys.stderr = terminal
-            return main([str(word) for word in words]), output
+            code = main([str(argument) for argument in arguments])
     finally:
         sys.stdout, sys.stderr = streams
         listener.join()
         os.close(master)
+    return code, b"".join(output).decode("utf-8")
 
 
 @pytest.fixture(scope="module")
-def places(tmp_path_factory):
-    """Files whose names and texts command a terminal."""
+def hostile_folder(tmp_path_factory):
+    """A folder, and by kind the paths of files in it whose names and texts are control sequences."""
     base = tmp_path_factory.mktemp("hostile")
     name = COMMANDS.replace("/", "").replace("\0", "")
     files = {kind: base / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
@@ -229,39 +259,53 @@ CALLS = {
     "paper": lambda f, d: ("paper", COMMANDS),
     COMMANDS: lambda f, d: (COMMANDS,),
 }
-"""In this order: a later verb reads what an earlier one wrote."""
+"""Name -> the command line, of files by kind and a folder. In this order: a later command reads what an
+earlier wrote.
+"""
 
-WORKS = {
+SUCCESSFUL = {
     "info", "doctor", "import", "run", "run again", "diff", "shrink", "tradeoff", "engine",
     "runs", "study page", "scene new", "scene check", "share", "minimise", "guide",
 }  # fmt: skip
 
 
 def test_hostile_text_is_tried_on_every_command():
-    """The first word of each call in CALLS is a command; together they are all of the program."""
-    from replay.cli.commands import COMMANDS as VERBS
+    """The first word of each command line in CALLS is a command; together they are all of the program."""
+    from replay.cli.commands import COMMANDS as ALL_COMMANDS
 
     files = dict.fromkeys(("mcap", "torn", "csv", "toml", "obj"), "file")
-    assert {arguments(files, Path())[0] for arguments in CALLS.values()} >= VERBS.keys()
+    commands_tried = {arguments(files, Path())[0] for arguments in CALLS.values()}
+    assert commands_tried >= ALL_COMMANDS.keys()
 
 
-def test_text_is_displayed_without_its_control_commands():
-    """A backslash, an escape and an end of line are written as escapes; with ``lines`` ends of lines stay."""
-    assert safe_text("\\\x1b\n") == "\\\\x1b\\n" and safe_text("\x1b\n", lines=True) == "\\x1b\n"
+@pytest.mark.parametrize(
+    ("text", "lines", "expected"),
+    [
+        pytest.param("\\\x1b\n", False, "\\\\x1b\\n", id="in one line"),
+        pytest.param("\x1b\n", True, "\\x1b\n", id="ends of lines stay"),
+    ],
+)
+def test_text_is_displayed_without_its_control_commands(text, lines, expected):
+    """A backslash, an escape character and an end of line are written as \\\\, \\x1b and \\n."""
+    assert safe_text(text, lines=lines) == expected
 
 
 @pytest.mark.slow
-def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
-    """The recording's texts hold control sequences for a terminal, such as a colour, 38;5;201m, and a line y."""
-    position, files = places
-    monkeypatch.chdir(position)
+def test_no_command_sends_a_terminal_control_sequences_of_a_recording(hostile_folder, monkeypatch):
+    """Names and texts of the files are control sequences, such as a colour, 38;5;201m, and a line of its own, y.
+
+    Every command writes them escaped: apart from sequences of ours its output is printable. Commands that succeed and
+    those that refuse are as expected, and none fails by accident.
+    """
+    folder, files = hostile_folder
+    monkeypatch.chdir(folder)
     monkeypatch.setenv("TERM", "xterm-256color")
     for name, arguments in CALLS.items():
-        code, pieces = recorded(*arguments(files, position))
-        output = b"".join(pieces).decode("utf-8")
-        assert (code == 0) == (name in WORKS), (name, code, output)
+        code, output = exit_code_and_output(*arguments(files, folder))
+        assert (code == 0) == (name in SUCCESSFUL), (name, code, output)
         assert "201m" not in output.replace("\\x1b[38;5;201m", ""), name
-        left = OWN.sub("", output)
-        assert left.strip() and all(item.isprintable() or item == "\n" for item in left), (name, ascii(output[-2000:]))
-        assert "should not have happened" not in left, (name, output)
-        assert "\ny" not in left, (name, output)
+        text = OUR_SEQUENCES.sub("", output)
+        assert text.strip(), name
+        assert all(character.isprintable() or character == "\n" for character in text), (name, ascii(output[-2000:]))
+        assert "\ny" not in text, (name, output)
+        assert "should not have happened" not in text, (name, output)

@@ -20,7 +20,8 @@ pytestmark = [
 CSV = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value\n" + "".join(
     f"pose,{0.011 * k:.6f},Cup{k % 2},{0.01 * k},1,0,0,0,0,1,1,,\n" for k in range(600)
 )
-VERBS = {
+"""600 poses of two cups."""
+COMMANDS = {
     "import": ("import", "csv", "../s.csv", "--convention", "unity", "-o", "made.mcap"),
     "recover": ("recover", "../s.torn", "made.mcap"),
     "run": ("run", "../s.mcap", "--out", "made.mcap", "-q"),
@@ -29,8 +30,8 @@ VERBS = {
 
 
 @pytest.fixture
-def work_folder(tmp_path):
-    """A folder with a file of somebody else, and beside it what commands read."""
+def folder_with_a_thesis(tmp_path):
+    """A folder with a file of somebody else, thesis.txt, and beside it what commands read."""
     write_session(unit_cubes_on_x({"a": [0] * 90, "b": [0, 3, 0.9] * 30}), tmp_path / "s.mcap")
     data = (tmp_path / "s.mcap").read_bytes()
     (tmp_path / "s.torn").write_bytes(data[: len(data) * 9 // 10])
@@ -41,13 +42,13 @@ def work_folder(tmp_path):
     return folder
 
 
-def command_of_verb(verb):
-    """The command line of a verb that overwrites what stands there."""
-    return [sys.executable, "-m", "replay", *VERBS[verb], "--force"]
+def command_line(name):
+    """The command line of a command that writes made.mcap, a session or a run folder, over what stands there."""
+    return [sys.executable, "-m", "replay", *COMMANDS[name], "--force"]
 
 
 def assert_whole(made):
-    """A session with poses, or a run folder with all files that its summary lists."""
+    """Asserts that a path is a session with poses, or a run folder with all files that its summary lists, readable."""
     if made.is_file():
         assert len(read_session(made).frames) > 0
         return
@@ -56,76 +57,89 @@ def assert_whole(made):
         pq.read_table(table)
 
 
-def assert_called_again(verb, work):
-    """Fails unless the command, called again, writes a whole file and leaves what was there."""
-    done = subprocess.run(
-        command_of_verb(verb), cwd=work, env=environment(), capture_output=True, text=True, timeout=300
+def assert_command_works(name, folder):
+    """Asserts that the command writes a whole made.mcap and leaves thesis.txt, and nothing else."""
+    process = subprocess.run(
+        command_line(name), cwd=folder, env=environment(), capture_output=True, text=True, timeout=300
     )
-    assert done.returncode in (0, 3), done.stderr
-    assert sorted(file.name for file in work.iterdir()) == ["made.mcap", "thesis.txt"]
-    assert (work / "thesis.txt").read_text() == "three years of work"
-    assert_whole(work / "made.mcap")
+    success, reported_loss = 0, 3
+    assert process.returncode in (success, reported_loss), process.stderr
+    assert sorted(file.name for file in folder.iterdir()) == ["made.mcap", "thesis.txt"]
+    assert (folder / "thesis.txt").read_text() == "three years of work"
+    assert_whole(folder / "made.mcap")
 
 
-@pytest.mark.parametrize("verb", VERBS)
-@pytest.mark.parametrize("earlier", [False, True])
-def test_killed_command_leaves_earlier_output_and_the_next_call_works(work_folder, verb, earlier):
-    """It is killed up to 30 ms after it began to write beside its output.
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("earlier", [False, True], ids=["no earlier output", "earlier output"])
+def test_killed_command_leaves_earlier_output_and_the_next_call_works(folder_with_a_thesis, name, earlier):
+    """A command is killed up to 30 ms after it began to write a hidden file (.made...) beside its output, made.mcap.
 
-    The output that stands then is whole, the earlier or the new one; only while they change places there is none.
+    The output that stands then is whole, the earlier or the new one; only while they change places there is none. The
+    same command, called again, works.
     """
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    folder = folder_with_a_thesis
     if earlier:
-        assert_called_again(verb, work_folder)
-    process = subprocess.Popen(command_of_verb(verb), cwd=work_folder, env=environment(), **quiet)
-    while process.poll() is None and not any(work_folder.glob(".made*")):
+        assert_command_works(name, folder)
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen(command_line(name), cwd=folder, env=environment(), **silent)
+    while process.poll() is None and not any(folder.glob(".made*")):
         time.sleep(0.0005)
-    time.sleep(float(np.random.default_rng([1, earlier, len(verb)]).uniform(0, 0.03)))
+    time.sleep(float(np.random.default_rng([1, earlier, len(name)]).uniform(0, 0.03)))
     process.kill()
     process.wait()
-    for made in work_folder.glob("made.mcap"):
-        assert_whole(made)
-    assert (work_folder / "made.mcap").exists() or not earlier or any(work_folder.glob(".made*"))
-    assert_called_again(verb, work_folder)
+    output = folder / "made.mcap"
+    if output.exists():
+        assert_whole(output)
+    elif earlier:
+        assert any(folder.glob(".made*")), "the outputs change places"
+    assert_command_works(name, folder)
 
 
-@pytest.mark.parametrize("verb", VERBS)
-@pytest.mark.parametrize("room", [4096, 20_000])
-def test_full_disk_is_reported_and_changes_nothing(work_folder, verb, room):
-    """No file may grow beyond ``room`` bytes: the command ends with one error and no file, or needed no more room.
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("most_bytes", [4096, 20_000])
+def test_full_disk_is_reported_and_changes_nothing(folder_with_a_thesis, name, most_bytes):
+    """No file may grow beyond so many bytes: the command ends with one error, exit code 1, and leaves no file.
 
-    It exits with 1 after an error, with 3 after a loss of data that it reports.
+    Or it needed no more room: it ends with 0, or with 3 after a loss of data that it reports.
     """
 
-    def limited():
+    def limit_file_size():
         import resource
 
-        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
 
-    done = subprocess.run(
-        command_of_verb(verb),
-        cwd=work_folder,
+    process = subprocess.run(
+        command_line(name),
+        cwd=folder_with_a_thesis,
         env=environment(),
-        preexec_fn=limited,
+        preexec_fn=limit_file_size,
         capture_output=True,
         text=True,
         timeout=300,
     )
-    errors = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
-    assert (done.returncode, len(errors)) in [(1, 1), (0, 0), (3, 0)] and "Traceback" not in done.stderr
-    if done.returncode == 1:
-        assert [file.name for file in work_folder.iterdir()] == ["thesis.txt"]
+    errors = [line for line in process.stderr.splitlines() if line.startswith("error: ")]
+    assert "Traceback" not in process.stderr
+    if process.returncode == 1:
+        assert len(errors) == 1
+        assert [file.name for file in folder_with_a_thesis.iterdir()] == ["thesis.txt"]
+    else:
+        assert process.returncode in (0, 3)
+        assert errors == []
 
 
-PLAIN = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+NO_HOME = {"HOME": "/dev/null", "XDG_CACHE_HOME": ""}
+LOCALE_C = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 
 
-@pytest.mark.parametrize("variables", [{"HOME": "/dev/null", "XDG_CACHE_HOME": ""}, PLAIN], ids=["no home", "locale C"])
-def test_command_works_without_home_or_utf_8_in_any_folder(work_folder, variables):
-    """The folder's name has spaces, quotes, brackets, a dollar and letters of two scripts."""
-    folder = work_folder.rename(work_folder.parent / "\u00dcbung $(c) 'd' [red] \u6771")
-    done = subprocess.run(
-        command_of_verb("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300
+@pytest.mark.parametrize("variables", [NO_HOME, LOCALE_C], ids=["no home", "locale C, no UTF-8"])
+def test_import_works_without_home_or_utf_8_in_any_folder(folder_with_a_thesis, variables):
+    """Environment variables take away the home folder, or UTF-8; a table of poses is imported.
+
+    The folder's name has spaces, quotes, brackets, a dollar and letters of two scripts.
+    """
+    folder = folder_with_a_thesis.rename(folder_with_a_thesis.parent / "\u00dcbung $(c) 'd' [red] \u6771")
+    process = subprocess.run(
+        command_line("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
     assert_whole(folder / "made.mcap")

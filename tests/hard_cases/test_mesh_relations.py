@@ -1,4 +1,4 @@
-"""At mesh level no exact relation changes a body verdict or a face pair of the exact detector, bit for bit."""
+"""No change of meshes or poses that rounds nothing changes a verdict or a face pair of the detector ``exact``."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 FRAMES = 24
 
 
-def scene(kind):
-    """Three bodies of a kind of mesh, and a motion in which they meet now and then."""
+def bodies_and_motion(kind):
+    """Three bodies of a kind of mesh, and 24 frames in which they meet now and then."""
     rng = np.random.default_rng(11)
     if kind == "lab":
         bodies, motion = lab_bodies_and_motion(frames=FRAMES, seed=11)
@@ -29,100 +29,112 @@ def body(name, triangles):
 
 
 def exact_detection(bodies, motion, pairs=None):
-    """The answer of ``exact`` for surfaces alone, with faces."""
+    """The answer of ``exact``, with faces, and without the question whether a body is inside another."""
     return create_detector("exact", bodies, pairs=pairs, containment=False).detect(motion, faces=True)
 
 
-def remade(bodies, change):
-    """The same bodies with changed meshes."""
-    return [Body(item.name, change(item.mesh)) for item in bodies]
-
-
-def same_faces(before, after, names=lambda faces: faces):
-    """Fails unless both detections list the same faces, under other names."""
-    for frame, pair in np.argwhere(before.face_counts > 0).tolist():
-        want = names(before.faces(frame, pair))
-        assert np.array_equal(after.faces(frame, pair), want[np.lexsort((want[:, 1], want[:, 0]))])
-
-
-by_kind = pytest.mark.parametrize("kind", [*KINDS, "lab"])
+each_kind = pytest.mark.parametrize("kind", [*KINDS, "lab"])
+"""Kinds of meshes: soups of triangles, on a lattice, degenerate, non-manifold, and bodies of a laboratory."""
 
 
 @pytest.mark.sampled(10)
-@by_kind
-@pytest.mark.parametrize("corners", [[1, 2, 0], [2, 1, 0]], ids=["turned round", "reversed"])
+@each_kind
+@pytest.mark.parametrize("corners", [[1, 2, 0], [2, 1, 0]], ids=["corners turned round", "corners reversed"])
 def test_renumbering_vertices_or_reversing_faces_changes_nothing(kind, corners):
-    """Corners: the order in which a face lists its three vertices afterwards."""
-    bodies, motion = scene(kind)
-    rng = np.random.default_rng(0)
+    """The vertices of three bodies are numbered anew, at random, and each face lists its three in another order.
 
-    def change(mesh):
-        order = rng.permutation(len(mesh.vertices))
-        number = np.argsort(order)
-        return TriangleMesh(mesh.vertices[order], number[mesh.faces][:, corners])
-
-    before, after = exact_detection(bodies, motion), exact_detection(remade(bodies, change), motion)
-    assert (before.digest, before.faces_digest) == (after.digest, after.faces_digest)
+    Verdicts and lists of faces stay the same, of which digests are compared; some bodies are in contact.
+    """
+    bodies, motion = bodies_and_motion(kind)
+    rng, changed_bodies = np.random.default_rng(0), []
+    for item in bodies:
+        order = rng.permutation(len(item.mesh.vertices))
+        new_number = np.argsort(order)
+        mesh = TriangleMesh(item.mesh.vertices[order], new_number[item.mesh.faces][:, corners])
+        changed_bodies.append(Body(item.name, mesh))
+    before, after = exact_detection(bodies, motion), exact_detection(changed_bodies, motion)
     assert (before.verdict == Verdict.CONTACT).any()
+    assert (before.digest, before.faces_digest) == (after.digest, after.faces_digest)
 
 
-@by_kind
+@each_kind
 def test_permuting_faces_permutes_the_face_pairs(kind):
-    """Faces are numbered anew, and those that meet get their new numbers."""
-    bodies, motion = scene(kind)
+    """The faces of three bodies are numbered anew, at random: those that meet are the same by their new numbers."""
+    bodies, motion = bodies_and_motion(kind)
     orders = [np.random.default_rng(k).permutation(len(item.mesh.faces)) for k, item in enumerate(bodies)]
-    changed = [
+    changed_bodies = [
         Body(item.name, TriangleMesh(item.mesh.vertices, item.mesh.faces[order]))
         for item, order in zip(bodies, orders, strict=True)
     ]
-    before, after = exact_detection(bodies, motion, [(0, 1)]), exact_detection(changed, motion, [(0, 1)])
+    before, after = exact_detection(bodies, motion), exact_detection(changed_bodies, motion)
     assert before.digest == after.digest
-    numbers = [np.argsort(order) for order in orders]
-    same_faces(before, after, lambda faces: np.stack([numbers[0][faces[:, 0]], numbers[1][faces[:, 1]]], axis=1))
+    new_numbers = [np.argsort(order) for order in orders]
+    contacts = np.argwhere(before.face_counts > 0).tolist()
+    assert contacts
+    for frame, pair in contacts:
+        first, second = before.pairs[pair].tolist()
+        first_faces, second_faces = before.faces(frame, pair).T
+        expected = sorted(
+            zip(new_numbers[first][first_faces].tolist(), new_numbers[second][second_faces].tolist(), strict=True)
+        )
+        assert [tuple(faces) for faces in after.faces(frame, pair).tolist()] == expected
+
+
+def split_in_four(solid):
+    """The body with each face split in four at the midpoints of its edges."""
+    a, b, c = np.moveaxis(solid.mesh.triangles, 1, 0)
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return body(solid.name, np.concatenate([np.stack(corners, axis=1) for corners in quarters]))
 
 
 @pytest.mark.parametrize(("kind", "spread"), [("lattice", 8), ("degenerate", 4), ("non-manifold", 2)])
 def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind, spread):
-    """Poses round nothing: unrotated, shifted by quarters of a metre, where midpoints of edges stay midpoints.
+    """Each face of three bodies is split in four; poses round nothing: unrotated, shifted by quarters of a metre.
 
-    ``spread``: the bodies are so many times farther from each other, so that some pairs meet and some do not.
+    So midpoints of edges stay midpoints. ``spread``: the bodies are so many times farther from each other, so that some
+    pairs meet and some do not.
     """
-    bodies, motion = scene(kind)
+    bodies, motion = bodies_and_motion(kind)
     unrotated = unrotated_motion(spread * motion.translations, motion.times)
-
-    def four(solid):
-        t = solid.mesh.triangles
-        a, b, c = t[:, 0], t[:, 1], t[:, 2]
-        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-        pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        return body(solid.name, np.concatenate([np.stack(piece, axis=1) for piece in pieces]))
-
-    before, after = exact_detection(bodies, unrotated), exact_detection([four(solid) for solid in bodies], unrotated)
-    assert np.array_equal(before.verdict, after.verdict)
+    before = exact_detection(bodies, unrotated)
+    after = exact_detection([split_in_four(solid) for solid in bodies], unrotated)
     assert 0 < (before.verdict == Verdict.CONTACT).mean() < 1
+    assert np.array_equal(before.verdict, after.verdict)
 
 
-@by_kind
+@each_kind
 def test_pairs_queried_together_equal_pairs_queried_alone(kind):
-    """Verdicts and numbers of meeting faces of two pairs of three bodies."""
-    bodies, motion = scene(kind)
-    both = exact_detection(bodies, motion, [(0, 1), (1, 2)])
-    pieces = [exact_detection(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
-    assert np.array_equal(both.verdict, np.concatenate([piece.verdict for piece in pieces], axis=1))
-    for column, piece in enumerate(pieces):
-        assert np.array_equal(both.face_counts[:, column], piece.face_counts[:, 0])
+    """Two pairs of three bodies, by one detector and by one each: verdicts, and how many faces meet in each frame."""
+    bodies, motion = bodies_and_motion(kind)
+    pairs = [(0, 1), (1, 2)]
+    together = exact_detection(bodies, motion, pairs)
+    for column, pair in enumerate(pairs):
+        alone = exact_detection(bodies, motion, [pair])
+        assert np.array_equal(together.verdict[:, [column]], alone.verdict)
+        assert np.array_equal(together.face_counts[:, [column]], alone.face_counts)
 
 
-@pytest.mark.parametrize("relation", ["axes", "shift"])
 @pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
-def test_signed_axis_rotations_and_shifts_keep_every_face_pair(kind, relation):
-    """Coordinates are only exchanged, negated or moved by multiples of 8, so that nothing is rounded."""
-    bodies, motion = scene(kind)
-    rotation, move = np.tile(np.eye(3), (FRAMES, 3, 1, 1)), motion.translations
-    before = exact_detection(bodies, Motion(motion.times, move, rotation))
-    if relation == "axes":
-        quarter = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
-        after = exact_detection(bodies, Motion(motion.times, move @ quarter.T, quarter @ rotation))
-    else:
-        after = exact_detection(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), rotation))
+def test_exchanged_axes_keep_every_face_pair(kind):
+    """Three unrotated bodies, and the same world with its axes exchanged and two of them negated, which
+    rounds nothing.
+    """
+    bodies, motion = bodies_and_motion(kind)
+    unrotated = unrotated_motion(motion.translations, motion.times)
+    exchange = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+    exchanged = Motion(motion.times, motion.translations @ exchange.T, exchange @ unrotated.rotations)
+    before, after = exact_detection(bodies, unrotated), exact_detection(bodies, exchanged)
+    assert before.face_counts.any()
+    assert before.faces_digest == after.faces_digest
+
+
+@pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
+def test_shifts_by_multiples_of_8_keep_every_face_pair(kind):
+    """Three unrotated bodies, and the same world moved by (8, -16, 24) m, which rounds nothing."""
+    bodies, motion = bodies_and_motion(kind)
+    unrotated = unrotated_motion(motion.translations, motion.times)
+    shifted = unrotated_motion(motion.translations + np.array([8.0, -16.0, 24.0]), motion.times)
+    before, after = exact_detection(bodies, unrotated), exact_detection(bodies, shifted)
+    assert before.face_counts.any()
     assert before.faces_digest == after.faces_digest

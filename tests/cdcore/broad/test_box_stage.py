@@ -82,7 +82,7 @@ def test_boxes_that_touch_by_their_poses_may_meet(kind, distance):
 
 @pytest.mark.parametrize("distance", [0.0, 1e3, 1e6], ids="{:g} m from the origin".format)
 @pytest.mark.parametrize("kind", OFFSETS)
-def test_boxes_a_little_apart_do_not_meet(kind, distance):
+def test_boxes_10_micrometres_from_each_other_do_not_meet(kind, distance):
     """Two cubes of 1 m in 500 poses, 10 micrometres apart."""
     positions, rotations = poses_of_both(np.random.default_rng(1), distance)
     boxes = [box_best(box_mesh()), box_best(box_mesh(centre=np.array(OFFSETS[kind]) * (1 + CLOSE)))]

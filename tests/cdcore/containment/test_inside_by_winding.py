@@ -174,8 +174,8 @@ def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
 def bodies_and_motion_at_x(positions):
     """Bodies, a block without its side at x = -0.1 m and a cube of 1 cm, and a motion with the cube at these x."""
     bodies = [Body("block", without_a_side()), Body("probe", box_mesh([PROBE_EDGE] * 3))]
-    places = np.array(positions)[:, None] * [1.0, 0.0, 0.0]
-    return bodies, unrotated_motion(np.stack([0 * places, places], axis=1))
+    points = np.array(positions)[:, None] * [1.0, 0.0, 0.0]
+    return bodies, unrotated_motion(np.stack([0 * points, points], axis=1))
 
 
 def test_an_interval_through_a_hole_is_not_clear():
@@ -272,8 +272,8 @@ def test_inside_of_a_single_walled_cup_is_undecided(rotation):
         ([0.12, 0, 0.05], clear, clear),  # beside
         ([0.09, 0.09, 0.05], clear, clear),  # within the box around the cup, 0.127 m from its axis
     ]
-    places, with_lid, without_lid = zip(*rows, strict=True)
-    positions = np.array(places) @ rotation.T
+    bead_positions, with_lid, without_lid = zip(*rows, strict=True)
+    positions = np.array(bead_positions) @ rotation.T
     motion = Motion(np.arange(6), np.stack([0 * positions, positions], axis=1), np.tile(rotation, (6, 2, 1, 1)))
     for open_at_top, expected in ((False, with_lid), (True, without_lid)):
         bodies = [Body("cup", single_walled_cup(open_at_top)), Body("bead", ball_mesh(0.004))]
@@ -344,7 +344,7 @@ def test_side_of_a_component_follows_each_of_its_points(point_side, away_from_ho
 
 
 def test_worse_of_two_states_does_not_depend_on_their_order():
-    """Of two components the state nearer to INSIDE is that of the body; the list is in that order."""
+    """A body has the state of that of its components that is nearer to INSIDE; the list is in that order."""
     from_worst = [INSIDE, UNCERTAIN, UNDECIDED, MAY_REACH, OUTSIDE]
     for k, first in enumerate(from_worst):
         for second in from_worst[k:]:

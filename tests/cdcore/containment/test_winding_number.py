@@ -25,7 +25,7 @@ def test_winding_number_is_1_inside_and_0_outside_a_box():
     assert numbers == pytest.approx([1, 1, 0, 0], abs=1e-12)
 
 
-def test_winding_number_of_a_side_of_a_cube_is_a_sixth():
+def test_side_of_a_cube_winds_by_a_sixth():
     """From the middle each of the six sides takes a sixth of all directions."""
     cube, middle = box_mesh((2, 2, 2)), np.zeros((1, 3))
     for axis in range(3):

@@ -96,7 +96,7 @@ def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
     assert detection.reasons == {(3, 0): LOST_BEFORE, (5, 0): GAP_BEFORE}
 
 
-def test_contact_at_the_end_of_a_loss_begins_there():
+def test_contact_at_the_end_of_a_loss_begins_then():
     """The ball has no pose in frame 2; in frame 3, at 90 Hz, its pose comes back in the plate."""
     detection = detect(ball_over_plate([0.1, 0.1, 0.1, 0.0, 0.0, 0.1, 0.1], *lost_in_frame_2_cut_before_frame_5()))
     assert verdict_names(detection) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
@@ -139,10 +139,10 @@ def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
     at_frames = exact.detect(motion).verdict == Verdict.CONTACT
     assert (detection.verdict[at_frames] == Verdict.CONTACT).all()
     within = exact.detect(poses_within_intervals(motion, instants)).verdict == Verdict.CONTACT
-    seen_within = within.reshape(len(motion) - 1, instants, -1).any(axis=1)
+    contact_within = within.reshape(len(motion) - 1, instants, -1).any(axis=1)
     clear = np.isin(detection.verdict[1:], [Verdict.CLEAR, Verdict.CONTAINED])
     assert clear.sum() > 300, "of 890 intervals many are clear"
-    assert not seen_within[clear].any()
+    assert not contact_within[clear].any()
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])

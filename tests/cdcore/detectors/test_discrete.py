@@ -115,7 +115,9 @@ def test_sample_without_a_pose_leaves_the_last_answer(name):
 
 
 def test_faces_after_a_sample_without_a_pose_are_the_last():
-    """As above: frame 6 repeats the face pairs of frame 0."""
+    """A ball meets a box in frame 0, which is sampled; in frames 4 and 5 it has no pose, so that the sample of frame 4
+    fails: frame 6 repeats the face pairs of frame 0.
+    """
     motion = ball_leaves_in_frame_4_without_a_pose(lost=[4, 5])
     detection = create_detector("discrete", BODIES, rate_hz=22.5).detect(motion, faces=True)
     assert len(detection.faces(0, 0)) > 0
@@ -123,7 +125,7 @@ def test_faces_after_a_sample_without_a_pose_are_the_last():
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
-def test_frames_before_the_first_sample_with_a_pose_are_not_found(name):
+def test_frames_before_the_first_answered_sample_have_no_answer(name):
     """Samples in frames 0, 4 and 8, but no poses up to frame 5: frames 6 and 7 have no answer to repeat."""
     motion = ball_leaves_in_frame_4_without_a_pose(lost=[0, 1, 2, 3, 4, 5])
     detection = create_detector(name, BODIES, rate_hz=22.5).detect(motion)

@@ -115,7 +115,7 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach_
 @pytest.mark.parametrize("shape", ["hull", "mesh"])
 @pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_earlier_queries_change_no_answer(name, shape):
-    """Of 120 frames 40, in another order, get the answers of the whole motion; so does the first, of a new detector."""
+    """40 of 120 frames, in another order, get the answers of the whole motion; so does the first, of a new detector."""
     bodies, motion = lab_bodies_and_motion(frames=120)
     detector = create_detector(name, bodies, shape=shape)
     whole = detector.detect(motion).verdict

@@ -88,7 +88,7 @@ def explanations_at_13_hz():
 
 
 def test_explanation_states_which_frames_were_sampled():
-    """As many frames are explained as looked at as the detector of 13 Hz counts."""
+    """The detector of 13 Hz counts as many samples as frames are explained as looked at."""
     detector, _bodies, motion, explanations = explanations_at_13_hz()
     assert sum(explanation.looked for explanation in explanations) == detector.detect(motion).work["looks"]
 

@@ -170,7 +170,7 @@ def test_deciding_by_search_gives_no_false_contact():
 
 
 def test_ant_search_alone_refuses_to_decide_containment():
-    """Of every pair: a search of faces that meet cannot say whether a body is inside another."""
+    """A search of faces that meet cannot say of any pair whether a body is inside the other."""
     for detection in (detection_of_variant("memetic"), detection_of_lab("hybrid-qaco")):
         assert len(detection.containment) == len(detection.pairs)
         assert all(text.startswith("refused: a search") for text in detection.containment)

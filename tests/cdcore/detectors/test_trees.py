@@ -121,7 +121,7 @@ def test_still_frames_take_a_single_query_per_pair():
 
 
 def test_sections_exist_for_every_contact():
-    """Of every ninth contact in a laboratory the section, the segments in which surfaces cross: some, and finite.
+    """Every ninth contact in a laboratory has a section, the segments in which surfaces cross, and they are finite.
 
     There is at most one for each pair of faces that meets.
     """

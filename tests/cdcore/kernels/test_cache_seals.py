@@ -88,7 +88,9 @@ def test_a_file_with_changed_bytes_is_removed(sealed_folder, tmp_path_factory, d
 @pytest.mark.parametrize("length", [0, 1, 31, 100], ids="{} bytes".format)
 @pytest.mark.parametrize("suffix", [".nbi", ".nbc", ".seal"])
 def test_files_cut_short_are_removed(sealed_folder, tmp_path, suffix, length):
-    """Of a sealed kernel the index, both files of machine code, or the seal have only their first bytes."""
+    """Only the first bytes remain of the index of a sealed kernel, of both files of its machine code,
+    or of its seal.
+    """
     folder = shutil.copytree(sealed_folder, tmp_path / sealed_folder.name)
     for file in folder.glob(f"*{suffix}"):
         file.write_bytes(file.read_bytes()[:length])

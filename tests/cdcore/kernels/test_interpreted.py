@@ -24,7 +24,7 @@ def test_interpreted_kernels_give_digests_of_compiled_kernels(interpreted_worlds
 
 
 def test_rows_with_other_counters_are_listed(interpreted_worlds):
-    """Of world 3 two detectors are compared, by digest of verdicts, digest of faces, and counters of work.
+    """Two detectors are compared in world 3, by digest of verdicts, digest of faces, and counters of work.
 
     Only the counters of ``obb`` differ.
     """

@@ -73,7 +73,7 @@ def test_spike_through_a_tripled_face_meets_all_three():
 
 
 def test_equal_meshes_use_a_common_tree():
-    """Of four boxes three are equal, one of them in other ``FclMeshes``: two trees."""
+    """Three of four boxes are equal, one of them in other ``FclMeshes``: two trees."""
     before = len(TREES)
     meshes = FclMeshes([box_mesh((3, 1, 1)), box_mesh((3, 1, 1)), box_mesh((2, 3, 2))])
     others = FclMeshes([box_mesh((3, 1, 1))])

@@ -106,7 +106,7 @@ def arguments_of_meeting_bodies(bodies, translations):
         pytest.param([0.3, 0.2, 1.0 - 1e-6], id="a micrometre deep"),
     ],
 )
-def test_touching_cubes_are_shallow_and_loose(offset):
+def test_touching_cubes_are_shallow_and_separable(offset):
     """Two cubes of 1 m, the second at an offset: moves of 2 um end the contact."""
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     contact = arguments_of_meeting_bodies(bodies, [[0, 0, 0], offset])
@@ -116,7 +116,7 @@ def test_touching_cubes_are_shallow_and_loose(offset):
 
 
 @pytest.mark.parametrize("offset", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
-def test_overlapping_cubes_with_common_planes_are_shallow_but_not_loose(offset):
+def test_overlapping_cubes_with_common_planes_are_shallow_not_separable(offset):
     """Two cubes of 1 m, deep in each other along one axis: every face pair that meets only touches, in common planes.
 
     No move of 2 um ends the contact.
@@ -128,7 +128,7 @@ def test_overlapping_cubes_with_common_planes_are_shallow_but_not_loose(offset):
     assert not stage.loose(*contact)
 
 
-def test_exactly_fitting_plug_is_loose():
+def test_exactly_fitting_plug_is_separable():
     """A plug of 1 x 1 m in a hole of that size, between eight cubes: a move of the surfaces by 2 um frees it."""
     hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
@@ -136,7 +136,7 @@ def test_exactly_fitting_plug_is_loose():
 
 
 @pytest.mark.parametrize("faces", [grid_plate(), grid_plate()[:, ::-1]], ids=["faces look up", "faces look down"])
-def test_tool_on_a_sheet_is_loose_for_either_winding(faces):
+def test_tool_on_a_sheet_is_separable_for_either_winding(faces):
     """The bottom of a cube of 1 m, whose middle is at a height of 0.5 m, is in the plane of a flat
     sheet: 2 um free it.
     """

@@ -79,7 +79,9 @@ def test_no_pairs_are_ordered_to_no_pairs():
 
 @pytest.mark.parametrize("rate_hz", [22.5, 50.0, 60.0, 72.0, 90.0])
 def test_sampling_agrees_for_blocks_whole_and_single_frames(rate_hz):
-    """Which of 300 frames 2 to 30 ms apart are sampled at this rate: asked as a whole, in two blocks, one by one."""
+    """300 frames 2 to 30 ms apart: whether each is sampled at this rate, asked as a whole, in two
+    blocks, one by one.
+    """
     times, cut = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.03, 300)), 77
     whole, in_blocks = ZeroOrderHold(pairs=0, rate_hz=rate_hz).sampled(times), ZeroOrderHold(pairs=0, rate_hz=rate_hz)
     assert np.array_equal(np.concatenate([in_blocks.sampled(times[:cut]), in_blocks.sampled(times[cut:])]), whole)

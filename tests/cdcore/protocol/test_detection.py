@@ -85,7 +85,7 @@ def test_segments_of_a_detection_without_them_raise_an_error():
 
 
 def test_faces_are_indexed_by_frame_and_pair():
-    """Of three frames and two pairs frame 0 has a pair of faces in pair 1, and frame 1 two in pair 0.
+    """There are three frames and two pairs: frame 0 has a pair of faces in pair 1, and frame 1 two in pair 0.
 
     Negative numbers count from the end.
     """

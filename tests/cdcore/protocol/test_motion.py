@@ -91,7 +91,7 @@ def assert_pose_is_refused(translations, rotations, message):
 
 @pytest.mark.parametrize("axis", [0, 1, 2], ids="xyz".__getitem__)
 @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
-def test_translation_that_is_not_finite_is_refused_with_frame_and_body(axis, number):
+def test_infinite_translation_is_refused_with_frame_and_body(axis, number):
     """A coordinate of body 1, cup, in frame 3 is no finite number."""
     translations, rotations = random_translations_and_rotations()
     translations[3, 1, axis] = number
@@ -113,7 +113,7 @@ IDENTITY = np.eye(3)
         pytest.param(0.0 * IDENTITY, "not a rotation", id="zero"),
     ],
 )
-def test_matrix_that_is_no_rotation_is_refused_with_frame_and_body(change, message):
+def test_non_rotation_is_refused_with_frame_and_body(change, message):
     """The rotation of body 1, cup, in frame 3 is multiplied by a matrix."""
     translations, rotations = random_translations_and_rotations()
     rotations[3, 1] = rotations[3, 1] @ change
@@ -237,7 +237,7 @@ def test_a_motion_knows_where_each_body_changes():
 
 
 def test_repeated_poses_are_counted_as_repaired_in_each_frame():
-    """Of five bodies in nine frames the matrices of one are 1e-6 too long."""
+    """The matrices of one of five bodies in nine frames are 1e-6 too long, and all the same."""
     assert resting_motion().renormalised == 9
 
 
@@ -254,7 +254,7 @@ def test_changed_poses_of_a_slice_are_those_of_the_whole():
     assert motion.frames(3, 7).changed.tolist() == motion.changed[3:7].tolist()
 
 
-def test_changed_poses_of_a_selection_are_seen_in_its_next_frame():
+def test_changes_between_selected_frames_count_in_the_next():
     """Bodies 2 and 4 change in frame 4, which is not selected: the change is in the next selected frame, 5."""
     selection = resting_motion().take(np.array([0, 2, 3, 5, 8]))
     changed = [bool(flag) for flag in selection.changed[:, 2]]
@@ -278,13 +278,13 @@ def test_times_that_do_not_increase_are_refused_by_frame(times, message):
         Motion(times, np.zeros((3, 1, 3)), np.tile(np.eye(3), (3, 1, 1, 1)))
 
 
-@pytest.mark.parametrize("bad_part", ["rotation", "last row"])
-def test_bad_pose_after_repeated_poses_is_refused(bad_part):
+@pytest.mark.parametrize("bad_entry", ["rotation", "last row"])
+def test_bad_pose_after_repeated_poses_is_refused(bad_entry):
     """Bodies at rest in five frames; in frame 3 body 1 has a rotation with a NaN, or a last row other
     than 0, 0, 0, 1.
     """
     poses = np.tile(np.eye(4), (5, 2, 1, 1))
-    if bad_part == "rotation":
+    if bad_entry == "rotation":
         poses[3, 1, 0, 0] = np.nan
     else:
         poses[3, 1, 3, 0] = 1.0

@@ -37,7 +37,7 @@ def test_undecided_verdicts_get_the_reason_of_their_pair():
     assert len(answer.reasons) == 3
 
 
-def test_undecided_verdict_without_a_text_of_its_pair_has_no_reason():
+def test_undecided_verdict_of_a_silent_detection_has_no_reason():
     """A detection that says nothing about containment."""
     assert detection([[UNRESOLVED, CLEAR, CLEAR]], containment=()).reasons == {(0, 0): NO_REASON}
 

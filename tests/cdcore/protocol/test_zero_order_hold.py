@@ -82,7 +82,7 @@ def test_answers_of_a_block_without_samples_are_from_before():
 
 
 def sampled_frames(rate_hz, **offset):
-    """Which of ten frames, a tenth of a second apart, are sampled."""
+    """Numbers of those of ten frames, a tenth of a second apart, that are sampled."""
     times = np.arange(10) / FRAMES_PER_S
     return [frame for frame in range(10) if is_sampled(times, frame, rate_hz, **offset)]
 

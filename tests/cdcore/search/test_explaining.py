@@ -33,7 +33,7 @@ def misses_explained(name, **settings):
 
 
 def explained_cubes(name, x, faces):
-    """What a detector explains of two cubes of 1 m whose middles are so far from each other along x."""
+    """The explanation by a detector of two cubes of 1 m whose middles are so far from each other along x."""
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     detector = create_detector(name, bodies)
     assert isinstance(detector, Explains)
@@ -122,7 +122,7 @@ def test_missing_sample_pairs_are_reported_exactly(name):
     ],
 )
 def test_spent_budget_differs_from_a_failed_search(settings, ten_times_the_budget, least_agreement):
-    """Of each miss is explained whether a search with ten times the budget finds the contact; some do, some do not.
+    """A miss is explained by whether a search with ten times the budget finds the contact; some do, some do not.
 
     That is what a detector with that budget does.
     """

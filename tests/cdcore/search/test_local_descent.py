@@ -97,8 +97,8 @@ def test_no_point_moves_farther_than_the_bound():
         first, second = (
             np.array([*rotation.ravel(), *move, 1.0]) for rotation, move in zip(rotations, moves, strict=True)
         )
-        places_before, places_after = (BALL.vertices @ rotations[k].T + moves[k] for k in (0, 1))
-        longest_move = np.linalg.norm(places_after - places_before, axis=1).max()
+        vertices_before, vertices_after = (BALL.vertices @ rotations[k].T + moves[k] for k in (0, 1))
+        longest_move = np.linalg.norm(vertices_after - vertices_before, axis=1).max()
         assert longest_move <= distance_moved(first, second, features_of(BALL).size)
 
 
@@ -147,7 +147,7 @@ def test_probe_spends_no_more_than_the_budget():
     assert budget_at_rest(moved, POSE, POSE, REST_LENGTHS, 50) == 50
 
 
-def test_bodies_in_each_other_that_moved_by_rounding_are_not_searched():
+def test_nested_bodies_moved_by_rounding_are_not_searched():
     """Both origins are the same, but rounding goes with the places of both bodies, about 1 m."""
     inside = np.array([*np.eye(3).ravel(), 0.0, 0.0, 0.0, 0.0])
     assert budget_at_rest(moved_along_x(inside, 1e-13), inside, inside, REST_LENGTHS, FULL_BUDGET) == 0

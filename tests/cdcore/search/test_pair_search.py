@@ -92,10 +92,10 @@ def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
     """Cubes of 1 m overlap at an offset of (0.75, 0.5, 0.25) m and not at 1.5 m, whatever power of two scales them."""
     cube = TriangleMesh(box_mesh().vertices * scale, box_mesh().faces)
     search = search_of(cube, cube, variant="local", budget=2000)
-    overlapping, apart = (I3, np.array([0.75, 0.5, 0.25]) * scale), (I3, np.array([1.5, 0, 0]) * scale)
+    overlapping, separate = (I3, np.array([0.75, 0.5, 0.25]) * scale), (I3, np.array([1.5, 0, 0]) * scale)
     hit = search.search(overlapping, AT_ORIGIN, stamp=0.0).hit
     assert hit in exact_pairs(search, cube, cube, overlapping, AT_ORIGIN)
-    assert search.search(apart, AT_ORIGIN, stamp=0.0).hit is None
+    assert search.search(separate, AT_ORIGIN, stamp=0.0).hit is None
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

@@ -15,27 +15,28 @@ ITERATIONS, FEATURES = 3, 1000
 
 
 @pytest.mark.parametrize(
-    ("ants", "turn"), [pytest.param(5, 0.0, id="ants do not turn"), pytest.param(1, 0.5, id="an ant turns to itself")]
+    ("ants", "rotation"),
+    [pytest.param(5, 0.0, id="ants do not turn"), pytest.param(1, 0.5, id="an ant turns to itself")],
 )
 @pytest.mark.parametrize(
     ("mutation", "next_position_of_the_first"), [pytest.param(0.0, 0, id="never"), pytest.param(1.0, 1, id="always")]
 )
-def test_mutation_swaps_the_amplitudes(ants, turn, mutation, next_position_of_the_first):
+def test_mutation_swaps_the_amplitudes(ants, rotation, mutation, next_position_of_the_first):
     """Amplitudes of each ant's two qubits over three iterations, read from the faces whose distance is asked.
 
     A mutation swaps them in each iteration or never: the first of an iteration is the first or second of the next.
     """
-    faces_asked = []
+    queried_faces = []
 
     def distance(*faces):
-        faces_asked.append(faces)
+        queried_faces.append(faces)
         return 1.0
 
-    settings, stream = SearchSettings(ants=ants, turn=turn, mutation=mutation), np.random.default_rng(3)
+    settings, stream = SearchSettings(ants=ants, turn=rotation, mutation=mutation), np.random.default_rng(3)
     for iteration in iterations_as_printed(distance, (FEATURES, FEATURES), settings, stream):
         if iteration > ITERATIONS:
             break
-    faces = np.reshape(faces_asked, (ITERATIONS, ants, 2, 2))  # iteration, ant, amplitude, body
+    faces = np.reshape(queried_faces, (ITERATIONS, ants, 2, 2))  # iteration, ant, amplitude, body
     amplitudes = (2 * faces + 1) / FEATURES - 1  # from -1 to 1
     assert np.allclose((amplitudes**2).sum(axis=2), 1.0, atol=5 / FEATURES), "a qubit is a unit vector"
     assert np.allclose(amplitudes[1:, :, next_position_of_the_first], amplitudes[:-1, :, 0])

@@ -15,7 +15,7 @@ AT_ORIGIN = (I3, np.zeros(3))
 
 
 def test_samples_are_nested_and_depend_on_the_name():
-    """Of a torus 50 faces are drawn, and 400, among them those 50; another name, or another seed, draws other faces."""
+    """50 faces of a torus are drawn, and 400, among them those 50; another name, or another seed, draws other faces."""
     features = features_of(torus_mesh())
     small, large = (set(sample_of(features, size, seed=1, name="ring").pick.tolist()) for size in (50, 400))
     assert (len(small), len(large)) == (50, 400)

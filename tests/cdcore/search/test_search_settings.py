@@ -34,7 +34,7 @@ def test_equation_17_as_printed_does_not_keep_length():
     assert np.abs(squared_length - 1).max() > 0.9
 
 
-def test_equation_16_as_printed_is_a_share_of_products():
+def test_equation_16_as_printed_divides_products_by_their_sum():
     """Probabilities are tau^alpha eta^beta over their sum; pheromone tau of 1 and 3, heuristic eta of
     1: 1/4 and 3/4.
     """

@@ -159,7 +159,7 @@ def test_search_of_larger_meshes_evaluates_the_same_pairs():
     assert large == small._replace(distance=1024.0 * small.distance)
 
 
-APART = (I3, np.array([2.4, 0.2, 0.1]))
+SEPARATE = (I3, np.array([2.4, 0.2, 0.1]))
 """A pose of a ball of radius 1 m in which it does not meet one at the origin."""
 
 
@@ -168,7 +168,7 @@ APART = (I3, np.array([2.4, 0.2, 0.1]))
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
     """Balls apart, so that no hit ends the search early: it evaluates exactly so many pairs of faces."""
     ball = ball_of(faces=600)
-    query = search_of(ball, ball, variant=variant, budget=budget).search(APART, AT_ORIGIN, stamp=0.0)
+    query = search_of(ball, ball, variant=variant, budget=budget).search(SEPARATE, AT_ORIGIN, stamp=0.0)
     assert query.evaluations == budget
 
 
@@ -176,7 +176,7 @@ def test_the_budget_is_kept_to_the_evaluation(variant, budget):
 def test_printed_search_spends_its_budget_or_breaks(budget):
     """The printed equations may give probabilities that are none: then the search is "broken", before its budget."""
     ball = ball_of(faces=600)
-    query = search_of(ball, ball, variant="printed", budget=budget).search(APART, AT_ORIGIN, stamp=0.0)
+    query = search_of(ball, ball, variant="printed", budget=budget).search(SEPARATE, AT_ORIGIN, stamp=0.0)
     if query.reason == "broken":
         assert query.evaluations < budget
     else:
@@ -192,4 +192,4 @@ def test_population_is_redrawn_after_evaluations_without_progress(variant, resta
     """Balls apart, and a budget of 9,000 evaluations: room for at most nine times 1,000 without progress."""
     ball = ball_of(faces=600)
     search = search_of(ball, ball, variant=variant, budget=9000, restart_after=restart_after)
-    assert fewest <= search.search(APART, AT_ORIGIN, stamp=0.0).restarts <= most
+    assert fewest <= search.search(SEPARATE, AT_ORIGIN, stamp=0.0).restarts <= most

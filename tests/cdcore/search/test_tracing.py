@@ -111,7 +111,7 @@ def test_traced_distances_equal_distances_of_face_centroids():
         assert np.allclose(np.linalg.norm(first - second, axis=1), trace.distance, atol=1e-12)
 
 
-def test_best_rows_of_a_trace_come_closer_and_end_with_the_hit():
+def test_best_rows_of_a_trace_come_closer_until_the_hit():
     """``best``: rows that are closer than all before, and at last the hit, a pair of faces that really meets."""
     detector, motion, watched = watched_laboratory()
     hits = 0

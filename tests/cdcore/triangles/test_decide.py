@@ -69,9 +69,9 @@ def test_exact_integers_decide_pairs_that_float_stages_leave_open():
     """A right triangle and one metres away, which the filter decides; itself, which takes exact sums; and itself
     shifted by 2^-300, whose digits sums cannot hold, so that integers decide.
     """
-    apart, step = [[9, 9, 9], [8, 9, 9], [9, 8, 9]], 2.0**-300
+    distant, step = [[9, 9, 9], [8, 9, 9], [9, 8, 9]], 2.0**-300
     shifted = [[step, step, 0], [1 + step, 0, 0], [step, 1, 0]]
-    pairs = np.array([[FLOOR, apart], [FLOOR, FLOOR], [FLOOR, shifted]])
+    pairs = np.array([[FLOOR, distant], [FLOOR, FLOOR], [FLOOR, shifted]])
     assert triangles_intersect(pairs).tolist() == [False, True, True]
     undecided_by_filter, undecided_by_sums = left_open(pairs)
     assert (undecided_by_filter, undecided_by_sums) == (2, 1)
@@ -89,8 +89,8 @@ def test_an_answer_of_the_filter_is_that_of_integers(family):
 
 @pytest.mark.parametrize("name", ["products underflow", "products overflow"])
 def test_filter_guesses_no_contact_where_products_leave_the_range(name):
-    """Of 60 random pairs it may say of some that they are apart (0), leaves some open, and says of none
-    that they meet.
+    """60 random pairs: the filter may say that some are apart (0), leaves some open, and says of none that they meet
+    (1).
     """
     answers = [filtered(pair.reshape(6, 3)) for pair in triangle_family(name).pairs(60, seed=31)]
     assert UNDECIDED in answers

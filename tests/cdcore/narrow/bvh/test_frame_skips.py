@@ -141,7 +141,7 @@ def test_frames_are_skipped_until_paths_use_up_the_gap(search_of_a_nearing_and_a
     assert search.marks[pair, REPEATS, frame] == 0
 
 
-def test_frame_that_repeats_the_one_before_is_marked_and_not_skipped(search_of_a_nearing_and_a_leaving_cube):
+def test_repeated_frame_is_marked_and_not_skipped(search_of_a_nearing_and_a_leaving_cube):
     """In frame 55 both cubes rest: its answer will be that of frame 54, and frame 56 follows."""
     search, work = search_of_a_nearing_and_a_leaving_cube, np.zeros(len(COUNTERS), dtype=np.int64)
     assert next_frame(search.rows[NEARER], frame=55, pad=1e-13, work=work) == 56

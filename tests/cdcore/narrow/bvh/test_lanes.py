@@ -135,7 +135,7 @@ CERTAIN_CONTACT, CERTAIN_SEPARATION, NEITHER = ALL_LANES, ALL_LANES << 8, 0
 
 
 def certainty_of(pair, pad):
-    """What is certain of a pair of triangles, the same in all eight lanes, whose corners may be off by the pad."""
+    """The answer for a pair of triangles, the same in all eight lanes, whose corners may be off by the pad."""
     first, second = pair
     in_all_lanes = np.repeat(first.reshape(9, 1), 8, axis=1).ravel()
     size = float(np.linalg.norm(pair, axis=2).max()) + pad
@@ -168,6 +168,6 @@ def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(family, pad)
 
 
 def test_generic_pairs_are_mostly_certain_within_a_small_pad():
-    """Of 12 ordinary pairs more than half, where corners may be off by 1e-15 m."""
+    """More than half of 12 ordinary pairs, where corners may be off by 1e-15 m."""
     answers = [certainty_of(pair, pad=1e-15) for pair in centred_pairs(triangle_family("generic control"))]
     assert sum(answer != NEITHER for answer in answers) > 6

@@ -35,7 +35,7 @@ def exact_inverse_times(rotation, vector):
 
 
 @pytest.mark.parametrize(
-    ("distance", "stretch"),
+    ("distance", "scaling"),
     [
         pytest.param(0.0, 0.0, id="at the origin"),
         pytest.param(1.0, 0.0, id="1 m away"),
@@ -44,7 +44,7 @@ def exact_inverse_times(rotation, vector):
         pytest.param(1.0, 1e-9, id="1 m away, rotations stretched by 1e-9"),
     ],
 )
-def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(distance, stretch):
+def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(distance, scaling):
     """A corner of body A in the axes of B, by products of doubles and, from its place in the world, in rationals.
 
     They differ by less than a tenth of the pad, also where a rotation stretches, so that its transpose is not quite its
@@ -53,7 +53,7 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
     rng = np.random.default_rng(int(distance))
     largest_fraction = 0.0
     for _ in range(60):
-        rotation_a, rotation_b = random_rotations(rng, 2) * (1.0 + stretch)
+        rotation_a, rotation_b = random_rotations(rng, 2) * (1.0 + scaling)
         corner = rng.normal(size=3)
         move_a = rng.normal(size=3) + distance
         move_b = move_a + rng.normal(size=3)
@@ -118,7 +118,9 @@ def test_root_gap_is_between_box_and_ball():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_chord_is_the_largest_spectral_distance_from_the_middle(seed):
-    """Of the relative rotations of eight frames from that of frame 4: the largest spectral norm of a difference."""
+    """The relative rotations of eight frames are compared with that of frame 4: the largest spectral norm of a
+    difference.
+    """
     scene = EightFrames(seed)
     rotations = scene.relative[:72].reshape(3, 3, 8).transpose(2, 0, 1)
     middle = scene.middle[:9].reshape(3, 3)

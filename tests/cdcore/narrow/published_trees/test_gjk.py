@@ -51,7 +51,7 @@ def test_returned_axes_separate_by_more_than_the_pad(seed, scale, pad):
 
 @pytest.mark.slow  # the kernel alone compiles longer than this runs
 def test_faces_that_do_not_meet_are_nearly_always_separated():
-    """Of 4,000 random pairs all that meet are MEETING, and at most one in 1,000 of the others."""
+    """All of 4,000 random pairs that meet are MEETING, and at most one in 1,000 of the others."""
     rng, pad, first_axis = np.random.default_rng(0), 1e-12, np.array([1.0, 0, 0])
     points = rng.normal(size=(4000, 6, 3)) + np.repeat(rng.normal(size=(4000, 2, 3)) * 0.6, 3, axis=1)
     meet = triangles_intersect(points.reshape(-1, 2, 3, 3))
