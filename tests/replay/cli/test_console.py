@@ -10,7 +10,7 @@ from replay.cli.console import People, TerminalProgress, progress_counter, progr
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
-    """Details are for those who asked for more."""
+    """``People`` prints sentences for people beside a command's output; details only where ``-v`` asks for them."""
     People().say("hello")
     People(quiet=True).say("nothing")
     People().detail("nothing")
@@ -20,53 +20,74 @@ def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
 
 
 def test_broken_gate_is_named_in_quiet_mode(capsys):
-    """A broken gate is why a command fails: exit code 4."""
-    assert People(quiet=True).gate([]) == 0 and People(quiet=True).gate(["it missed 1"]) == 4
+    """A gate is a limit that the user sets, and a broken one why a command fails with exit code 4.
+
+    Without a broken gate nothing is printed, and the code is 0.
+    """
+    quiet = People(quiet=True)
+    assert quiet.gate([]) == 0
+    assert quiet.gate(["it missed 1"]) == 4
     assert capsys.readouterr().err == "gate: it missed 1\n"
 
 
-def test_stage_prints_fraction_time_left_and_final_time():
-    """3 s for 20 % leave 12 s for the other 80 %."""
-    assert [progress_text(0.2, 3.0), progress_text(1.0, 14.2), progress_text(0.0, 5.0)] == [
-        " 20 %  12 s left",
-        "100 %  14 s",
-        "5 s so far",
-    ]
+@pytest.mark.parametrize(
+    ("fraction", "seconds", "text"),
+    [
+        (0.2, 3.0, " 20 %  12 s left"),  # 3 s for 20 % leave 12 s for the other 80 %
+        (1.0, 14.2, "100 %  14 s"),
+        (0.0, 5.0, "5 s so far"),
+    ],
+    ids=["in between", "at the end", "nothing done"],
+)
+def test_stage_prints_fraction_time_left_and_final_time(fraction, seconds, text):
+    """``fraction``: of a stage's work that is done after so many seconds."""
+    assert progress_text(fraction, seconds) == text
 
 
-def test_without_a_terminal_only_long_stages_print_lines(capsys):
-    """A line each 50 ms: a stage that is over before prints none, and a quiet program never does."""
-    progress = TerminalProgress(People(), report_interval=0.05)
-    with progress.stage("Short", 10) as advance:
+def test_short_stage_prints_no_line_without_a_terminal(capsys):
+    """A line may be printed each 50 ms; the stage of ten steps is over before."""
+    with TerminalProgress(People(), report_interval=0.05).stage("Short", 10) as advance:
         advance(10)
     assert capsys.readouterr().err == ""
-    with progress.stage("Long", 10) as advance:
+
+
+def test_long_stage_prints_lines_without_a_terminal(capsys):
+    """A line may be printed each 50 ms; half of ten steps are done after 60 ms, the others at once: the last line."""
+    with TerminalProgress(People(), report_interval=0.05).stage("Long", 10) as advance:
         time.sleep(0.06)
         advance(5)
         advance(5)
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 2 and lines[0].startswith("Long:  50 %  ") and lines[1].startswith("Long: 100 %  0 s")
+    half, end = capsys.readouterr().err.splitlines()
+    assert half.startswith("Long:  50 %  ")
+    assert end.startswith("Long: 100 %  0 s")
+
+
+def test_quiet_program_prints_no_stage(capsys):
+    """A line might be printed at once (0 s), but the program runs with ``-q``."""
     with TerminalProgress(People(quiet=True), report_interval=0.0).stage("Long") as advance:
         advance(1)
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("long", [0.001, 99.0])
-def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
-    """A wait of 2 ms is long from 1 ms on, short up to 99 s."""
-    monkeypatch.setattr("replay.cli.console.LONG_STAGE_S", long)
+@pytest.mark.parametrize(("long_from_s", "prints_time"), [(0.001, True), (99.0, False)])
+def test_terminal_stage_prints_its_time_once_long(long_from_s, prints_time, capsys, monkeypatch):
+    """In a terminal a stage takes 2 ms; its name is printed, and its time, 0 s, if it is long from 1 ms on."""
+    monkeypatch.setattr("replay.cli.console.LONG_STAGE_S", long_from_s)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with TerminalProgress(People()).stage("Waiting") as advance:
         time.sleep(0.002)
         advance(1)
     output = capsys.readouterr().err
-    assert "Waiting" in output and ("100 %  0 s" in output) == (long < 1.0)
+    assert "Waiting" in output and ("100 %  0 s" in output) == prints_time
 
 
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("detectors", [None, "exact", "slow=discrete[rate_hz=20],recorded-like=sphere"])
 def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
-    """Each stage counts up to its total."""
+    """A run over six frames of two cubes, with these detectors, or the default ones, reports stages of its work.
+
+    They come in order, and each counts up to its total.
+    """
     watched = Watched()
     run(
         unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}),
@@ -74,18 +95,21 @@ def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
         out=tmp_path / "run",
         progress=watched,
     )
-    names = [name.split()[0] for name in watched.stages]
-    assert names[:3] == ["Examining", "Replaying", "Comparing"] and names[-1] == "Writing"
+    verbs = [name.split()[0] for name in watched.stages]
+    assert verbs[:3] == ["Examining", "Replaying", "Comparing"] and verbs[-1] == "Writing"
     assert [(name, total, done) for name, (total, done) in watched.stages.items() if total != done] == []
 
 
 def test_stored_pieces_do_not_count_in_the_rate(capsys, monkeypatch):
-    """One piece is stored; after it each takes 3 s, 20 a minute, by the planted clock."""
+    """Four pieces of work end at 1, 3, 6 and 9 s by a planted clock; the first was stored before ("kept").
+
+    After it each takes 3 s, 20 a minute, whether it is done or fails: 6 s are left for two.
+    """
     times = iter([0.0, 1.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("replay.cli.console.time.monotonic", lambda: next(times))
-    tell = progress_counter(People(), 4)
-    for name, after in {"a": "kept", "b": "done", "c": "it broke", "d": "done"}.items():
-        tell(name, after)
+    report_end = progress_counter(People(), 4)
+    for name, outcome in {"a": "kept", "b": "done", "c": "it broke", "d": "done"}.items():
+        report_end(name, outcome)
     assert capsys.readouterr().err.splitlines() == [
         "   1 of 4  a: kept",
         "   2 of 4  b: done, about 6 s left at 20 a minute",

@@ -10,7 +10,7 @@ from replay.running import batch
 
 @pytest.mark.parametrize(("dropped", "lost", "code"), [(0, 0, 0), (1, 0, 3), (0, 1, 3)])
 def test_run_that_left_out_frames_or_poses_exits_with_3(monkeypatch, dropped, lost, code):
-    """``lost``: poses that were damaged in the recording."""
+    """``dropped``: frames that the run left out; ``lost``: poses that were damaged in the recording."""
     monkeypatch.setattr(run_report, "lost_poses", lambda flagged: lost)
     session = SimpleNamespace(notes=(), left_out=(), dropped_frames=SimpleNamespace(total=dropped))
     document = SimpleNamespace(detectors={}, session=session, flagged=())
@@ -22,7 +22,10 @@ def test_run_that_left_out_frames_or_poses_exits_with_3(monkeypatch, dropped, lo
     ("failed", "dropped", "lost", "code"), [({}, 0, 0, 0), ({"b": "no file"}, 0, 0, 3), ({}, 1, 0, 3), ({}, 0, 1, 3)]
 )
 def test_sessions_of_which_something_was_lost_exit_with_3(monkeypatch, capsys, failed, dropped, lost, code):
-    """``failed``: sessions without a run, and the reason."""
+    """A batch of which session a has a run; ``failed``: sessions without a run, and the reason.
+
+    ``dropped``: frames that the run of a left out; ``lost``: poses that were damaged in its recording.
+    """
     run = SimpleNamespace(dropped_frames=dropped, flagged=(), times={}, open_questions=0)
     outcome = SimpleNamespace(done=["a"], kept=[], failed=failed, runs={"a": run}, audit={}, digest="d")
     monkeypatch.setattr(batch, "run_batch", lambda *_, **__: outcome)

@@ -20,8 +20,8 @@ IMPORT = ["import", "csv", "own.csv", "--mapping", "own.toml", "--meshes", ".", 
 
 
 @pytest.fixture
-def own(tmp_path, monkeypatch):
-    """Two OBJ files, a CSV of a rod that stirs in a cup, and what its columns are, in an empty folder."""
+def folder_with_csv(tmp_path, monkeypatch):
+    """The current folder, with OBJ files of a cup and a rod, a CSV of the rod stirring in it, and the CSV's columns."""
     cup = revolved_mesh(WALL, 24)
     axis = int(np.argmax(np.ptp(cup.vertices, axis=0)))
     side = (axis + 1) % 3
@@ -44,26 +44,33 @@ def own(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_import_run_and_fix_lead_to_colliders_for_unity(own, capsys):
-    """A CSV becomes colliders of several convex pieces of at most 255 faces, with below 20 % false contact."""
-    assert main(IMPORT) == 3  # the last row, cut short, is more than 1 %
+def test_import_run_and_fix_lead_to_colliders_for_unity(folder_with_csv, capsys):
+    """A CSV of a rod in a cup is imported and run with convex hulls at 50 Hz: the advice is to split the cup.
+
+    `replay fix` then writes colliders for Unity: the cup as several convex pieces of at most 255 faces, with at most
+    20 % false contact where hulls had more.
+    """
+    assert main(IMPORT) == 3  # data loss: the last row, cut short, is more than 1 %
     assert main(["run", "own.mcap", "--detectors", "hull50,exact", "--no-picture"]) == 0
     assert "Do In your engine, split cup into" in " ".join(capsys.readouterr().out.split())
     assert main(["fix", "own.mcap", "--engine", "unity"]) == 0
     output = " ".join(capsys.readouterr().out.split())
     assert "Report card of each collider" in output and "Wrote fix-unity for Unity" in output
-    reported = json.loads((own / "fix-unity" / "colliders.json").read_text("utf-8"))
+    reported = json.loads((folder_with_csv / "fix-unity" / "colliders.json").read_text("utf-8"))
     assert reported["after"]["false"] <= 0.2 < reported["before"]["false"]
     assert {"ColliderPieces.cs", "README.txt", "cup.glb", "rod.glb", "session.mcap"} <= set(reported["files"])
-    pieces = trimesh.load(own / "fix-unity" / "cup.glb", force="scene", process=False).geometry
+    pieces = trimesh.load(folder_with_csv / "fix-unity" / "cup.glb", force="scene", process=False).geometry
     assert len(pieces) == reported["bodies"][0]["after"]["pieces"] > 1
     assert all(len(piece.faces) <= 255 and piece.is_convex for piece in pieces.values())
 
 
 @pytest.mark.slow
-def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeypatch):
-    """Ctrl-C in the search: the folder of pieces has some, that of the colliders was not made."""
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: own / "cache")
+def test_interrupted_fix_stores_cut_pieces_for_the_next_call(folder_with_csv, capsys, monkeypatch):
+    """`replay fix` gets Ctrl-C in its search among cut meshes: exit code 130, and a sentence that says how to go on.
+
+    The folder in which pieces are stored has some; that of the colliders was not made.
+    """
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: folder_with_csv / "cache")
     main(IMPORT)
 
     def interrupted(*_args, **_named):
@@ -73,22 +80,25 @@ def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeyp
         patch.setattr("replay.advice.collider_search.ColliderSearch.descend", interrupted)
         assert main(["fix", "own.mcap", "--engine", "unity"]) == 130
     assert "the same command goes on from them" in capsys.readouterr().err
-    assert not (own / "fix-unity").exists() and any((own / "cache").glob("cut-*"))
+    assert not (folder_with_csv / "fix-unity").exists()
+    assert any((folder_with_csv / "cache").glob("cut-*"))
 
 
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [(["--engine", "source"], 1, "no engine 'source'; there are: unity"), (["--max-pieces", "0"], 2, "--max-pieces")],
+    ids=["unknown engine", "fewer than one piece"],
 )
-def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, code, message, capsys):
-    """An engine that there is not, and fewer than one piece."""
+@pytest.mark.usefixtures("folder_with_csv")
+def test_wrong_options_of_fix_are_refused_with_valid_choices(arguments, code, message, capsys):
+    """``arguments``: of `replay fix` on an imported recording, which fails (1) or is a wrong call (2)."""
     main(IMPORT)
     assert main(["fix", "own.mcap", *arguments]) == code
     assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("options", "folder", "replaces"),
+    ("options", "folder", "may_replace"),
     [
         (["-o", "mine", "--engine", "unity"], "mine", False),
         (["-o", "mine"], "mine", False),
@@ -96,8 +106,11 @@ def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, cod
         ([], "fix-page", True),
     ],
 )
-def test_fix_writes_to_the_named_folder_before_the_usual_folders(options, folder, replaces, tmp_path, monkeypatch):
-    """Only the page without a name replaces the one before."""
+def test_fix_writes_to_the_named_folder_before_the_usual_folders(options, folder, may_replace, tmp_path, monkeypatch):
+    """The folder of `replay fix` is the one that ``-o`` names, else one of the engine, else one of a page alone.
+
+    Only the page in its usual folder may replace what is there. The work is cut off at its start, as by Ctrl-C (130).
+    """
     calls = []
 
     def interrupted(_session, folder, *, force, **_settings):
@@ -108,33 +121,42 @@ def test_fix_writes_to_the_named_folder_before_the_usual_folders(options, folder
     (tmp_path / "own.mcap").touch()
     monkeypatch.setattr("replay.running.collider_files.fix_colliders", interrupted)
     assert main(["fix", "own.mcap", *options]) == 130
-    assert calls == [(folder, replaces)]
+    assert calls == [(folder, may_replace)]
 
 
 @pytest.mark.slow
-def test_page_is_written_without_an_engine(own, capsys):
-    """Without a name the page replaces the one before; a folder that somebody named stays."""
+def test_page_is_written_without_an_engine(folder_with_csv, capsys):
+    """`replay fix` without an engine writes a page that compares colliders, and no files for an engine.
+
+    A folder that somebody named (mine) is not written over (1). The usual folder, fix-page, is: its page is another one
+    afterwards.
+    """
     main(IMPORT)
     command = ["fix", "own.mcap", "--max-false", "1"]
+    mine, usual = folder_with_csv / "mine", folder_with_csv / "fix-page"
     assert main([*command, "-o", "mine"]) == 0
-    assert {path.name for path in (own / "mine").iterdir()} == {"report.html", "colliders.json", "session.mcap"}
+    assert {path.name for path in mine.iterdir()} == {"report.html", "colliders.json", "session.mcap"}
     assert "mine/report.html" in " ".join(capsys.readouterr().out.split())
     assert main([*command, "-o", "mine"]) == 1
 
-    (own / "mine").rename(own / "fix-page")
-    (own / "fix-page" / "report.html").write_text("the page before")
+    mine.rename(usual)
+    (usual / "report.html").write_text("the page before")
     assert main(command) == 0
     output = " ".join(capsys.readouterr().out.split())
     assert "fix-page/report.html" in output and "replay fix own.mcap --engine unity" in output
-    assert "the page before" not in (own / "fix-page" / "report.html").read_text("utf-8")
+    assert "the page before" not in (usual / "report.html").read_text("utf-8")
 
 
-@pytest.mark.parametrize(("axes", "is_said"), [("gltf", True), ("unity", False)])
-def test_unity_steps_mention_pieces_in_axes_of_gltf(axes, is_said):
-    """Poses in glTF's axes fit a mesh that Unity imported as glTF, not one in its own axes, which is said.
+@pytest.mark.parametrize(
+    ("engine", "axes", "mentions"),
+    [("Unity", "gltf", True), ("Unity", "unity", False), ("Godot", "gltf", False), ("Godot", "unity", False)],
+)
+def test_unity_steps_mention_pieces_in_axes_of_gltf(engine, axes, mentions):
+    """``axes``: of the convex pieces that are written for an engine, with steps how to use them there.
 
-    Godot's own axes are glTF's, so nothing is.
+    Pieces in glTF's axes fit a mesh that Unity imported as glTF, not one in its own axes, which a step says. Godot's
+    own axes are glTF's, so no step is about axes.
     """
-    fixed = SimpleNamespace(engine="Unity", axes=axes)
-    assert any("pieces fit a mesh imported there as glTF" in line for line in steps_about_axes(fixed)) == is_said
-    assert steps_about_axes(SimpleNamespace(engine="Godot", axes=axes)) == []
+    steps = steps_about_axes(SimpleNamespace(engine=engine, axes=axes))
+    assert any("pieces fit a mesh imported there as glTF" in step for step in steps) == mentions
+    assert engine == "Unity" or steps == []

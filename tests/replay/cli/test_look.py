@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("few_depth_frames")
 
 
 @pytest.fixture(scope="module")
-def imported(tmp_path_factory):
+def bytes_of_wrong_guess(tmp_path_factory):
     """A ROS recording whose GLB meshes are in the axes of their bodies, so that its import guesses wrong."""
     folder = tmp_path_factory.mktemp("ros")
     write_scene(folder, "ros", "glb")
@@ -34,9 +34,13 @@ def small_pictures(monkeypatch):
 
 
 @pytest.fixture
-def recording(imported, tmp_path):
-    """A recording that was imported, as a file."""
-    (tmp_path / "s.mcap").write_bytes(imported)
+def recording(bytes_of_wrong_guess, tmp_path):
+    """A file of a recording of a tool and a plate; its import guessed that the axes of their meshes have y up.
+
+    They are those of their bodies, which ROS has. Whether it is so is a question to the user, with answers 1a (as
+    guessed), 1b (as the poses) and 1c (gltf).
+    """
+    (tmp_path / "s.mcap").write_bytes(bytes_of_wrong_guess)
     return tmp_path / "s.mcap"
 
 
@@ -47,24 +51,26 @@ def contact_by_frame(path):
 
 
 def test_doctor_look_in_a_pipe_prints_question_and_pictures(recording, capsys):
-    """Exit code 3: a question is open."""
+    """The import guessed the axes of two meshes: the question is printed with answers a, b and c, and what each gives.
+
+    The exit code 3 says that it is open. Pictures of three moments have more than 50 colours, so a scene is in them; a
+    file for the viewer starts with its mark.
+    """
     assert main(["doctor", str(recording), "--look"]) == 3
     output = capsys.readouterr()
-    text = " ".join(output.out.split())
+    text, next_step = " ".join(output.out.split()), " ".join(output.err.split())
     assert "1 of 1 Axes of tool.glb and plate.glb; guessed" in text and "more plausible" not in text
     assert "b as the poses (ros): 2 contacts, at most 3 mm deep c gltf" in text
-    assert f"replay doctor {recording} --answer 1a, 1b or 1c; or --mesh-axes when you import it" in " ".join(
-        output.err.split()
-    )
+    assert f"replay doctor {recording} --answer 1a, 1b or 1c; or --mesh-axes when you import it" in next_step
     for name in ("first", "middle", "closest"):
         picture = np.asarray(Image.open(recording.with_name("s-look") / f"{name}.png"))
         assert picture.shape == (160, 240, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
-    assert (recording.with_name("s-look") / "look.rrd").read_bytes()[:4] == b"RRF2"
+    assert (recording.with_name("s-look") / "look.rrd").read_bytes().startswith(b"RRF2")
 
 
 @pytest.mark.slow
 def test_the_more_plausible_alternative_is_marked_alone(recording, monkeypatch, capsys):
-    """Outcomes are made to speak for the axes of the poses."""
+    """The import guessed the axes of two meshes; of the answers, b, the axes of the poses, is made more plausible."""
     monkeypatch.setattr("replay.advice.assumptions.more_plausible", lambda outcomes: "body")
     assert main(["doctor", str(recording), "--look"]) == 3
     text = " ".join(capsys.readouterr().out.split())
@@ -72,7 +78,10 @@ def test_the_more_plausible_alternative_is_marked_alone(recording, monkeypatch, 
 
 
 def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
-    """Stated axes decide it; with ``--no-look`` it is said, but the exit code is 0."""
+    """An import of a CSV has to guess the axes of GLB meshes, and says so, with exit code 3, also as JSON.
+
+    Axes that ``--mesh-axes`` states decide it (0); with ``--no-look`` it is said, but the exit code is 0.
+    """
     write_scene(tmp_path, "ros", "glb")
     given = [f"--mesh={name}={tmp_path / name}.glb" for name in ("tool", "plate")]
     given += ["--mapping", str(tmp_path / "map.toml"), "-o", str(tmp_path / "s.mcap"), "--force"]
@@ -87,45 +96,66 @@ def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
 
 
 def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, capsys):
-    """The guess gave wrong contacts, the answer gives those planted; forgotten, meshes and picture are as before."""
-    before, picture = recording.read_bytes(), recording.with_name("s-look") / "closest.png"
+    """The import guessed the axes of two meshes wrong, so contacts are wrong; answer 1b gives those that were planted.
+
+    No question is open then. Forgotten, the answer leaves meshes and picture as before it.
+    """
+    unanswered_bytes, unanswered = recording.read_bytes(), read_session(recording)
+    picture = recording.with_name("s-look") / "closest.png"
     assert not np.array_equal(contact_by_frame(recording), true_contact())
     assert main(["doctor", str(recording), "--look"]) == 3
-    unanswered = picture.read_bytes()
+    unanswered_picture = picture.read_bytes()
+
     assert main(["doctor", str(recording), "--answer", "1b"]) == 0
     assert '--mesh-axes "body"' in capsys.readouterr().err
-    assert picture.read_bytes() != unanswered
+    assert recording.read_bytes() != unanswered_bytes
+    assert picture.read_bytes() != unanswered_picture
     assert np.array_equal(contact_by_frame(recording), true_contact())
     assert main(["doctor", str(recording), "--look", "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["questions"] == []
+
     assert main(["doctor", str(recording), "--forget-answers"]) == 0
     assert "1 answer forgotten" in capsys.readouterr().err
-    assert picture.read_bytes() == unanswered
-    again = read_session(recording)
-    recording.write_bytes(before)
-    first = read_session(recording)
-    assert np.array_equal(again.meshes["tool"].vertices, first.meshes["tool"].vertices)
-    assert main(["doctor", str(recording), "--forget-answers"]) == 0 and recording.read_bytes() == before
+    assert picture.read_bytes() == unanswered_picture
+    forgotten = read_session(recording)
+    assert np.array_equal(forgotten.meshes["tool"].vertices, unanswered.meshes["tool"].vertices)
+
+
+def test_nothing_is_written_where_no_answer_can_be_forgotten(recording):
+    """The recording's only question was never answered."""
+    before = recording.read_bytes()
+    assert main(["doctor", str(recording), "--forget-answers"]) == 0
+    assert recording.read_bytes() == before
 
 
 def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
-    """The line of the answer comes and goes, in a mapping that was moved meanwhile too."""
+    """A mapping says how a CSV is imported; the answer, axes of two meshes, becomes a line of it, and goes again.
+
+    The recording has a fact that names the mapping as long as the answer is there.
+    """
     mapping = tmp_path / "map.toml"
     mapping.write_text('convention = "ros"\n')
     assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0
     assert f"Written to {mapping}: mesh_axes" in " ".join(capsys.readouterr().err.split())
-    text = 'convention = "ros"\nmesh_axes = ["tool=body", "plate=body"]  # answered; before: nothing\n'
-    assert mapping.read_text() == text
-    answered = recording.read_bytes()
+    line_of_answer = 'mesh_axes = ["tool=body", "plate=body"]  # answered; before: nothing\n'
+    assert mapping.read_text() == 'convention = "ros"\n' + line_of_answer
+    assert "answered_mapping" in read_session(recording).facts
     assert main(["doctor", str(recording), "--forget-answers"]) == 0
     assert mapping.read_text() == 'convention = "ros"\n'
     assert f"{mapping}: 1 line as before the answers" in " ".join(capsys.readouterr().err.split())
     assert "answered_mapping" not in read_session(recording).facts
-    # The same with a mapping that was moved after the answer.
-    recording.write_bytes(answered)
-    moved = tmp_path / "moved.toml"
-    moved.write_text(text)
-    mapping.unlink()
+
+
+def test_answer_in_a_moved_mapping_is_forgotten_where_it_is_now(recording, tmp_path, capsys):
+    """An answer was written to map.toml, which was then renamed: the command says that it is not there.
+
+    With ``--mapping`` the line of the answer goes from the file where it is now.
+    """
+    mapping, moved = tmp_path / "map.toml", tmp_path / "moved.toml"
+    mapping.write_text('convention = "ros"\n')
+    assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0
+    mapping.rename(moved)
+    assert "mesh_axes" in moved.read_text()
     assert main(["doctor", str(recording), "--forget-answers"]) == 0
     assert "is not there; where it is now: --mapping FILE" in " ".join(capsys.readouterr().err.split())
     assert main(["doctor", str(recording), "--forget-answers", "--mapping", str(moved)]) == 0
@@ -133,38 +163,48 @@ def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("replies", "axes"), [(["?", "x", "b"], "body"), ([""], "y-up")], ids=["answered", "left open"]
+    ("replies", "axes", "code", "is_helped"),
+    [(["?", "x", "b"], "body", 0, True), ([""], "y-up", 3, False)],
+    ids=["answered", "left open"],
 )
-def test_terminal_repeats_the_question_until_answered_or_left_open(recording, monkeypatch, replies, axes, capsys):
-    """Neither "?" nor "x" is a letter of the list; "b" is that of the axes ``body``; no reply leaves the guess."""
+def test_terminal_repeats_the_question_until_answered_or_left_open(
+    recording, monkeypatch, replies, axes, code, is_helped, capsys
+):
+    """The question is which axes two meshes have. Neither "?" nor "x" is a letter of the list, as the terminal says.
+
+    "b" is that of the axes ``body``, which the recording then has (exit code 0); no reply leaves the guess (3).
+    """
     monkeypatch.setattr(look.click, "prompt", lambda *_, **__: replies.pop(0))
-    code = look.look_at(recording, look.People(), as_json=False, given={}, asks=True)
-    assert code == (0 if axes == "body" else 3) and not replies
-    kept = json.loads(read_session(recording).facts["assumptions"])
-    assert [row["value"] for row in kept if row["subject"] == "axes of meshes"] == [axes]
-    assert ("letter of the line" in capsys.readouterr().out) == (axes == "body")
+    assert look.look_at(recording, look.People(), as_json=False, given={}, asks=True) == code
+    assert replies == []
+    assumptions = json.loads(read_session(recording).facts["assumptions"])
+    assert [row["value"] for row in assumptions if row["subject"] == "axes of meshes"] == [axes]
+    assert ("letter of the line" in capsys.readouterr().out) == is_helped
 
 
-REFUSED_ANSWERS = {
-    "2a": "there are 1 questions",
-    "1d": "question 1 has the answers a, b, c",
-    "b": "no question and a letter|not a question and a letter",
-}
-"""Answer that fits no question -> what the refusal says."""
+def test_doctor_refuses_answers_that_fit_no_question(recording, capsys):
+    """The recording has one question, with answers a to c; an answer to a second one, a fourth answer, and no number.
 
-
-def test_doctor_refuses_answers_to_unasked_questions(recording, capsys):
-    """One question, with answers a to c: none of REFUSED_ANSWERS is written."""
+    Each is a wrong call (2), and nothing is written.
+    """
+    refusals = {
+        "2a": "there are 1 questions",
+        "1d": "question 1 has the answers a, b, c",
+        "b": "no question and a letter|not a question and a letter",
+    }
     before = recording.read_bytes()
-    for reply, message in REFUSED_ANSWERS.items():
-        assert main(["doctor", str(recording), "--answer", reply]) == 2
+    for answer, message in refusals.items():
+        assert main(["doctor", str(recording), "--answer", answer]) == 2
         assert re.search(message, " ".join(capsys.readouterr().err.split()))
     assert recording.read_bytes() == before
 
 
 @pytest.mark.slow
 def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, tmp_path, capsys):
-    """Two recordings, of which one has its answer."""
+    """Of two recordings whose import guessed axes one has its answer; the other is named as not decided.
+
+    By a run of both, on the page of a study of the other and on its screen, and in a tradeoff of the other.
+    """
     answered = tmp_path / "answered.mcap"
     answered.write_bytes(recording.read_bytes())
     assert main(["doctor", str(answered), "--answer", "1b"]) == 0
@@ -181,12 +221,12 @@ def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, t
 
 @pytest.mark.slow
 def test_engine_advice_names_the_command_for_open_questions(recording, capsys):
-    """The advice for Unity, of a recording whose import guessed axes."""
+    """Advice which colliders to use in Unity, on a recording whose import guessed the axes of meshes."""
     main(["tradeoff", str(recording), "--engine", "unity"])
     assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())
 
 
 def test_look_command_takes_a_single_session_file(tmp_path, recording, capsys):
-    """One recording, named twice."""
+    """`replay doctor --look` draws the scene of one recording; here it is named twice, which is a wrong call (2)."""
     assert main(["doctor", str(recording), str(recording), "--look"]) == 2
     assert "are for one session file" in capsys.readouterr().err

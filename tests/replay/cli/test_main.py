@@ -19,14 +19,17 @@ from sessions import write_session
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_verb_has_help_and_the_common_options(capsys, name):
-    """Verbs below a verb, as in ``scene check``, too; the list has a line of at most 70 letters for each."""
+    """``name``: a verb of the program; ``--help`` is asked of it, and of verbs below it, as of ``scene check``.
+
+    The program's own list has a line of at most 70 letters for each, in a group.
+    """
     assert len(COMMANDS[name].help) <= 70 and COMMANDS[name].group in GROUPS
     command = module.cli.get_command(click.Context(module.cli), name)
     for verb in getattr(command, "commands", {"": command}):
         assert main([name, *filter(None, [verb]), "--help"]) == 0
         printed = capsys.readouterr().out
         assert f"Usage: replay {name}" in printed and "None" not in printed
-        assert not [flag for flag in ("-v, --verbose", "-q, --quiet", "--debug") if flag not in printed]
+        assert all(option in printed for option in ("-v, --verbose", "-q, --quiet", "--debug"))
 
 
 def make_program_raise(monkeypatch, error):
@@ -38,12 +41,16 @@ def make_program_raise(monkeypatch, error):
     monkeypatch.setattr(module.cli, "main", fail)
 
 
-def test_exhausted_memory_is_one_clear_error_without_warnings(monkeypatch, capsys):
-    """NumPy's warnings, on an overflow say, are for its programmer."""
+def test_exhausted_memory_is_one_clear_error(monkeypatch, capsys):
+    """A verb ends in MemoryError: no bug that somebody should report."""
     make_program_raise(monkeypatch, MemoryError())
     assert main(["info"]) == 1
     output = capsys.readouterr().err
     assert output.startswith("error: the memory ran out; ") and "report" not in output
+
+
+def test_warnings_of_libraries_are_not_displayed(monkeypatch):
+    """NumPy's warnings, on an overflow say, are for its programmer; a verb succeeds in spite of one."""
     monkeypatch.setattr(module.cli, "main", lambda **_: warnings.warn("overflow", RuntimeWarning, stacklevel=1))
     with warnings.catch_warnings(record=True) as recorded:
         warnings.simplefilter("always")
@@ -52,38 +59,46 @@ def test_exhausted_memory_is_one_clear_error_without_warnings(monkeypatch, capsy
 
 
 def test_limited_address_space_is_refused_as_too_little_memory(monkeypatch, capsys):
-    """The least is 256 MB and 64 MB a processor: 200 MB and 64 MB a processor fall short."""
+    """The operating system limits the process to 200 MB and 64 MB a processor; 256 MB and 64 MB a processor are needed.
+
+    With twice as much the program runs.
+    """
     resource = pytest.importorskip("resource")
-    room = (200 << 20) + (os.cpu_count() or 1) * (64 << 20)
-    monkeypatch.setattr(resource, "getrlimit", lambda _: (room, room))
+    megabyte = 1 << 20
+    too_little = 200 * megabyte + (os.cpu_count() or 1) * 64 * megabyte
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (too_little, too_little))
     assert main(["--version"]) == 1 and "the memory ran out" in capsys.readouterr().err
-    monkeypatch.setattr(resource, "getrlimit", lambda _: (2 * room, 2 * room))
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (2 * too_little, 2 * too_little))
     assert main(["--version"]) == 0
 
 
 def test_undecodable_path_is_refused_without_a_traceback(tmp_path, capsys):
-    """A folder's name with a byte that is not UTF-8, as Python holds it."""
+    """The name of the output folder has a byte that is not UTF-8, which Python decodes to a lone surrogate."""
     assert main(["run", str(tmp_path), "-o", "a\udcff"]) == 2
     output = capsys.readouterr().err
     assert "error: " in output and "this should not have happened" not in output and output.isascii()
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "sentence"),
+    ("error", "code", "sentence", "has_traceback"),
     [
-        (AssemblyError("no frame;\n  record some"), 1, "error: no frame; record some\n"),
-        (RuntimeError("by zero"), 1, "(RuntimeError: by zero); please report it\n       with --debug"),
-        (KeyboardInterrupt(), 130, "interrupted"),  # as shells have it: 128 and the number of SIGINT, 2
+        (AssemblyError("no frame;\n  record some"), 1, "error: no frame; record some\n", True),
+        (RuntimeError("by zero"), 1, "(RuntimeError: by zero); please report it\n       with --debug", True),
+        (KeyboardInterrupt(), 130, "interrupted", False),  # as shells have it: 128 and the number of SIGINT, 2
     ],
+    ids=["error of the product", "unexpected error", "Ctrl-C"],
 )
-def test_errors_print_a_sentence_and_with_debug_a_traceback(monkeypatch, capsys, error, code, sentence):
-    """Someone who presses Ctrl-C knows where they did: of that there is no traceback."""
+def test_errors_print_a_sentence_and_with_debug_a_traceback(monkeypatch, capsys, error, code, sentence, has_traceback):
+    """A verb ends in ``error``; ``code``: the program's exit code.
+
+    Someone who presses Ctrl-C knows where they did: of that there is no traceback, even with ``--debug``.
+    """
     make_program_raise(monkeypatch, error)
     assert main(["info"]) == code
     output = capsys.readouterr().err
     assert sentence in output and "Traceback" not in output
     assert main(["info", "--debug"]) == code
-    assert ("Traceback" in capsys.readouterr().err) == (code == 1)
+    assert ("Traceback" in capsys.readouterr().err) == has_traceback
 
 
 def test_a_reader_that_goes_away_ends_the_program_quietly():
@@ -92,27 +107,32 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
     program = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     program.stdout.close()
     assert b"Traceback" not in program.stderr.read()
-    assert program.wait(30) in (0, 1)  # 1: its output could not be written
+    could_not_write = 1
+    assert program.wait(30) in (0, could_not_write)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
-@pytest.mark.parametrize(("where", "unbuffered"), [(">&-", "1"), (">/dev/full", ""), (">&- 2>&-", "")])
-def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):
-    """Closed, on a full disk, and closed with the stream that would say so."""
+@pytest.mark.parametrize(
+    ("redirection", "unbuffered", "lines_of_error"),
+    [(">&-", "1", 1), (">/dev/full", "", 1), (">&- 2>&-", "", 0)],
+    ids=["closed", "on a full disk", "closed, with standard error"],
+)
+def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, redirection, unbuffered, lines_of_error):
+    """A shell redirects the standard output of `replay info`, and in the last row the stream that would say so."""
     write_session(unit_cubes_on_x({"a": [0, 1]}), tmp_path / "s.mcap")
-    command = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
-    more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
-    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, env=more)
+    command = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {redirection}"
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, env=environment)
     lines = done.stderr.splitlines()
-    assert done.returncode == 1 and len(lines) == (0 if "2>" in where else 1)
+    assert done.returncode == 1 and len(lines) == lines_of_error
     assert all(line.startswith("error: ") and "standard output" in line for line in lines)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
 def test_ctrl_c_exits_130_and_leaves_nothing_behind(tmp_path):
-    """A second after the demo's first line."""
+    """The demo is interrupted a second after its first line: no traceback and no file stays."""
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run")]
     # A shell starts what it runs in the background with Ctrl-C switched off, and children inherit that.
     program = subprocess.Popen(
@@ -130,7 +150,7 @@ def test_ctrl_c_exits_130_and_leaves_nothing_behind(tmp_path):
     assert b"Traceback" not in text and list(tmp_path.iterdir()) == []
 
 
-CALLED_BACK = """
+CTRL_C_IN_A_CALLBACK = """
 import ctypes, signal, sys, time
 import click
 from replay.cli import info
@@ -150,13 +170,20 @@ sys.exit(main(["info"]))
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
 def test_ctrl_c_while_a_library_calls_back_is_not_lost():
-    """Python prints an exception in a callback from C and goes on; this one is raised again."""
-    done = subprocess.run([sys.executable, "-c", CALLED_BACK], capture_output=True, text=True)
-    assert (done.returncode, done.stderr.split()[0]) == (130, "interrupted;")
+    """Another program has a verb that gets Ctrl-C in a callback from C, and would then sleep for 20 s.
+
+    Python prints an exception in such a callback and goes on; this one is raised again, and ends the program.
+    """
+    done = subprocess.run([sys.executable, "-c", CTRL_C_IN_A_CALLBACK], capture_output=True, text=True)
+    first_word, *_ = done.stderr.split()
+    assert (done.returncode, first_word) == (130, "interrupted;")
 
 
 def test_the_shell_completes_verbs_as_the_guide_says():
-    """Bash asks by variables: ``replay doc`` and Tab."""
+    """Bash tells by variables of the environment that somebody typed ``replay doc`` and Tab: doctor completes it.
+
+    The guide's first page has the line that switches this on.
+    """
     completion = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
     assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX_PAGE)
     program = [sys.executable, "-m", "replay"]
@@ -165,7 +192,7 @@ def test_the_shell_completes_verbs_as_the_guide_says():
 
 
 def test_import_without_a_format_prints_the_complete_command(tmp_path, monkeypatch, capsys):
-    """A format is missing, or the recording: the command with both is said."""
+    """The format is missing, or the recording: both are wrong calls (2), and the command with both is printed."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my take.csv").write_text("time\n")
     assert main(["import", "my take.csv", "-o", "take.mcap"]) == 2
@@ -174,10 +201,14 @@ def test_import_without_a_format_prints_the_complete_command(tmp_path, monkeypat
     assert "replay import auto take.csv -o take.mcap" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("call", "changed"), [("main()", True), ("main(['--version'])", False)])
-def test_only_the_program_itself_collects_cycles_less_often(call, changed):
-    """A caller that gives arguments is another program, with thresholds of its own."""
-    given = "import gc, sys; sys.argv = ['replay', '--version']; from replay.cli.main import main"
-    code = f"{given}; {call}; print(gc.get_threshold())"
+@pytest.mark.parametrize(("call", "is_changed"), [("main()", True), ("main(['--version'])", False)])
+def test_only_the_program_itself_collects_cycles_less_often(call, is_changed):
+    """Another interpreter calls ``main`` and prints the thresholds of Python's garbage collector.
+
+    Without arguments ``main`` is the program and changes them; a caller that gives arguments is another program, with
+    thresholds of its own.
+    """
+    imports = "import gc, sys; sys.argv = ['replay', '--version']; from replay.cli.main import main"
+    code = f"{imports}; {call}; print(gc.get_threshold())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (done.stdout.splitlines()[-1] == str(COLLECTOR_THRESHOLDS)) is changed
+    assert (done.stdout.splitlines()[-1] == str(COLLECTOR_THRESHOLDS)) is is_changed

@@ -42,8 +42,8 @@ between = ["{SERIAL}", "beaker"]
 """
 
 
-def told():
-    """A session that says a serial, a name and a path wherever one can be said."""
+def revealing_session():
+    """A session with a serial number, a name and a path wherever a recording can have one."""
     stamps = 1_700_000_000 * 10**9 + np.arange(6) * STEP_NS
     positions = {SERIAL: [0.0] * 6, "beaker": [3, 0.9, 0.9, 1.0, 3, 3], "headset": [20.0] * 6}
     poses = {
@@ -74,8 +74,8 @@ def told():
     )
 
 
-def detected_in(path):
-    """Secrets that the bytes of a file hold, as they are or unpacked, in whatever letters."""
+def secrets_in(path):
+    """Secrets that are in the bytes of a file, as they are or unpacked, in upper or lower case."""
     with path.open("rb") as file:
         reader = make_reader(file)
         pieces = [path.read_bytes(), repr(reader.get_summary()).encode()]
@@ -88,55 +88,78 @@ def detected_in(path):
 @pytest.fixture(scope="module")
 def revealing_file(tmp_path_factory):
     """A recording that names a person in its file name, its facts and its events."""
-    path = tmp_path_factory.mktemp("told") / "zoe-quimby.mcap"
-    write_session(told(), path)
+    path = tmp_path_factory.mktemp("revealing") / "zoe-quimby.mcap"
+    write_session(revealing_session(), path)
     return path
 
 
 @pytest.mark.parametrize("form", ["text", "json"])
 def test_no_serial_name_or_path_is_in_any_output(revealing_file, tmp_path, capsys, form):
-    """Neither in the file nor in text or JSON about it. It is called anonymous nowhere."""
-    assert detected_in(revealing_file) == {*SECRETS}
+    """A recording has a serial number, a name and a path in its file name, facts, scene, events and topics.
+
+    `replay minimise` leaves none of them in the file that it writes, nor in its own text or JSON, whose last sentence
+    says what it cannot do; neither calls the recording anonymous.
+    """
+    assert secrets_in(revealing_file) == {*SECRETS}
     out = tmp_path / "small.mcap"
     assert main(["minimise", str(revealing_file), "-o", str(out), "--format", form]) == 0
     output = capsys.readouterr()
-    assert detected_in(out) == set()
+    assert secrets_in(out) == set()
     assert not [word for word in SECRETS if word in (output.out + output.err).lower()]
     assert "anonym" not in (output.out + output.err).lower()
     if form == "json":
-        plain = json.loads(output.out)
-        assert plain["limit"] == LIMIT_SENTENCE and "1 of 1 effect" in plain["kept"]
+        reported = json.loads(output.out)
+        assert reported["limit"] == LIMIT_SENTENCE and "1 of 1 effect" in reported["kept"]
     else:
         assert "1 interval" in output.out and " ".join(output.out.split()).endswith(LIMIT_SENTENCE)
 
 
-def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(revealing_file, tmp_path):
-    """Hands, gaze and scalars are gone; steps of time and the interval's place in them are as before."""
-    out = tmp_path / "small.mcap"
+@pytest.fixture(scope="module")
+def before_and_after(revealing_file, tmp_path_factory):
+    """The recording that names a person, and what `replay minimise` makes of it."""
+    out = tmp_path_factory.mktemp("minimised") / "small.mcap"
     assert main(["minimise", str(revealing_file), "-o", str(out)]) == 0
-    before, after = read_session(revealing_file), read_session(out)
+    return read_session(revealing_file), read_session(out)
+
+
+def test_minimised_recording_preserves_poses_meshes_and_contacts(before_and_after):
+    """Poses of the two files are equal bit by bit, and so are contacts of a run; hands, gaze and scalars are gone."""
+    before, after = before_and_after
     assert after.frames.position.tobytes() == before.frames.position.tobytes()
     assert after.frames.quaternion_xyzw.tobytes() == before.frames.quaternion_xyzw.tobytes()
+    assert len(after.meshes) == 2 and len(after.colliders) == 1
+    assert not (after.hands or after.gaze or after.scalars)
+    verdict_before, verdict_after = (
+        compute(session, detectors="exact", oracle="none").detections["exact"].verdict for session in before_and_after
+    )
+    assert verdict_before.any() and verdict_after.tobytes() == verdict_before.tobytes()
+
+
+def test_minimised_recording_starts_in_2000_with_its_steps_of_time(before_and_after):
+    """Its only interval is still from the first frame on, for a step between two frames."""
+    before, after = before_and_after
     assert np.array_equal(np.diff(after.frames.stamp_ns), np.diff(before.frames.stamp_ns))
-    epoch = np.datetime64(0, "s") + np.timedelta64(int(after.frames.stamp_ns[0]), "ns")
-    assert str(epoch).startswith("2000-01-01T00:00:00")
-    offsets = [
-        (interval.start_ns - int(item.frames.stamp_ns[0]), interval.end_ns - interval.start_ns)
-        for item in (before, after)
-        for interval in item.intervals
-    ]
-    assert offsets == [(0, STEP_NS)] * 2
-    assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
-    runs = [compute(item, detectors="exact", oracle="none").detections["exact"] for item in (before, after)]
-    assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
+    start = np.datetime64(0, "s") + np.timedelta64(int(after.frames.stamp_ns[0]), "ns")
+    assert str(start).startswith("2000-01-01T00:00:00")
+    for session in before_and_after:
+        (interval,) = session.intervals
+        assert interval.start_ns == session.frames.stamp_ns[0] and interval.end_ns - interval.start_ns == STEP_NS
 
 
-@pytest.mark.parametrize("stated", ["not stated", "s07"])
-def test_participant_that_is_stated_gets_another_pseudonym(stated):
-    """The fact may say that none was stated, name one, or be absent."""
-    session = minimise(replace(told(), facts={"pseudonym": stated}))
-    assert session.facts == ({} if stated == "not stated" else {"pseudonym": pseudonym("participant", "s07")})
-    assert "s07" not in str(session.facts) and not minimise(replace(told(), facts={})).facts
+@pytest.mark.parametrize(
+    ("facts", "expected"),
+    [
+        ({"pseudonym": "s07"}, {"pseudonym": pseudonym("participant", "s07")}),
+        ({"pseudonym": "not stated"}, {}),
+        ({}, {}),
+    ],
+    ids=["stated", "not stated", "absent"],
+)
+def test_participant_that_is_stated_gets_another_pseudonym(facts, expected):
+    """``facts``: of a recording, which may name its participant by a pseudonym, s07."""
+    minimised = minimise(replace(revealing_session(), facts=facts))
+    assert minimised.facts == expected
+    assert "s07" not in str(minimised.facts)
 
 
 def moments(session):
@@ -147,10 +170,13 @@ def moments(session):
 
 
 def test_minimised_session_keeps_mass_and_moments_under_numbered_names():
-    """Moments are those of events and of poses between frames."""
-    scene = told().scene
-    heavy = replace(scene, bodies=tuple(replace(body, extra={"mass": 0.2}) for body in scene.bodies))
-    before = replace(told(), scene=heavy)
+    """Bodies of 0.2 kg, of which a headset has its kind in its name; moments from the first frame on stay as well.
+
+    They are those of an event, in the first frame, and of six poses of a track of its own, a step from each other.
+    """
+    session = revealing_session()
+    scene = replace(session.scene, bodies=tuple(replace(body, extra={"mass": 0.2}) for body in session.scene.bodies))
+    before = replace(session, scene=scene)
     after = minimise(before)
     assert after.names == ("body-1", "body-2", "headset-body-3")
     assert [body.extra for body in after.scene.bodies] == [{"mass": 0.2}] * 2
@@ -158,10 +184,13 @@ def test_minimised_session_keeps_mass_and_moments_under_numbered_names():
 
 
 def test_minimise_keeps_roles_of_effects_and_renames_bodies(revealing_file, tmp_path):
-    """``tag:hand`` names a role, ``beaker`` a body."""
-    declared = SCENE.replace(f'["{SERIAL}", "beaker"]', '["tag:hand", "beaker"]')
+    """The scene declares contact between ``tag:hand``, a role, and ``beaker``, a body: the role stays.
+
+    The body has another name, which is that of a body of the scene.
+    """
+    with_role = SCENE.replace(f'["{SERIAL}", "beaker"]', '["tag:hand", "beaker"]')
     source, out = tmp_path / "roles.mcap", tmp_path / "small.mcap"
-    write_session(replace(read_session(revealing_file), scene=parse_scene(declared)), source)
+    write_session(replace(read_session(revealing_file), scene=parse_scene(with_role)), source)
     assert main(["minimise", str(source), "-o", str(out)]) == 0
     (effect,) = read_session(out).scene.effects
     role, body = effect.settings["between"]
@@ -169,12 +198,16 @@ def test_minimise_keeps_roles_of_effects_and_renames_bodies(revealing_file, tmp_
 
 
 def test_minimised_device_stamps_stay_beside_their_frames(revealing_file, tmp_path):
-    """A stamp 5 ms late stays so; one 3 h off would say when it was: the stamp of its frame stands for it."""
+    """Poses of the first body were stamped by its device 5 ms before their frames, those of the second 3 h before.
+
+    The 5 ms stay; 3 h would say when it was, so the stamp of the frame stands for the device's.
+    """
+    ms, hour = 10**6, 3600 * 10**9
     before = read_session(revealing_file)
-    sample = before.frames.stamp_ns[:, None] - np.array([5_000_000, 3 * 3600 * 10**9, 0])
-    before = replace(before, source=replace(before.frames, sample_ns=sample))
+    device_ns = before.frames.stamp_ns[:, None] - np.array([5 * ms, 3 * hour, 0])
     source, out = tmp_path / "stamped.mcap", tmp_path / "small.mcap"
-    write_session(before, source)
+    write_session(replace(before, source=replace(before.frames, sample_ns=device_ns)), source)
     assert main(["minimise", str(source), "-o", str(out)]) == 0
     frames = read_session(out).frames
-    assert (frames.stamp_ns[:, None] - frames.sample_ns[:, :2] == [5_000_000, 0]).all()
+    ns_before_frame = frames.stamp_ns[:, None] - frames.sample_ns
+    assert (ns_before_frame[:, :2] == [5 * ms, 0]).all()

@@ -16,22 +16,24 @@ def command(people, **given):
 
 
 def test_options_mean_the_same_on_every_verb():
-    """A command that takes them all prints what it was given, and the defaults of what it was not."""
-    actual = CliRunner().invoke(command, ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"])
-    reported = {
-        "start": 1.0,
-        "end": 2.5,
-        "as_json": True,
-        "quiet": True,
-        "verbose": True,
-        "tau": TWO_MICROMETRES,
-        "scene": None,
-    }
-    assert eval(actual.output) == reported | {"force": False, "pairs": None, "policy": (), "no_picture": False}
+    """Verbs share their options by decorators; a command with all of them prints the values that it gets.
+
+    They are those of the call, and defaults of the options that are not in it.
+    """
+    options = ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"]
+    printed = CliRunner().invoke(command, options).output
+    of_the_call = {"start": 1.0, "end": 2.5, "as_json": True, "quiet": True, "verbose": True}
+    defaults = {
+        "tau": TWO_MICROMETRES, "scene": None, "force": False, "pairs": None, "policy": (), "no_picture": False,
+    }  # fmt: skip
+    assert eval(printed) == of_the_call | defaults
 
 
 def test_current_folder_modules_load_only_for_a_named_detector(tmp_path, monkeypatch):
-    """``module:Class`` names one; the folder comes last, and once."""
+    """``mine=engine:Detector`` names a class of a module, which may be in the current folder; ``hybrid`` is built in.
+
+    For the first the folder is added to Python's path: as the last, and once, though it is called for twice.
+    """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [path for path in sys.path if path])
     import_from_current_folder(["hybrid", ""])

@@ -31,12 +31,20 @@ def flagged(kind, body="rod", samples=3, dropped=3):
     ],
 )
 def test_lost_frames_or_damaged_poses_end_in_code_3(frames, poses, code):
-    """A tracker that says that it lost a body damaged nothing."""
+    """``frames``: left out, of two kinds; ``poses``: flagged in the recording.
+
+    Poses that are no numbers are damaged, if they were dropped; a tracker that lost a body and says so damaged nothing.
+    """
     document = document_with(flagged=poses, session=structs.replace(EMPTY.session, dropped_frames=frames))
     assert close_run(SimpleNamespace(document=document), People()) == code
 
 
 def test_repairs_are_added_by_kind_body_and_action():
-    """Two teleports of a rod are one line; a gap is no repair."""
-    poses = [flagged("teleport"), flagged("teleport", samples=4), flagged("frozen", body=""), flagged("gap")]
+    """Two teleports of a rod, 3 and 4 samples, are one line; frozen poses name no body; a gap is no repair."""
+    poses = [
+        flagged("teleport", samples=3),
+        flagged("teleport", samples=4),
+        flagged("frozen", body="", samples=3),
+        flagged("gap"),
+    ]
     assert repair_sentences(poses) == ["teleport of rod: 7 samples, dropped", "frozen: 3 samples, dropped"]

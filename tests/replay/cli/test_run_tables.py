@@ -20,34 +20,42 @@ from replay.show.sections import SectionName, section_of
 
 
 def test_measured_fix_equals_a_run_of_the_fixed_detector():
-    """Sampling at 20 Hz misses up to 2 contacts; in every frame it misses none, in both ways of asking."""
+    """Two cubes meet in frame 4 and in frames 8 to 10 of 12, at 100 Hz; sampled at 20 Hz both contacts may be missed.
+
+    The fix that the answer proposes is to sample in every frame, which misses nothing: measured beside the run, and in
+    a run of its own of the detector without a rate.
+    """
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
-    fixed = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="often=discrete")
-    audit = fixed.document.audit["often"]
-    every = result.phases["slow"].every_frame
     assert answer.fix.measured and "missed up to 2 -> 0," in answer.fix.change
-    assert (every.contacts_missed, every.late_or_cut_short) == (audit.contacts_missed, audit.late_or_cut_short)
-    assert (every.contacts_missed, every.late_or_cut_short, every.false_contact.count) == (0, 0, 0)
-    assert every.false_contact == audit.false_contact
+    fixed = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="often=discrete")
+    audit, measured = fixed.document.audit["often"], result.phases["slow"].every_frame
+    assert (measured.contacts_missed, measured.late_or_cut_short, measured.false_contact.count) == (0, 0, 0)
+    assert (audit.contacts_missed, audit.late_or_cut_short, audit.false_contact) == (0, 0, measured.false_contact)
 
 
 def test_unmeasured_fix_names_a_valid_detector_setting():
-    """Skins of 5 cm touch across gaps of 1 and 2 cm; the fix proposes 16 pieces."""
+    """Unit cubes come to gaps of 1 and 2 cm; box colliders with skins of 5 cm touch there, which is false contact.
+
+    The answer about them proposes up to 16 convex pieces, not measured, and a command whose detector can be parsed.
+    """
     gap = unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
-    answer, _ = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
-    assert "are worst" in answer.sentence
-    assert not answer.fix.measured and "not measured" in answer.fix.text
-    (spec,) = parse_detectors(answer.fix.command.split('"')[1])
+    of_box, _of_hybrid = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
+    assert "are worst" in of_box.sentence
+    assert not of_box.fix.measured and "not measured" in of_box.fix.text
+    _before, quoted_detector, _after = of_box.fix.command.split('"')
+    (spec,) = parse_detectors(quoted_detector)
     assert settings_of(spec.name, spec.settings).pieces == 16
 
 
 def test_a_single_search_is_worst_and_not_are():
-    """A search is one: other detectors are called by a plural, as meshes are."""
-    answer, _ = compute(
-        unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors="search=qaco[budget=1,seed=3],often=discrete"
-    ).answers
-    assert answer.sentence.startswith("Ant colony (search) is worst: ")
+    """A search by an ant colony with a budget of one sample misses most, and is called by a singular.
+
+    Other detectors are called by a plural, as meshes are.
+    """
+    detectors = "search=qaco[budget=1,seed=3],often=discrete"
+    of_search, _of_often = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), detectors=detectors).answers
+    assert of_search.sentence.startswith("Ant colony (search) is worst: ")
 
 
 @pytest.mark.parametrize(
@@ -61,16 +69,26 @@ def test_a_single_search_is_worst_and_not_are():
     ],
 )
 def test_headline_colour_matches_its_worst_error(state, mark):
-    """Only a missed contact is red."""
-    sentence = next(line for line in answer_lines(RUN_OF_STATE[state](), "run.rrd") if isinstance(line, Paragraph))
-    assert sentence.style == MARK_STYLES[mark]
+    """``state``: what the worst detector of a run did wrong; the first sentence of the answer has the colour of it.
+
+    Only a missed contact is red.
+    """
+    headline, *_ = (line for line in answer_lines(RUN_OF_STATE[state](), "run.rrd") if isinstance(line, Paragraph))
+    assert headline.style == MARK_STYLES[mark]
 
 
-def test_sources_are_printed_after_text_and_within_json(capsys):
-    """Papers behind ``exact``; without any, the text stands alone."""
-    sources = sources_behind(["exact"], {}.items())
+@pytest.mark.parametrize("sources", [sources_behind(["exact"], {}.items()), {}], ids=["sources of exact", "no sources"])
+def test_sources_are_within_json(sources, capsys):
+    """Sources are the papers behind the detectors of a run, by key."""
     answer_cited(as_json=True, json_value={"answer": 42}, render=list, sources=sources)
-    assert json.loads(capsys.readouterr().out)["sources"].keys() == sources.keys()
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["answer"] == 42
+    assert reported.get("sources", {}).keys() == sources.keys()
+
+
+def test_sources_are_printed_after_text(capsys):
+    """Behind the exact detector is a paper of Shewchuk; without sources the text stands alone."""
+    sources = sources_behind(["exact"], {}.items())
     answer_cited(as_json=False, json_value={}, render=lambda: "the answer", sources=sources)
     output = capsys.readouterr().out
     assert output.startswith("the answer") and "Shewchuk" in output
@@ -79,7 +97,7 @@ def test_sources_are_printed_after_text_and_within_json(capsys):
 
 
 def test_markdown_gives_every_heading_of_the_answer():
-    """Each with its text, figures and command."""
+    """A run in which a contact was missed, as Markdown: each heading with its text, its figures and its command."""
     result = run_with_steady_times("one missed")
     answer = section_of(result, SectionName.ANSWER)
     page = run_markdown(result, ())
@@ -100,6 +118,6 @@ def test_line_of_effects_names_those_with_events_but_contact():
 
 
 def test_run_without_detectors_and_effects_lists_no_events():
-    """Not even a line that says so."""
+    """Nothing is printed about effects, not even a line that says so."""
     result = SimpleNamespace(detections={}, effects={}, document=SimpleNamespace(effects={}))
     assert effect_renderables(result) == []

@@ -23,23 +23,26 @@ def terminal_text(part, width):
 
 @pytest.mark.parametrize("state", RUN_OF_STATE)
 def test_the_screen_of_80_columns_reads_as_it_did(state, snapshot):
-    """Every state that a run may end in."""
+    """``state``: in which a run may end; what `replay run` prints of it last, with times that do not vary."""
     assert terminal_text(run_screen(run_with_steady_times(state), SEE_IT), width=80) == snapshot
 
 
 @pytest.mark.parametrize("state", TABLED)
 def test_every_table_of_a_run_reads_as_it_did(state, snapshot):
-    """States whose tables differ, in 120 columns."""
+    """``state``: in which a run may end, of those whose tables differ; `replay run -v` prints them in 120 columns."""
     assert terminal_text(run_tables(run_with_steady_times(state)), width=120) == snapshot
 
 
 def test_ranking_of_five_detectors_fits_80_columns(snapshot):
-    """Detectors that nobody named, with contacts that an engine reported."""
-    displayed = terminal_text(run_screen(run_with_steady_times("unasked, with reports of an engine"), SEE_IT), width=80)
-    assert displayed == snapshot and displayed.count("mesh50") == 1
+    """Default detectors, and contacts that an engine reported: each is one row, as the label mesh50 occurs once."""
+    run = run_with_steady_times("unasked, with reports of an engine")
+    displayed = terminal_text(run_screen(run, SEE_IT), width=80)
+    assert displayed == snapshot
+    assert displayed.count("mesh50") == 1
 
 
 def test_times_of_quick_detectors_fit_80_columns():
-    """9.5 us a frame are 0.0095 ms; the terminal has 100 columns."""
+    """Default detectors take 9.5 us a frame, written as 0.0095 ms; the terminal has 100 columns, but 80 are enough."""
     displayed = terminal_text(run_screen(run_with_steady_times("unasked", 9.5e-6), SEE_IT), width=100)
-    assert "0.0095" in displayed and max(map(len, displayed.splitlines())) <= 80
+    assert "0.0095" in displayed
+    assert max(map(len, displayed.splitlines())) <= 80

@@ -17,34 +17,36 @@ def folder_with_two_sessions(tmp_path):
 
 
 def test_list_resolves_files_from_its_folder_and_skips_comments(folder_with_two_sessions, monkeypatch):
-    """Paths may be indented, absolute and named twice; the current folder is another one."""
-    listed = folder_with_two_sessions / "list.txt"
-    listed.write_text(
-        f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder_with_two_sessions / 'a.mcap'}\n", "utf-8"
-    )
+    """A list names b.mcap and, indented and as an absolute path, a.mcap; the current folder is another one."""
+    folder = folder_with_two_sessions
+    (folder / "list.txt").write_text(f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder / 'a.mcap'}\n", "utf-8")
     monkeypatch.chdir("/")
-    assert session_files([listed]) == [folder_with_two_sessions / name for name in ("b.mcap", "a.mcap", "a.mcap")]
-    assert session_files([folder_with_two_sessions, folder_with_two_sessions / "b.mcap"]) == [
-        folder_with_two_sessions / name for name in ("a.mcap", "b.mcap", "b.mcap")
-    ]
-    assert (
-        are_several([listed])
-        and are_several([folder_with_two_sessions])
-        and not are_several([folder_with_two_sessions / "a.mcap"])
-    )
+    assert session_files([folder / "list.txt"]) == [folder / name for name in ("b.mcap", "a.mcap", "a.mcap")]
 
 
-def test_unreachable_store_in_a_list_is_one_clear_error(folder_with_two_sessions, monkeypatch):
-    """A session whose store fails, and a list that its store does not have."""
+def test_folder_gives_its_sessions_in_order_of_name(folder_with_two_sessions):
+    """A folder with a.mcap, b.mcap and notes.csv, which is no session, and b.mcap by its own name, are requested."""
+    folder = folder_with_two_sessions
+    assert session_files([folder, folder / "b.mcap"]) == [folder / name for name in ("a.mcap", "b.mcap", "b.mcap")]
+
+
+def test_unreachable_store_of_a_session_is_one_clear_error(folder_with_two_sessions, monkeypatch):
+    """A list names a session in an object store, and the store fails with an error of its own."""
     pytest.importorskip("upath")
     (folder_with_two_sessions / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
     (file,) = session_files([folder_with_two_sessions / "list.txt"])
     assert str(file) == "memory://class/one.mcap"
     monkeypatch.setattr(file.fs, "isdir", lambda path: 1 / 0, raising=True)
-    for unreachable in (file, file.parent / "list.txt"):
-        with pytest.raises(PlaceError, match=f"{unreachable} cannot be reached"):
-            session_files([unreachable])
-        monkeypatch.undo()
+    with pytest.raises(PlaceError, match=f"{file} cannot be reached"):
+        session_files([file])
+
+
+def test_list_that_its_store_does_not_have_is_one_clear_error():
+    """memory:// is a store in memory, which is empty."""
+    upath = pytest.importorskip("upath")
+    missing = upath.UPath("memory://class/list.txt")
+    with pytest.raises(PlaceError, match=f"{missing} cannot be reached"):
+        session_files([missing])
 
 
 @pytest.mark.parametrize(
@@ -54,41 +56,55 @@ def test_unreachable_store_in_a_list_is_one_clear_error(folder_with_two_sessions
         (b"# nothing yet\n", "holds no line with a session file"),
         (b"\x80\xfe", "is no text in UTF-8"),
     ],
+    ids=["a file that is not there", "no line", "no text"],
 )
 def test_list_without_a_session_is_named_with_its_mistake(folder_with_two_sessions, text, message):
-    """A file that is not there, no line at all, and bytes that are no text."""
+    """A list of sessions has these bytes."""
     (folder_with_two_sessions / "list.txt").write_bytes(text)
     with pytest.raises(click.UsageError, match=message):
         session_files([folder_with_two_sessions / "list.txt"])
 
 
+@pytest.mark.parametrize("fix_time", [None, 7.0], ids=["no --fix-time", "--fix-time 7"])
 @pytest.mark.parametrize(
     ("sessions", "options"),
-    [(["a.mcap", "b.mcap"], []), (["only"], []), (["a.mcap"], ["--scheduler", "tcp://host:1", "--out", "runs"])],
+    [
+        (["a.mcap", "b.mcap"], []),
+        (["folder-of-one-session"], []),
+        (["a.mcap"], ["--scheduler", "tcp://host:1", "--out", "runs"]),
+    ],
+    ids=["two files", "a folder", "a scheduler"],
 )
-def test_several_sessions_or_a_scheduler_make_a_batch(folder_with_two_sessions, monkeypatch, sessions, options):
-    """A folder is a batch though it holds one session."""
-    (folder_with_two_sessions / "only").mkdir()
-    (folder_with_two_sessions / "only" / "c.mcap").write_bytes(b"")
+def test_several_sessions_or_a_scheduler_make_a_batch(
+    folder_with_two_sessions, monkeypatch, sessions, options, fix_time
+):
+    """`replay run` hands these sessions to ``run_many``, a folder too, though only one session is in it.
+
+    No time is spent on the search for better colliders of each session, unless ``--fix-time`` says how many seconds.
+    """
+    (folder_with_two_sessions / "folder-of-one-session").mkdir()
+    (folder_with_two_sessions / "folder-of-one-session" / "c.mcap").write_bytes(b"")
     monkeypatch.chdir(folder_with_two_sessions)
     batches = []
     monkeypatch.setattr("replay.cli.many_sessions.run_many", lambda files, *_, **options: batches.append(options) or 0)
-    assert main(["run", *sessions, *options]) == 0
-    assert [batch["settings"]["fix_time"] for batch in batches] == [0.0]
-    batches.clear()
-    assert main(["run", *sessions, *options, "--fix-time", "7"]) == 0
-    assert [batch["settings"]["fix_time"] for batch in batches] == [7.0]
+    time_options = [] if fix_time is None else ["--fix-time", str(fix_time)]
+    assert main(["run", *sessions, *options, *time_options]) == 0
+    assert [batch["settings"]["fix_time"] for batch in batches] == [fix_time or 0.0]
 
 
 def test_scheduler_needs_a_folder_that_workers_reach(folder_with_two_sessions, capsys):
-    """``--out`` names it."""
+    """A scheduler spreads runs over machines; without ``--out``, a folder for them, the call is wrong (2)."""
     assert main(["run", str(folder_with_two_sessions / "a.mcap"), "--scheduler", "tcp://host:1"]) == 2
     assert "--out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("names", "are"), [(["a.mcap"], False), (["a.mcap", "list.txt"], True), (["a.mcap", "."], True), ([], False)]
-)
-def test_folder_or_list_means_several_sessions(names, are, tmp_path):
+    ("names", "several"),
+    [
+        (["a.mcap"], False), (["."], True), (["list.txt"], True), (["a.mcap", "list.txt"], True),
+        (["a.mcap", "."], True), ([], False),
+    ],
+)  # fmt: skip
+def test_folder_or_list_means_several_sessions(names, several, tmp_path):
     """``.`` is a folder, and ``.txt`` ends the name of a list."""
-    assert are_several([tmp_path / name for name in names]) == are
+    assert are_several([tmp_path / name for name in names]) == several

@@ -34,8 +34,8 @@ def alarm() -> Iterator[None]:
 
 
 @pytest.fixture
-def special(tmp_path: Path) -> Callable[[str, str], Path]:
-    """A file of a kind under a name of its own, such as a FIFO that is called ``log.csv``."""
+def make_irregular_file(tmp_path: Path) -> Callable[[str, str], Path]:
+    """Makes a file of a kind under a name of its own, such as a FIFO that is called ``log.csv``."""
 
     def placed(kind: str, name: str) -> Path:
         path = tmp_path / "special" / name
@@ -80,13 +80,17 @@ FORMATS = ("csv", "aframe", "mcap", "ros2", "optitrack", "xdf", "auto")
     ),
     ids=" ".join,
 )
-def test_verb_refuses_irregular_files_and_writes_nothing(special, tmp_path, capsys, kind, arguments):
-    """Wherever a verb takes a file; the error says which kind it is."""
-    path, out = special(kind, "given"), tmp_path / "out.mcap"
+def test_verb_refuses_irregular_files_and_writes_nothing(make_irregular_file, tmp_path, capsys, kind, arguments):
+    """``arguments``: of a command that takes a file at {path}, which is of a ``kind`` that cannot be read to an end.
+
+    It fails (1) or is a wrong call (2), before an alarm after 20 s, and the error says which kind of file it is.
+    """
+    path, out = make_irregular_file(kind, "given"), tmp_path / "out.mcap"
     table = tmp_path / "log.csv"
     table.write_text("time,cup_x\n0,1\n")
     write_session(unit_cubes_on_x({"cup": [0.0] * 3}), tmp_path / "s.mcap")
-    folders = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
-    assert main([word.format(**folders) for word in arguments]) in (1, 2)
+    files = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
+    assert main([word.format(**files) for word in arguments]) in (1, 2)
     output = capsys.readouterr().err
-    assert kind in output and "Traceback" not in output and not out.exists()
+    assert kind in output and "Traceback" not in output
+    assert not out.exists()

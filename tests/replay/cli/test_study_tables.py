@@ -21,9 +21,13 @@ def remarks_of(*kinds):
         ((KIND_AGREES, KIND_INCONSISTENT, KIND_WEAK), "1 of 3 checks contradict the print"),
         ((KIND_AGREES, KIND_WEAK, KIND_WEAK), "every printed figure agrees"),
     ],
+    ids=["a contradiction", "no contradiction"],
 )
 def test_check_table_counts_contradictions_and_lists_them_first(kinds, headline):
-    """Then what is weak, and last what agrees."""
+    """Figures that a publication printed are checked; ``kinds``: of the remarks on its rows, in the order of the rows.
+
+    In the table contradictions come first, then what is weak, and last what agrees.
+    """
     stream = io.StringIO()
     Console(file=stream, width=120).print(check_table(remarks_of(*kinds)))
     lines = [line.strip() for line in stream.getvalue().splitlines() if line.strip()]
@@ -39,16 +43,20 @@ def test_check_table_counts_contradictions_and_lists_them_first(kinds, headline)
         ([], KIND_INCONSISTENT, 0),
         (["--strict"], KIND_WEAK, 0),
     ],
+    ids=["strict, a contradiction", "a contradiction", "strict, a weak remark"],
 )
 def test_only_a_strict_check_fails_at_a_contradiction(options, kind, code, monkeypatch, capsys):
-    """A weak remark fails none; the check reads the tables of the tool, as no others are named."""
+    """The check of printed figures has one remark of a ``kind``; ``code``: the exit code.
+
+    It reads the tables that come with the tool, as no others are named, and says so.
+    """
     monkeypatch.setattr("replay.studies.class_study.published.check_published", lambda path: remarks_of(kind))
     assert main(["study", "check", *options]) == code
     assert "checking the printed tables that come with the tool" in capsys.readouterr().err
 
 
 def test_check_reads_the_named_tables_before_the_example(tmp_path, monkeypatch):
-    """Tables of one's own, then none named."""
+    """`replay study check FILE` reads that file; without a file it reads the example that comes with the tool."""
     paths = []
     monkeypatch.setattr("replay.studies.class_study.published.check_published", lambda path: paths.append(path) or [])
     own = tmp_path / "ours.toml"

@@ -89,16 +89,20 @@ def distinct_tokens(lines):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("verb", [*VERBS][1:])
 def test_every_word_and_number_is_whole_at_every_width(screen_of, verb):
-    """No line is longer than the terminal, and none of its words is cut."""
+    """What a verb prints is drawn on terminals of 60, 80, 100 and 140 columns, and on one of 1000, where nothing folds.
+
+    No line is longer than the terminal, and all have the words of the widest: none is cut.
+    """
     screen = screen_of(verb)
-    wide = at_width(screen, width=1000)
-    assert wide
+    unfolded = at_width(screen, width=1000)
+    assert unfolded
     for width in WIDTHS:
         lines = at_width(screen, width)
-        assert max(map(len, lines)) <= width and distinct_tokens(lines) == distinct_tokens(wide), width
+        assert max(map(len, lines)) <= width, width
+        assert distinct_tokens(lines) == distinct_tokens(unfolded), width
 
 
-SNAPSHOT = table(
+TABLE_OF_TWO_DETECTORS = table(
     "18 contacts",
     ("detector", "missed", "of a 90 Hz frame", "why"),
     [("hull50", "0.50 [0.075, 2.9]", "1.4 %", "colliders meet, surfaces do not"), ("exact", 0, "0.53 %", "")],
@@ -108,60 +112,82 @@ SNAPSHOT = table(
 
 
 def test_word_wider_than_the_terminal_is_folded_beside_its_row():
-    """20 columns less "first" and two blanks leave 13: 30 letters are lines of 13, 13 and 4."""
+    """A table has a row "first" with a name of 30 letters, on a terminal of 20 columns.
+
+    Less "first" and two blanks 13 columns are left: the letters stand in lines of 13, 13 and 4.
+    """
     lines = at_width([stacked(table("", ("row", "name"), [("first", "x" * 30)], words=("row", "name")))], width=20)
-    assert max(map(len, lines)) <= 20 and lines[-3:] == ["first  " + "x" * 13, " " * 7 + "x" * 13, " " * 7 + "xxxx"]
+    assert max(map(len, lines)) <= 20
+    assert lines[-3:] == ["first  " + "x" * 13, " " * 7 + "x" * 13, " " * 7 + "xxxx"]
 
 
-def test_wide_table_continues_in_blocks_that_fit_exactly():
-    """Ten letters each and gaps of two blanks: three columns take 34, and the first column begins every block."""
+@pytest.mark.parametrize(
+    ("width", "blocks"),
+    [(34, ["row a b", "row c d", "row e f"]), (33, ["row a", "row b", "row c", "row d", "row e", "row f"])],
+)
+def test_wide_table_continues_in_blocks_that_fit_exactly(width, blocks):
+    """A table of seven columns of ten letters, with gaps of two blanks: three columns take 3 x 10 + 2 x 2 = 34.
+
+    ``blocks``: headings of the blocks into which it is split; the first column begins each.
+    """
     names = ("row", *"abcdef")
-    for width, blocks in ((34, ["row a b", "row c d", "row e f"]), (33, [f"row {name}" for name in "abcdef"])):
-        lines = at_width([stacked(table("", names, [["x" * 10] * len(names)], words=names))], width)
-        assert [" ".join(text.split()) for text in lines if text.startswith("row")] == blocks
-        assert max(map(len, lines)) <= width
+    lines = at_width([stacked(table("", names, [["x" * 10] * len(names)], words=names))], width)
+    assert [" ".join(text.split()) for text in lines if text.startswith("row")] == blocks
+    assert max(map(len, lines)) <= width
 
 
-@pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED_WIDTH), ("60", 60), ("140", 140)])
+@pytest.mark.parametrize(("columns", "widest"), [(None, 100), ("60", 60), ("140", 140)])
 def test_piped_output_follows_columns_without_trailing_spaces(monkeypatch, capsys, columns, widest):
-    """``COLUMNS`` says how wide it is; without it 100 columns are."""
+    """``columns``: the variable COLUMNS of the environment, which says how wide a pipe is; without it it is 100.
+
+    A line of 80 words of four letters comes to within a word of that.
+    """
     monkeypatch.delenv("COLUMNS")
     if columns:
         monkeypatch.setenv("COLUMNS", columns)
-    console_module.answer(False, None, lambda: stacked(line("word " * 80), SNAPSHOT))
+    console_module.answer(False, None, lambda: stacked(line("word " * 80), TABLE_OF_TWO_DETECTORS))
     lines = capsys.readouterr().out.splitlines()
-    assert widest - 5 <= max(map(len, lines)) <= widest
+    assert widest - len("word ") <= max(map(len, lines)) <= widest
     assert not [text for text in lines if text != text.rstrip()]
 
 
-def test_long_sentence_is_folded_in_terminals_but_not_pipes(monkeypatch, capsys):
-    """A path longer than the terminal is not broken."""
-    text = "  note: " + "word " * 30 + "/a/path/that/is/longer/than/the/terminal/is/wide/by/far.mcap"
+LONG_NOTE = "  note: " + "word " * 30 + "/a/path/that/is/longer/than/the/terminal/is/wide/by/far.mcap"
+
+
+def test_long_sentence_is_not_folded_in_a_pipe(monkeypatch, capsys):
+    """Nothing says how wide the output is."""
     monkeypatch.delenv("COLUMNS")
-    console_module.answer(False, None, lambda: text)
-    assert capsys.readouterr().out == text + "\n"
+    console_module.answer(False, None, lambda: LONG_NOTE)
+    assert capsys.readouterr().out == LONG_NOTE + "\n"
+
+
+def test_long_sentence_is_folded_in_a_terminal(monkeypatch, capsys):
+    """40 columns: lines after the first are indented; a path longer than the terminal, in the last, is not broken."""
     monkeypatch.setenv("COLUMNS", "40")
-    console_module.People().say(text)
+    console_module.People().say(LONG_NOTE)
     lines = capsys.readouterr().err.splitlines()
-    assert " ".join(" ".join(lines).split()) == " ".join(text.split()) and lines[1].startswith("    word")
-    assert [len(item) <= 40 for item in lines] == [True] * (len(lines) - 1) + [False]
+    assert " ".join(" ".join(lines).split()) == " ".join(LONG_NOTE.split())
+    *folded, line_of_path = lines
+    assert folded[1].startswith("    word")
+    assert max(map(len, folded)) <= 40 < len(line_of_path)
 
 
 def test_name_never_becomes_markup_or_an_extra_cell():
-    """A body's name with a link, an image and a bar of a table."""
-    hostile = ("a](http://x.y)<img src=x>|b", 1)
-    lines = markdown(table("", ("pair", "frames"), [hostile, ("all", 1234)])).splitlines()
-    assert lines[2:] == [r"| a]\(http://x.y)\<img src=x>\|b | 1 |", "| all | 1,234 |"]
+    """A Markdown table has a body's name with a link, an HTML image and the bar between cells: they are escaped."""
+    hostile = "a](http://x.y)<img src=x>|b"
+    _heading, _rule, *rows = markdown(table("", ("pair", "frames"), [(hostile, 1), ("all", 1234)])).splitlines()
+    assert rows == [r"| a]\(http://x.y)\<img src=x>\|b | 1 |", "| all | 1,234 |"]
 
 
 @pytest.mark.parametrize(("count", "notes"), [(20, ()), (22, ("… and 2 more",))])
 def test_of_many_sessions_twenty_are_listed(count, notes):
-    """Sessions of 3 frames; the last row is their sum."""
+    """A table of ``count`` sessions of 3 frames has twenty rows, and a last one with the sum of all."""
     session = structs.replace(EMPTY.session, frames=3)
     run = SessionOfBatch.of(document_with(session=session))
-    made = session_table(SimpleNamespace(audit={}, runs={f"s{k}": run for k in range(count)}))
-    _all, frames, *_ = made.rows[-1]
-    assert len(made.rows) == 21 and tuple(made.notes) == notes and frames == 3 * count
+    sessions = session_table(SimpleNamespace(audit={}, runs={f"s{k}": run for k in range(count)}))
+    _name, frames, *_more_columns = sessions.rows[-1]
+    assert len(sessions.rows) == 20 + 1 and frames == 3 * count
+    assert tuple(sessions.notes) == notes
 
 
 COMMAND = 'replay run long/session.mcap --detectors "collider[shape=compound,cut=beaker+flask,rate_hz=50]" --out b'
@@ -170,7 +196,10 @@ COMMAND = 'replay run long/session.mcap --detectors "collider[shape=compound,cut
 @pytest.mark.skipif(shutil.which("sh") is None, reason="no POSIX shell")
 @pytest.mark.parametrize("width", [30, 60, 80, 200])
 def test_continued_command_is_a_single_shell_command(width):
-    """A shell splits the folded lines into the arguments of the whole; 30 columns are less than its longest word."""
+    """A command of 111 letters is folded to a terminal's width, to be copied: a shell splits it as if it were not.
+
+    30 columns are less than its longest word, which is not broken.
+    """
     console = Console(file=io.StringIO(), width=width)
     console.print(Command(COMMAND), crop=False)
     printed = console.file.getvalue()
@@ -183,7 +212,7 @@ def test_continued_command_is_a_single_shell_command(width):
 
 
 def test_long_paths_are_printed_whole_on_narrow_terminals(capsys, monkeypatch):
-    """151 letters in 40 columns, in a paragraph and in a command, to be copied."""
+    """A path of 151 letters in 40 columns, in a paragraph and in a command: not broken, so that it can be copied."""
     monkeypatch.setenv("COLUMNS", "40")
     path = "folder/" * 20 + "report.html"
     console_module.show(Paragraph("Read it  ", path))
@@ -192,7 +221,11 @@ def test_long_paths_are_printed_whole_on_narrow_terminals(capsys, monkeypatch):
 
 
 def test_counts_of_sessions_are_added_with_their_ranges():
-    """A count that depends on where sampling starts is written from its smallest to its largest."""
-    total = Count(0, 2, 0.5) + Count.without_offsets(3)
+    """A count that depends on where sampling starts has a smallest, a largest and a mean; another is one number.
+
+    0 to 2 (0.5 in the mean) and 3 are 3 to 5 (3.5), written as "3-5".
+    """
+    by_offset, certain = Count(0, 2, 0.5), Count.without_offsets(3)
+    total = by_offset + certain
     assert total == Count(3, 5, 3.5)
-    assert (total.cell, Count.without_offsets(3).cell) == ("3-5", 3)
+    assert (total.cell, certain.cell) == ("3-5", 3)

@@ -254,20 +254,25 @@ MASKED = {
 
 @pytest.mark.parametrize("arguments", VERBS, ids=str)
 def test_output_of_a_verb_is_unchanged(arguments, folder, monkeypatch, capsys, snapshot):
-    """Exit code, both streams and names of new files equal a stored text, times masked."""
+    """``arguments``: of `replay` in a folder with a file of each kind, several calls with "; " between.
+
+    Exit code, both streams and names of new files equal a stored text. What is of this machine or its last bit is
+    masked, times of detectors are steady, and windows of the viewer are stand-ins that print how they were opened.
+    """
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")
-    monkeypatch.setattr(runner, "compute", lambda *asked, **how: with_steady_times(compute(*asked, **how)))
+    monkeypatch.setattr(runner, "compute", lambda *session, **how: with_steady_times(compute(*session, **how)))
     monkeypatch.setattr("replay.show.rerun_log.viewer.open_viewer", Window)
     monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT_FILE: b"", web_viewer.PROGRAM_FILE: b""})
-    before, text = {*folder.rglob("*")}, ""
+    paths_before, text = {*folder.rglob("*")}, ""
     for command in arguments.split("; "):
         code = main(command.split())
         output = capsys.readouterr()
         assert "Traceback" not in output.err
         text += f"exit {code}\n{output.out}----\n{output.err}"
-    left = sorted(path.relative_to(folder).as_posix() for path in {*folder.rglob("*")} - before if path.is_file())
-    text = re.sub(rf"{folder}\S*/", "", "\n".join([text, *left]) if left else text)
+    new_paths = {*folder.rglob("*")} - paths_before
+    new_files = sorted(path.relative_to(folder).as_posix() for path in new_paths if path.is_file())
+    text = re.sub(rf"{folder}\S*/", "", "\n".join([text, *new_files]) if new_files else text)
     for pattern, mask in MASKED.items():
         text = re.sub(pattern, mask, text)
     assert text == snapshot

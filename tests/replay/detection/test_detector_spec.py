@@ -43,45 +43,75 @@ SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 
 def test_detector_text_is_parsed_to_label_name_and_settings(text, label, name, settings):
     """A text is label=name[setting=value, ...]. Names with a rate, as hull50, stand for a detector with settings.
 
-    A label that is not written is the name, with the values of the settings.
+    A label that is not written is the name, with the values of the settings. Values have the type that they look like.
     """
     spec = parse_detector(text)
     assert (spec.label, spec.name, spec.settings) == (label, name, settings)
     assert [type(value) for value in spec.settings.values()] == [type(value) for value in settings.values()]
 
 
-def test_detectors_given_as_text_list_or_mapping_are_equal():
-    """A label before =, settings in brackets; a name without a label is its own."""
-    want = (DetectorSpec("slow", "discrete", {"rate_hz": 22.5}), DetectorSpec("hybrid", "hybrid"))
-    slow = ("discrete", {"rate_hz": 22.5})
-    assert parse_detectors("slow=discrete[rate_hz=22.5],hybrid") == want
-    assert parse_detectors(["slow=discrete[rate_hz=22.5]", "hybrid"]) == want
-    assert parse_detectors(("slow=discrete[rate_hz=22.5]", "hybrid")) == want
-    assert parse_detectors({"slow": slow, "hybrid": "hybrid"}) == want
-    assert parse_detectors({"slow": "discrete[rate_hz=22.5]", "hybrid": "other=hybrid"}) == want
-    assert parse_detectors([want[0], "hybrid"]) == want
-    assert [str(item) for item in parse_detectors("a=x[p=1,q=2],z")] == ["a=x[p=1,q=2]", "z=z"]
-    assert parse_detectors(slow) == (DetectorSpec("discrete-22.5", "discrete", {"rate_hz": 22.5}),)
-    assert parse_detectors(want[1]) == want[1:]
+SLOW, HYBRID = DetectorSpec("slow", "discrete", {"rate_hz": 22.5}), DetectorSpec("hybrid", "hybrid")
+"""Two detectors, of which the first has a label of its own and a setting."""
+
+
+@pytest.mark.parametrize(
+    "detectors",
+    [
+        "slow=discrete[rate_hz=22.5],hybrid",
+        ["slow=discrete[rate_hz=22.5]", "hybrid"],
+        ("slow=discrete[rate_hz=22.5]", "hybrid"),
+        [SLOW, "hybrid"],
+        {"slow": ("discrete", {"rate_hz": 22.5}), "hybrid": "hybrid"},
+        {"slow": "discrete[rate_hz=22.5]", "hybrid": "other=hybrid"},
+    ],
+    ids=[
+        "text",
+        "list of texts",
+        "tuple of texts",
+        "a spec and a text",
+        "name and settings by label",
+        "texts by label",
+    ],
+)
+def test_detectors_given_as_text_list_or_mapping_are_equal(detectors):
+    """A label stands before =, settings in brackets; a key of a mapping is the label, whatever its text has."""
+    assert parse_detectors(detectors) == (SLOW, HYBRID)
+
+
+def test_a_single_detector_is_parsed_as_a_list_of_it():
+    """A spec, or a tuple of name and settings, whose label is made of both."""
+    assert parse_detectors(HYBRID) == (HYBRID,)
+    named_by_its_setting = DetectorSpec("discrete-22.5", "discrete", {"rate_hz": 22.5})
+    assert parse_detectors(("discrete", {"rate_hz": 22.5})) == (named_by_its_setting,)
+
+
+def test_commas_in_brackets_separate_settings_and_not_detectors():
+    """Two detectors as one text; written out, each has its label."""
+    assert [str(spec) for spec in parse_detectors("a=x[p=1,q=2],z")] == ["a=x[p=1,q=2]", "z=z"]
 
 
 @pytest.mark.parametrize("text", ["hull50[rate_hz=20]", "hull[shape=box]", "mesh50[rate_hz=none]"])
 def test_setting_that_contradicts_name_is_refused(text):
-    """hull50 is a hull at 50 Hz, mesh50 a mesh at 50 Hz."""
+    """hull50 is a detector of convex hulls at 50 Hz, mesh50 of meshes at 50 Hz."""
     with pytest.raises(DetectorSpecError, match="contradicts"):
         parse_detector(text)
 
 
-@pytest.mark.parametrize("rate", [50.0, 22.5, 89.94, 120, 0.001])
-def test_default_lineup_reads_back_from_its_labels(rate):
-    """``rate``: steps a second of the engine."""
-    lineup = usual_detectors(SESSION, rate)
-    assert [parse_detector(spec.label) for spec in lineup] == list(lineup)
-    assert lineup[0].settings["rate_hz"] == lineup[1].settings["rate_hz"] == rate
+@pytest.mark.parametrize("rate_hz", [50.0, 22.5, 89.94, 120, 0.001])
+def test_default_lineup_reads_back_from_its_labels(rate_hz):
+    """Default detectors, the first two of which sample at the steps of an engine, ``rate_hz``, have labels as hull50.
+
+    Each label alone is parsed as the same detector.
+    """
+    hulls, meshes, *others = usual_detectors(SESSION, rate_hz)
+    assert [parse_detector(spec.label) for spec in (hulls, meshes, *others)] == [hulls, meshes, *others]
+    assert hulls.settings["rate_hz"] == meshes.settings["rate_hz"] == rate_hz
 
 
-def test_empty_detector_list_is_parsed_as_no_detector():
-    assert parse_detectors(()) == () and parse_detectors("") == ()
+@pytest.mark.parametrize("detectors", [(), ""], ids=["empty tuple", "empty text"])
+def test_empty_detector_list_is_parsed_as_no_detector(detectors):
+    """Nobody wants the default detectors then."""
+    assert parse_detectors(detectors) == ()
 
 
 values = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False, allow_infinity=False))
@@ -90,26 +120,31 @@ values = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=
 labels = st.builds(str.__add__, st.sampled_from("AZaz09"), st.text("Az9._-", max_size=9))
 
 
-@given(labels, st.dictionaries(st.sampled_from("pqr"), values))
+@given(label=labels, settings=st.dictionaries(st.sampled_from("pqr"), values))
 def test_a_spec_written_out_reads_back(label, settings):
-    """Random labels of letters and digits, and random values of settings p, q and r."""
+    """A detector with a random label of letters and digits, and random values of settings p, q and r."""
     spec = DetectorSpec(label, "discrete", settings)
     assert parse_detector(str(spec)) == spec
 
 
-@given(st.dictionaries(st.sampled_from("pqr"), st.one_of(values, st.text('a"\\\n\0ä\u202e杯🙂', max_size=5))))
+@given(settings=st.dictionaries(st.sampled_from("pqr"), st.one_of(values, st.text('a"\\\n\0ä\u202e杯🙂', max_size=5))))
 def test_generated_label_is_a_valid_entity_path(settings):
-    """A label made of settings is accepted as a label, whatever text they hold; DetectorSpec checks it."""
+    """A label that is made of settings is accepted as a label, whatever text is in them; DetectorSpec checks it.
+
+    Labels become entity paths in the viewer's file.
+    """
     label = parse_detector(("discrete", settings)).label
     assert DetectorSpec(label, "x").label == label
 
 
 @pytest.mark.parametrize("release", [-0.001, 1.01 * MOST_RELEASE_M, inf, nan, True, "0.01", None])
-def test_release_distance_is_a_length_within_its_limit(release):
-    """Refused are numbers outside 0 to MOST_RELEASE_M, no numbers and other types; both limits are allowed."""
+def test_release_distance_outside_its_limits_is_refused(release):
+    """``release``: metres up to which a contact lasts; outside 0 to MOST_RELEASE_M, no number, or of another type."""
     with pytest.raises(DetectorSpecError, match="is not allowed; give metres from 0 to"):
         DetectorSpec("it", "hybrid", release=release)
-    assert [DetectorSpec("it", "hybrid", release=metres).release for metres in (0, MOST_RELEASE_M)] == [
-        0,
-        MOST_RELEASE_M,
-    ]
+
+
+@pytest.mark.parametrize("release", [0, MOST_RELEASE_M])
+def test_release_distance_may_be_at_its_limits(release):
+    """``release``: metres up to which a contact lasts."""
+    assert DetectorSpec("it", "hybrid", release=release).release == release

@@ -25,13 +25,16 @@ VERDICTS = {
     ids=["near", "parted", "not begun", "not found", "lost pose", "unresolved", "again", "no contact"],
 )  # fmt: skip
 def test_contact_lasts_while_samples_are_near(samples, near, expected):
-    """A letter a sample: c contact, - clear, n not found, ? no pose, u unresolved; y: within the release distance."""
+    """A letter is a sample: c contact, - clear, n not found, ? no pose, u unresolved; y: within the release distance.
+
+    After a contact samples that are clear or find nothing stay contact as long as the shapes are near.
+    """
     verdict = np.array([[VERDICTS[letter]] for letter in samples], dtype=np.uint8)
-    # Every second frame is sampled; of the others nothing is asked.
-    is_near = np.array([[letter == "y"] for letter in near for _ in range(2)])
-    is_near[1::2] = ~is_near[1::2]
-    sampled_frames = np.arange(2 * len(near)) % 2 == 0
-    prolonged = ReleaseBand(is_near).prolonged_verdicts(verdict, sampled_frames)
+    # Every second frame is sampled; the others, which must not count, have the opposite.
+    is_near = np.repeat([letter == "y" for letter in near], 2)[:, None]
+    is_sampled = np.arange(len(is_near)) % 2 == 0
+    is_near[~is_sampled] = ~is_near[~is_sampled]
+    prolonged = ReleaseBand(is_near).prolonged_verdicts(verdict, is_sampled)
     assert prolonged[:, 0].tolist() == [VERDICTS[letter] for letter in expected]
 
 
@@ -46,7 +49,11 @@ def test_contact_lasts_while_samples_are_near(samples, near, expected):
     ],
 )
 def test_release_distance_is_measured_between_the_detectors_shapes(name, settings, shape):
-    """An engine's reports are of the colliders it shipped, where its settings name no shape."""
+    """``name``, ``settings``: of a detector; ``shape``: between which the distance is measured that releases a contact.
+
+    "shipped" are the colliders that were recorded with the bodies: an engine's recorded reports are of these, where
+    its settings name no shape.
+    """
     is_recorded = name == RECORDED_DETECTOR
     values = make_dataclass("Reports", settings)(**settings) if is_recorded else settings_of(name, settings)
     assert shape_settings(SimpleNamespace(name=name, settings=values))["shape"] == shape

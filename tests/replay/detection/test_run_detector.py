@@ -15,81 +15,93 @@ def assembly_of_cubes(frames=50):
     return assemble(unit_cubes_on_x({"a": [0] * frames, "b": np.abs(np.linspace(-3, 3, frames))}))
 
 
-def test_detection_reports_its_settings_and_times():
-    """The motion has 50 frames; ``containment`` is a setting that was not requested."""
-    reported = []
-    run = run_detector(
-        parse_detector("discrete[rate_hz=10]"), assembly_of_cubes(), seed=0, faces=False, advance=reported.append
+def run_over_cubes(detector, *, seed=0, faces=False, advance=lambda frames: None, live=False):
+    """The run of a detector over 50 frames of two cubes; ``advance`` gets the frames that are done."""
+    return run_detector(
+        parse_detector(detector), assembly_of_cubes(), seed=seed, faces=faces, advance=advance, live=live
     )
+
+
+def test_detection_reports_its_settings_and_times():
+    """A detector that samples at 10 Hz, over 50 frames: it has an answer for each, and reports all as done.
+
+    Its settings are that of the request and others, as ``containment``; each stage took time. Faces that meet were not
+    requested.
+    """
+    frames_done = []
+    run = run_over_cubes("discrete[rate_hz=10]", advance=frames_done.append)
     assert run.settings["rate_hz"] == 10 and "containment" in run.settings
-    assert sum(reported) == 50 == len(run.detection.times)
+    assert sum(frames_done) == 50 == len(run.detection.times)
     assert run.prepare > 0 and run.warm > 0 and run.detect > 0
     assert run.detection.face_sets is None
 
 
-def test_processor_fraction_covers_the_samples_alone(monkeypatch):
-    """The clock of processor time stands still; only a live run is timed sample by sample."""
-    monkeypatch.setattr(detecting, "process_time", lambda: 100.0)  # a process that waits all the time
-    requested = {"seed": 0, "faces": False, "advance": lambda done: None}
-    assert run_detector(parse_detector("sphere"), assembly_of_cubes(), live=True, **requested).processor_fraction == 0.0
-    assert run_detector(parse_detector("sphere"), assembly_of_cubes(), **requested).processor_fraction is None
+@pytest.mark.parametrize(("live", "fraction"), [(True, 0.0), (False, None)], ids=["sample by sample", "at once"])
+def test_processor_fraction_covers_the_samples_alone(monkeypatch, live, fraction):
+    """The process waits all the time: its clock of processor time stands still.
+
+    Only a ``live`` run is timed sample by sample, and has the fraction of that time in which the processor worked.
+    """
+    monkeypatch.setattr(detecting, "process_time", lambda: 100.0)
+    assert run_over_cubes("sphere", live=live).processor_fraction == fraction
 
 
 def test_processor_fraction_divides_worked_by_elapsed_seconds(monkeypatch):
-    """The samples begin at 14 s and end at 16 s on the clock, in which the processor works from 5 to 6 s."""
+    """The samples begin at 14 s and end at 16 s on the clock, in which the processor works from 5 to 6 s: a half."""
     worked, clock = iter([5.0, 6.0]), iter([10.0, 12.0, 14.0, 16.0, 18.0])
     monkeypatch.setattr(detecting, "process_time", lambda: next(worked))
     monkeypatch.setattr(detecting, "perf_counter", lambda: next(clock))
-    run = run_detector(
-        parse_detector("sphere"), assembly_of_cubes(), live=True, seed=0, faces=False, advance=lambda done: None
-    )
-    assert (run.processor_seconds, run.processor_fraction) == (1.0, 0.5)
+    run = run_over_cubes("sphere", live=True)
+    assert (run.processor_seconds, run.processor_fraction) == (6.0 - 5.0, (6.0 - 5.0) / (16.0 - 14.0))
 
 
-def test_mean_leaves_out_the_time_of_other_programs():
-    """Detecting took 0.4 s, of which the processor worked 0.1 s for this process: that counts where it is known.
+@pytest.mark.parametrize(
+    ("processor_s", "counted_s"),
+    [(0.1, 0.1), (0.5, 0.4), (None, 0.4), (0.0, 0.4)],
+    ids=["less than the clock", "more, of threads beside", "not known", "clock too coarse"],
+)
+def test_mean_leaves_out_the_time_of_other_programs(processor_s, counted_s):
+    """Detecting took 0.4 s, in which the processor worked for this process for ``processor_s``.
 
-    More processor time than 0.4 s, of threads beside, leaves 0.4 s.
+    The mean a frame is of the less of both, as in the rest of the time other programs had the processor.
     """
-    run = run_detector(parse_detector("sphere"), assembly_of_cubes(), seed=0, faces=False, advance=lambda _: None)
-    frames = len(run.detection.times)
-    busy = replace(run, detect=0.4, processor_seconds=0.1)
-    assert busy.seconds_per_frame == pytest.approx(0.1 / frames)
-    for unknown in (None, 0.0):
-        assert replace(busy, processor_seconds=unknown).seconds_per_frame == pytest.approx(0.4 / frames)
-    # Work beside the samples counts for the process alone.
-    assert replace(busy, processor_seconds=0.5).seconds_per_frame == pytest.approx(0.4 / frames)
+    run = replace(run_over_cubes("sphere"), detect=0.4, processor_seconds=processor_s)
+    assert run.seconds_per_frame == pytest.approx(counted_s / len(run.detection.times))
 
 
-@pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
-def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, spec):
-    """50 frames in calls of at most 7 are seven blocks of 7 and one of 1."""
-    whole = run_detector(parse_detector(spec), assembly_of_cubes(), seed=0, faces=True, advance=lambda done: None)
+@pytest.mark.parametrize("detector", ["hybrid", "discrete[rate_hz=30]"])
+def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, detector):
+    """50 frames in calls of at most 7 are seven blocks of 7 and one of 1: verdicts and faces that meet are the same."""
+    whole = run_over_cubes(detector, faces=True)
     monkeypatch.setattr(detecting, "MOST_FRAMES_PER_CALL", 7)
-    reported = []
-    cut = run_detector(parse_detector(spec), assembly_of_cubes(), seed=0, faces=True, advance=reported.append)
-    assert reported == [7] * 7 + [1]
-    assert cut.detection.digest == whole.detection.digest
-    if whole.detection.face_sets is not None:
-        assert cut.detection.faces_digest == whole.detection.faces_digest
+    frames_done = []
+    in_blocks = run_over_cubes(detector, faces=True, advance=frames_done.append)
+    assert frames_done == [7] * 7 + [1]
+    assert in_blocks.detection.digest == whole.detection.digest
+    assert whole.detection.face_sets is not None
+    assert in_blocks.detection.faces_digest == whole.detection.faces_digest
 
 
-def test_warm_up_frames_are_few_and_span_the_motion():
-    """``count``: frames of a motion; first and last are always among those that warm up."""
-    for count in (1, 2, 100, 1000, 54_000):
-        frames = detecting.warm_frames(count)
-        assert frames[0] == 0 and frames[-1] == count - 1
-        assert len(frames) <= 2 * detecting.WARM_UP_FRAMES and (np.diff(frames) > 0).all()
+@pytest.mark.parametrize("count", [1, 2, 100, 1000, 54_000])
+def test_warm_up_frames_are_few_and_span_the_motion(count):
+    """A detector warms up on a few of ``count`` frames of a motion; first and last are always among them, once."""
+    frames = detecting.warm_frames(count)
+    assert frames[0] == 0 and frames[-1] == count - 1
+    assert len(frames) <= 2 * detecting.WARM_UP_FRAMES
+    assert (np.diff(frames) > 0).all()
 
 
-@pytest.mark.parametrize(("spec", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])
-def test_run_seed_reaches_random_detectors_without_their_own(spec, seed):
-    """The run's seed is 7; a seed among the settings comes before it."""
-    assert make_detector(parse_detector(spec), assembly_of_cubes(), seed=7).settings.seed == seed
+@pytest.mark.parametrize(("detector", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])
+def test_run_seed_reaches_random_detectors_without_their_own(detector, seed):
+    """qaco searches at random, from a seed: that of the run, 7, unless its own settings have one."""
+    assert make_detector(parse_detector(detector), assembly_of_cubes(), seed=7).settings.seed == seed
 
 
 def test_search_is_traced_again_except_for_hours_of_motion(monkeypatch):
-    """A trace of each evaluation of the search is kept in memory, for motions up to a limit of frames."""
+    """A search runs again over a motion of 50 frames to trace its evaluations, which stay in memory.
+
+    Where the limit is a frame less there is no second run.
+    """
     assembly = assembly_of_cubes(frames=50)
     detector = make_detector(parse_detector("qaco"), assembly, seed=0)
     assert detecting.watched_again(detector, assembly.motion) is not None
