@@ -45,15 +45,15 @@ def test_a_name_in_several_arguments_is_the_page(capsys):
     assert capsys.readouterr().out == page("hard-cases")
 
 
-def test_guide_query_names_words_missing_from_its_section(capsys):
-    """Of the words "doctor qqqqqq" the first is in a section, which is printed; its first line names the other."""
+def test_guide_query_names_terms_missing_from_its_section(capsys):
+    """The section with "doctor" of "doctor qqqqqq" is printed; its first line names the other word."""
     assert main(["guide", "doctor", "qqqqqq"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("Not in this section: qqqqqq.\n\n# Your recording\n\n## Can you trust the recording?")
 
 
 def test_guide_query_with_weak_match_lists_nearest_pages(capsys):
-    """Of three words one is in a section, which would mislead: instead a list of the nearest pages is printed.
+    """A section has one word of three, which would mislead: instead a list of the nearest pages is printed.
 
     No line starts a section, as "#" would.
     """

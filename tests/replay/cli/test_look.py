@@ -146,7 +146,7 @@ def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
     assert "answered_mapping" not in read_session(recording).facts
 
 
-def test_answer_in_a_moved_mapping_is_forgotten_where_it_is_now(recording, tmp_path, capsys):
+def test_answer_in_a_moved_mapping_is_forgotten_by_its_path(recording, tmp_path, capsys):
     """An answer was written to map.toml, which was then renamed: the command says that it is not there.
 
     With ``--mapping`` the line of the answer goes from the file where it is now.
@@ -201,7 +201,7 @@ def test_doctor_refuses_answers_that_fit_no_question(recording, capsys):
 
 @pytest.mark.slow
 def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, tmp_path, capsys):
-    """Of two recordings whose import guessed axes one has its answer; the other is named as not decided.
+    """Two recordings whose import guessed axes, of which one has its answer; the other is named as not decided.
 
     By a run of both, on the page of a study of the other and on its screen, and in a tradeoff of the other.
     """

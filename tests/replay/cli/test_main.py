@@ -41,7 +41,7 @@ def make_program_raise(monkeypatch, error):
     monkeypatch.setattr(module.cli, "main", fail)
 
 
-def test_exhausted_memory_is_one_clear_error(monkeypatch, capsys):
+def test_exhausted_memory_is_a_clear_error(monkeypatch, capsys):
     """A verb ends in MemoryError: no bug that somebody should report."""
     make_program_raise(monkeypatch, MemoryError())
     assert main(["info"]) == 1

@@ -224,7 +224,7 @@ def test_units_and_axes_of_meshes_are_options_of_an_import(csv_with_meshes):
     assert read_session(out).meshes["a"].bounds[:, x] == pytest.approx([-0.006, 0.004])
 
 
-def test_meshes_of_a_folder_reach_their_bodies_in_a_drafted_scene(csv_with_meshes):
+def test_meshes_of_a_folder_reach_bodies_of_a_draft(csv_with_meshes):
     """`replay scene new` drafts a scene in another folder: it names the mesh of a from there, with a scale for cm.
 
     The scene has no fault, and with it the mesh is as the import had it.

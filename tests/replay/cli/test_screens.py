@@ -14,10 +14,10 @@ TABLED = (
 SEE_IT = ("See it   replay view runs/demo --miss 1", "Read it  runs/demo/report.html   (-v prints every table here)")
 
 
-def terminal_text(part, width):
-    """Text of a part of a screen on a terminal of this width."""
+def terminal_text(displayed, width):
+    """Text of what is displayed on a terminal of this width."""
     stream = io.StringIO()
-    Console(file=stream, width=width).print(part)
+    Console(file=stream, width=width).print(displayed)
     return "\n".join(line.rstrip() for line in stream.getvalue().splitlines())
 
 

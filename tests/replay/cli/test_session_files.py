@@ -30,7 +30,7 @@ def test_folder_gives_its_sessions_in_order_of_name(folder_with_two_sessions):
     assert session_files([folder, folder / "b.mcap"]) == [folder / name for name in ("a.mcap", "b.mcap", "b.mcap")]
 
 
-def test_unreachable_store_of_a_session_is_one_clear_error(folder_with_two_sessions, monkeypatch):
+def test_unreachable_store_of_a_session_is_a_clear_error(folder_with_two_sessions, monkeypatch):
     """A list names a session in an object store, and the store fails with an error of its own."""
     pytest.importorskip("upath")
     (folder_with_two_sessions / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
@@ -41,7 +41,7 @@ def test_unreachable_store_of_a_session_is_one_clear_error(folder_with_two_sessi
         session_files([file])
 
 
-def test_list_that_its_store_does_not_have_is_one_clear_error():
+def test_list_that_its_store_lacks_is_a_clear_error():
     """memory:// is a store in memory, which is empty."""
     upath = pytest.importorskip("upath")
     missing = upath.UPath("memory://class/list.txt")

@@ -89,7 +89,7 @@ def distinct_tokens(lines):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("verb", [*VERBS][1:])
 def test_every_word_and_number_is_whole_at_every_width(screen_of, verb):
-    """What a verb prints is drawn on terminals of 60, 80, 100 and 140 columns, and on one of 1000, where nothing folds.
+    """The output of a verb is drawn on terminals of 60, 80, 100 and 140 columns, and of 1000, where nothing folds.
 
     No line is longer than the terminal, and all have the words of the widest: none is cut.
     """

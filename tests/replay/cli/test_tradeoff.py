@@ -65,7 +65,7 @@ def test_settings_and_advice_are_printed_and_the_folder_is_written(session_file,
 
 
 def test_settings_cut_by_the_time_limit_are_counted(session_file, capsys):
-    """Of three settings of detectors only the first is tried in 0 s; with ``-v`` the others are named."""
+    """The first of three settings of detectors is tried in 0 s, and no other; with ``-v`` the others are named."""
     assert main(["tradeoff", session_file, "--time-limit", "0", "-v"]) == 0
     out, err = capsys.readouterr()
     assert "2 settings were not tried within 0 s" in out and "not tried: balls, meshes at 20 Hz" in err
@@ -80,7 +80,7 @@ def tradeoff_of(count, **about):
     return Tradeoff(rows=tuple(rows), front=("r0",), advice=tuple(advice_of(rows)), cut=("x", "y"), about=ABOUT | about)
 
 
-def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
+def test_a_new_column_appears_in_terminal_report_and_parquet(monkeypatch):
     """A column "probe" is declared once, among the columns of a tradeoff; of settings r0 to r2 it says marker-r0 ..."""
     probe = Column("probe", of=lambda row: f"marker-{row['label']}")
     monkeypatch.setitem(columns.COLUMNS, "tradeoff", (*columns.COLUMNS["tradeoff"], probe))

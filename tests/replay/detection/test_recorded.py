@@ -48,7 +48,7 @@ def test_a_report_is_contact_from_its_begin_until_its_end(reports, frames):
     assert np.flatnonzero(verdict).tolist() == frames
 
 
-def test_time_to_look_up_reports_is_measured():
+def test_time_to_search_reports_is_measured():
     """The seconds are a difference of two clock readings: it takes milliseconds, and a single reading would be more."""
     seconds = audit_of_reports(session_of_reports((4, "enter"), (4, "exit"))).detections["recorded"].seconds
     assert 0.0 < seconds["lookup"] < 5.0
@@ -90,7 +90,7 @@ def test_recorded_contacts_in_blocks_equal_the_whole_motion(block):
     assert np.flatnonzero(at_once.verdict[:, 0]).tolist() == [4, 5, 8, 9, 10, 11]
 
 
-def test_part_of_a_session_has_the_clock_of_the_whole():
+def test_interval_of_a_session_has_the_clock_of_the_whole():
     """The engine reports contact in frames 8 to 10, 10 ms apart; the run begins at 0.05 s.
 
     Seconds count from frame 0 all the same; the frame at 0.1 s is the last of the contact, and lasts until the next.

@@ -100,7 +100,7 @@ def test_an_effect_gets_only_outputs_of_its_inputs():
 
 
 def test_skipped_frames_are_counted_and_are_a_lane():
-    """Of four frames at 0, 10, 20 and 30 ms an effect skips the first and the last, which the lane "skipped" shows.
+    """An effect skips the first and the last of four frames at 0, 10, 20 and 30 ms, which the lane "skipped" shows.
 
     A span ends at the stamp of the next frame; after the last frame there is none, so its span has no length.
     """
@@ -204,7 +204,7 @@ def test_recorded_numbers_count_within_the_frames():
 
 
 def test_last_known_pose_stays_while_a_body_is_lost():
-    """Of four frames the body's pose is known in 1 and 3: in 2 it is that of 1, and in 0 there is none yet."""
+    """The body's pose is known in the frames 1 and 3 of four: in 2 it is that of 1, and in 0 there is none yet."""
     positions = np.arange(12.0).reshape(4, 3)
     valid = np.array([False, True, False, True])
     poses = BodyPoses(np.arange(4.0), positions, np.tile(np.eye(3), (4, 1, 1)), valid, np.ones(4, dtype=bool))

@@ -123,7 +123,7 @@ def test_gas_that_leaves_while_the_jar_stands_is_as_planted(seed):
 
 
 def test_the_warmth_of_the_calorimeter_is_the_result():
-    """Of all events of the made-up experiment the one of its warmest liquid leads the summary, with its two degC."""
+    """The event of the warmest liquid leads the summary of a made-up experiment, with its two temperatures."""
     result, truth = replayed("ammonia-calorimetry")
     (fact,) = planted(truth, "temperature")
     assert f"warms from 20.00 to {fact.values['to_c']:.1f}" in leading_event(result.effects).text

@@ -149,7 +149,7 @@ def pour_beside_a_glass():
     return effects_of_tilt_degrees(SPILLING_DEGREES, glasses, position=(3 * RADIUS, -0.1, 0.0))["pour"]
 
 
-def test_liquid_poured_beside_the_glass_is_spilled_there():
+def test_liquid_poured_beside_the_glass_is_spilled():
     """Glass a with 60 mL pours in frames 3 and 4, of 10 ms; b stands 3 radii aside, its floor at y = -0.1 m.
 
     The spill is drawn on that level; what a has lost is the volume of the event and of the series of what is spilled.

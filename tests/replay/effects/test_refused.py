@@ -35,13 +35,13 @@ def test_the_scene_without_a_slip_is_planned():
 
 
 @pytest.mark.parametrize(
-    ("place", "value"),
+    ("path", "value"),
     [("burn.between", ["hand", "flask"]), ("flask.properties.liquid.solutes.C2H5OH", 0.1)],
     ids=["a burn at the flask, of which heat has a temperature", "alcohol in the flask"],
 )
-def test_the_scene_is_planned_after_a_right_change(place, value):
-    """``place``: in the scene, where ``value`` is written instead, or added."""
-    assert plan(scene_with_changes({place: value})).effects
+def test_the_scene_is_planned_after_a_right_change(path, value):
+    """``path``: in the scene, where ``value`` is written instead, or added."""
+    assert plan(scene_with_changes({path: value})).effects
 
 
 RETIRED = [(kind, word) for kind, row in CATALOGUE.items() for word in row.get("retired", {})]
@@ -56,8 +56,8 @@ def test_a_retired_key_or_word_is_refused_with_its_successor(kind, word):
     row = CATALOGUE[kind]
     advice = row["retired"][word]
     assert word not in row["fields"]
-    keys_of_words = [key for key, field in row["fields"].items() if "among" in field]
-    for settings in ({word: 1.0}, *({key: word} for key in keys_of_words)):
+    keys_with_choices = [key for key, field in row["fields"].items() if "among" in field]
+    for settings in ({word: 1.0}, *({key: word} for key in keys_with_choices)):
         with pytest.raises(PlanError) as refused:
             plan(Scene(effects=(SceneEffect(kind, settings),)))
         assert any(fault.endswith(f": {advice}") for fault in refused.value.faults)

@@ -97,7 +97,7 @@ class Inputs(SimpleNamespace):
     ("frames", "end_s"), [([2, 3, 5], 0.5), ([2, 3, 9], None)], ids=["until frame 5", "until the last frame"]
 )
 def test_flow_ends_unless_it_runs_in_the_last_frame(frames, end_s):
-    """Of ten frames, 0.1 s apart, liquid runs from a into b in three, 6.5 mL together."""
+    """Liquid runs from a into b in three of ten frames, which are 0.1 s apart: 6.5 mL together."""
     times = np.arange(10) / 10.0
     flow = Stream(
         source="a",

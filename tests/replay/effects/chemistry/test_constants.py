@@ -90,7 +90,7 @@ def test_a_course_by_temperature_is_that_of_its_source():
 
 
 def test_most_equilibrium_constants_have_a_source_at_hand():
-    """Of 50 equations or more at most two are "unverified": no source that the tests can read has them."""
+    """There are 50 equations or more, and at most two are "unverified": no source that the tests can read has them."""
     unverified = [equation for equation, _log_k, _heat, source, _reaction in EQUATIONS if source == "unverified"]
     assert len(EQUATIONS) >= 50 and len(unverified) <= 2
 

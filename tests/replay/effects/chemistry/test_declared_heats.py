@@ -78,7 +78,7 @@ def test_reactions_give_their_declared_heat(acid, metal, equation, heat_kj_mol):
     assert joule == pytest.approx(-1e3 * heat_kj_mol * moles, rel=0.02)
 
 
-def test_metal_that_ammonium_dissolves_in_part_gives_less_heat():
+def test_ammonium_dissolves_not_all_magnesium_so_heat_is_less():
     """100 mL of ammonium, 40 mmol, are poured on 2 mmol of magnesium; 362 kJ/mol are declared.
 
     Ammonium gives up only the protons that it loses by pH 7: not all of the metal dissolves.

@@ -33,9 +33,9 @@ ISOMER = {"A": -1.0, "B": 1.0}
     ("a", "b", "log_k"), [(1.0, 0.0, 0.0), (0.2, 0.8, 0.0), (0.5, 0.5, 0.5), (0.5, 0.5, -0.5), (1.0, 0.0, 2.0)]
 )
 def test_isomers_stop_at_the_ratio_of_their_constant(a, b, log_k):
-    """Of ``a`` mol of A and ``b`` mol of its isomer B x mol of A become B, until (b + x) / (a - x) is the constant K.
+    """There are ``a`` mol of A and ``b`` mol of its isomer B; x mol of A become B.
 
-    So x = (K a - b) / (1 + K), below 0 where there is too much B.
+    (b + x) / (a - x) is then the constant K, so x = (K a - b) / (1 + K), below 0 where there is too much B.
     """
     constant = 10.0**log_k
     expected = (constant * a - b) / (1.0 + constant)

@@ -76,7 +76,7 @@ def test_two_slow_reactions_last_as_long_as_time_does(seconds):
 
 
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
-def test_two_slow_reactions_share_scarce_acid_by_their_rates(seconds):
+def test_scarce_acid_goes_to_slow_reactions_by_their_rates(seconds):
     """A mol of zinc, which reacts by 0.3 a second, and a mol of magnesium, by 0.9, lie in 0.1 mol of acid.
 
     A mol of metal takes two of acid, so 0.05 mol react, a quarter of it zinc; acid falls by the sum of both rates.

@@ -77,12 +77,12 @@ def test_potassium_nitrate_crystallises_on_cooling():
 
 
 def test_dichromate_dissolves_up_to_its_table_when_hot():
-    """Of 3 mol, 294.2 g/mol, 709 g dissolve in a kilogram of water at 80 degC (CRC Handbook): within 0.2 %."""
+    """A kilogram of water at 80 degC dissolves 709 g (CRC Handbook) of 3 mol, 294.2 g/mol: within 0.2 %."""
     assert moles_left_solid("K2Cr2O7", moles=3.0, celsius=80.0) == pytest.approx(3.0 - 709.0 / 294.2, rel=2e-3)
 
 
 def test_a_common_ion_salts_out():
-    """Of 10 mol of NaCl s mol dissolve in a kilogram of water with 2 mol of chloride from elsewhere, at 20 degC.
+    """A kilogram of water at 20 degC, with 2 mol of chloride from elsewhere, dissolves s mol of 10 mol of NaCl.
 
     The product of the two ions is that of the saturated solution of 359 g, 6.14 mol: s (s + 2) = 6.14^2.
     """

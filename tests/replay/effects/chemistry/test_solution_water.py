@@ -47,7 +47,7 @@ def test_dilute_solutions_contain_a_kilogram_of_water_a_litre():
 
 
 def test_hydrates_and_salts_make_the_same_solution():
-    """Of either 1 mol is in a litre; the hydrate brings five mol of its water itself, so much less water is added.
+    """A litre has 1 mol of either; the hydrate brings five mol of its water itself, so much less water is added.
 
     1 mol in a kilogram of water is as many mol/L of either.
     """

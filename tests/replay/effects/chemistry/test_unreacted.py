@@ -122,9 +122,9 @@ METALS = [
 
 
 @pytest.mark.sampled(5)
-@pytest.mark.parametrize(("solid", "solutes", "equation", "words"), METALS, ids=[row[0] for row in METALS])
-def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
-    """More of a solution (mol/L) than needed is poured on 0.1 mmol of a solid; ``words``: of the only event about it.
+@pytest.mark.parametrize(("solid", "solutes", "equation", "text"), METALS, ids=[row[0] for row in METALS])
+def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, text):
+    """More of a solution (mol/L) than needed is poured on 0.1 mmol of a solid; ``text``: of the only event about it.
 
     Copper makes 0.2 mmol, 21.6 mg, of silver; 0.1 mmol of CuO are 7.95 mg. The event leads the summary of the run.
     """
@@ -135,7 +135,7 @@ def test_fate_of_a_solid_becomes_an_event(solid, solutes, equation, words):
     )
     names = ("reacted", "solid-change", "no-reaction")
     (event,) = [event for name in names for event in effects["reaction"].output.events_named(name)]
-    assert words in event.text and (event.name == "solid-change" or event.text.startswith(equation))
+    assert text in event.text and (event.name == "solid-change" or event.text.startswith(equation))
     assert leading_event(effects) == event
 
 
@@ -230,7 +230,7 @@ SLOW, AT_ONCE = Process("A -> B", {"A": -1.0}, rate=1.0), Process("A -> B", {"A"
     ids=["60 %", "1 %", "0.9 %", "99.5 %", "98.5 %", "nothing", "with a rate", "not at an equilibrium"],
 )  # fmt: skip
 def test_equilibrium_states_what_fraction_has_reacted(process, extent, to_the_end, has_equilibrium, fraction):
-    """Of A -> B ``extent`` mol have reacted in a flask, and ``to_the_end`` mol of A are left.
+    """The equation A -> B has run by ``extent`` mol in a flask, and ``to_the_end`` mol of A are left.
 
     ``fraction``: as the event states it. There is none ("") of 0 or more than 99 %, nor of an equation with a rate or
     without an equilibrium.
