@@ -123,7 +123,10 @@ def before_and_after(revealing_file, tmp_path_factory):
 
 
 def test_minimised_recording_preserves_poses_meshes_and_contacts(before_and_after):
-    """Poses of the two files are equal bit by bit, and so are contacts of a run; hands, gaze and scalars are gone."""
+    """Poses are those of the recording before, bit by bit, and so are contacts of a run over it.
+
+    Both bodies' meshes and the only recorded collider are there; hands, gaze and scalars are gone.
+    """
     before, after = before_and_after
     assert after.frames.position.tobytes() == before.frames.position.tobytes()
     assert after.frames.quaternion_xyzw.tobytes() == before.frames.quaternion_xyzw.tobytes()

@@ -218,7 +218,10 @@ def test_meshes_of_a_folder_reach_their_bodies_in_an_import(csv_with_meshes, cap
 
 
 def test_units_and_axes_of_meshes_are_options_of_an_import(csv_with_meshes):
-    """10 units are taken for mm and x is flipped: the cube, a tenth of an edge off on x, reaches from -6 to 4 mm."""
+    """The mesh of body a is a cube with edges of 10 units, which reaches from -4 to 6 on x.
+
+    The command takes units for mm and flips x: it reaches from -6 to 4 mm.
+    """
     out = import_csv_with_meshes(csv_with_meshes, "--mesh-units", "mm", "--mesh-axes", "x-flipped")
     x = 0
     assert read_session(out).meshes["a"].bounds[:, x] == pytest.approx([-0.006, 0.004])

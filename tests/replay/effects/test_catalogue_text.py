@@ -54,9 +54,10 @@ TOGETHER = {
 
 @pytest.mark.parametrize("row", TOGETHER)
 def test_all_examples_of_an_effect_make_a_scene(row):
-    """In a scene with an effect of every kind, one table gets the printed example of each of its keys: no fault.
+    """A scene with an effect of every kind is changed: one table gets the printed example of each of its keys.
 
-    Left out are keys for bodies, and those that are an alternative to the others, as an ion is to an indicator.
+    ``row``: kind of the effect. Left out are keys for bodies, and alternatives to others, as an ion is to an indicator.
+    The scene is planned without a fault, which would be raised.
     """
     name, alternatives, absent = TOGETHER[row]
     fields = fields_of(TABLES[name]["kind"]).items()

@@ -94,5 +94,5 @@ def test_normal_of_a_contact_is_that_of_its_curve():
 
 
 def test_contact_along_a_straight_line_has_no_normal():
-    """A straight curve lies in many planes."""
+    """The curve along which two surfaces meet is straight, so it lies in many planes."""
     assert normal_of_contact(np.outer(np.linspace(0.0, 1.0, 9), [2 / 3, 1 / 3, -2 / 3])) is None

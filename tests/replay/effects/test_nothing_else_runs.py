@@ -28,10 +28,10 @@ def subsets():
 
 @pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)], ids=["1 subset in 20", "all subsets"])
 def test_a_plan_is_the_closure_of_the_declared_effects(every):
-    """A scene declares a subset of all kinds of effects: the plan has these, and those that they need, and no others.
+    """A scene declares a subset of all kinds of effects: the plan has these, and those that they need.
 
-    An effect stands after those whose output it reads. Detectors, and pairs of bodies for them, are planned only where
-    the spec of a planned effect names a detector, as it does where it needs contacts.
+    Others are listed as not run. An effect stands after those whose output it reads. Detectors, and pairs of bodies for
+    them, are planned only where the spec of a planned effect names a detector, as it does where it needs contacts.
     """
     for kinds in subsets()[::every]:
         scene = scene_of_kinds(kinds)

@@ -172,12 +172,17 @@ def test_typed_tables_are_printed_again_by_their_command():
 
     There are at least 150 of them; rows without a source here are left out.
     """
-    rows = [row for row in TABLES.rows() if row[-1] is not None]
-    assert {row[0] for row in rows} == {
+    rows = [
+        (table, key, entry, typed, computed)
+        for table, key, entry, typed, _source, computed in TABLES.rows()
+        if computed is not None
+    ]
+    assert {table for table, *_ in rows} == {
         "solubility", "strongest", "strong_water", "volume", "dissolved", "dilution",
     }  # fmt: skip
     assert len(rows) >= 150
-    assert [row for row in rows if not TABLES.agrees(row[0], row[3], row[5])] == []
+    for table, key, entry, typed, computed in rows:
+        assert TABLES.agrees(table, typed, computed), (table, key, entry)
 
 
 def test_the_solubility_of_nitre_is_that_of_public_copies():

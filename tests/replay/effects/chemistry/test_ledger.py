@@ -32,7 +32,10 @@ def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 112), ids="world {}".format)
 def test_matter_is_conserved_with_and_without_heat(seed):
-    """Random vessels, reactions and pours, as above, with temperatures followed (``warm``) and without."""
+    """Vessels, reactions, pours and spills are drawn from the seed, with temperatures followed (``warm``) and without.
+
+    After each event elements, charges, volumes and energy sum up as before.
+    """
     assert_matter_and_energy_kept(seed, warm=True)
     assert_matter_and_energy_kept(seed, warm=False)
 
