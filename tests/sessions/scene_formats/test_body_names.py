@@ -6,17 +6,19 @@ from hypothesis import strategies as st
 from sessions.scene_formats.body_names import distinct_names, repeated_names
 
 STEP = st.sampled_from(["a", "b", "b-2", "cup"])
+"""A step of the path of a body in its scene."""
 
 
 @given(st.lists(st.lists(STEP, min_size=1, max_size=4), max_size=12))
 def test_names_differ_and_end_in_their_bodies_own(paths):
-    """A body is called by the last step of its path (own name), a number behind it, or steps before it.
+    """A body is called by the last step of its path (own name), with a number behind it, or with steps before it.
 
-    ``repeated_names`` is a sentence about the bodies that have another name than their own.
+    ``repeated_names`` returns a sentence where any body got another name than its own.
     """
     own_names, names = [path[-1] for path in paths], distinct_names(paths)
     assert len({*names}) == len(paths)
-    assert all(name.rpartition("/")[2].startswith(own) for name, own in zip(names, own_names, strict=True))
+    for name, own_name in zip(names, own_names, strict=True):
+        assert name.rpartition("/")[2].startswith(own_name)
     assert bool(repeated_names(own_names, names)) == (names != own_names)
 
 
@@ -26,5 +28,9 @@ def test_duplicate_body_names_get_numbers_not_yet_taken():
 
 
 def test_long_list_of_names_is_cut():
-    """Six of seven cups were renamed; five are listed."""
-    assert repeated_names(["cup"] * 7, ["cup", *(f"cup-{k}" for k in range(2, 8))])[0].endswith("and 1 more")
+    """Six of seven cups were renamed; the sentence lists five and counts the sixth."""
+    own_names = ["cup"] * 7
+    names = ["cup", "cup-2", "cup-3", "cup-4", "cup-5", "cup-6", "cup-7"]
+    (sentence,) = repeated_names(own_names, names)
+    assert "cup-6" in sentence and "cup-7" not in sentence
+    assert sentence.endswith("and 1 more")

@@ -7,9 +7,15 @@ from sessions.scene_formats import safe_files
 from sessions.scene_formats.safe_files import SceneFiles
 
 
-@pytest.mark.parametrize("text", ["<!DOCTYPE scene><scene/>", "<scene><!ENTITY a 'b'></scene>"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param("<!DOCTYPE scene><scene/>", id="document type"),
+        pytest.param("<scene><!ENTITY a 'b'></scene>", id="entity"),
+    ],
+)
 def test_document_type_or_entity_alone_is_refused(tmp_path, text):
-    """A DOCTYPE before the first element, and an ENTITY inside it."""
+    """A DOCTYPE before the first element, and an ENTITY inside it: by either, XML can read files or fill the memory."""
     (tmp_path / "scene.xml").write_text(text)
     with pytest.raises(SceneSourceError, match="declares a document type or entities"):
         SceneFiles(tmp_path).xml(tmp_path / "scene.xml")
@@ -17,10 +23,13 @@ def test_document_type_or_entity_alone_is_refused(tmp_path, text):
 
 @pytest.mark.parametrize("limit", ["MOST_FILE_BYTES", "MOST_BYTES", "MOST_XML_BYTES"])
 def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit):
-    """The file has 8 bytes; limits of a file, of all files and of XML are 8 and then 7."""
+    """A file of 8 bytes is read with a limit of 8 and refused with one of 7: of a file, of all files, or of XML.
+
+    The refusal says the limit in megabytes, here 0.
+    """
     path = tmp_path / "scene.xml"
     path.write_text("<scene/>")
-    monkeypatch.setattr(safe_files, limit, 8)  # bytes of that text
+    monkeypatch.setattr(safe_files, limit, 8)
     assert SceneFiles(tmp_path).xml(path).tag == "scene"
     monkeypatch.setattr(safe_files, limit, 7)
     with pytest.raises(SceneSourceError, match="0 MB"):
@@ -38,8 +47,19 @@ def test_elements_are_nested_up_to_their_limit(tmp_path, monkeypatch):
         SceneFiles(tmp_path).xml(path)
 
 
-def test_paths_lie_within_the_folder_and_exist(tmp_path):
-    """Each path: whether it lies in the scene's folder, and whether something stands there."""
+@pytest.mark.parametrize(
+    ("name", "is_within", "exists"),
+    [
+        pytest.param("cup.obj", True, True, id="a file"),
+        pytest.param("none.obj", True, False, id="no file"),
+        pytest.param("../secret.obj", False, True, id="a file outside"),
+        pytest.param("../none.obj", False, False, id="no file outside"),
+        pytest.param("link.obj", False, True, id="a link to a file outside"),
+        pytest.param("loop", False, False, id="a link to itself"),
+    ],
+)
+def test_paths_lie_within_the_folder_and_exist(tmp_path, name, is_within, exists):
+    """``name``: a path from the scene's folder on."""
     folder = tmp_path / "scene"
     folder.mkdir()
     (folder / "cup.obj").touch()
@@ -47,12 +67,5 @@ def test_paths_lie_within_the_folder_and_exist(tmp_path):
     (folder / "loop").symlink_to(folder / "loop")
     (folder / "link.obj").symlink_to(tmp_path / "secret.obj")
     files = SceneFiles(folder)
-    expected = {
-        "cup.obj": (True, True),
-        "none.obj": (True, False),
-        "../secret.obj": (False, True),
-        "../none.obj": (False, False),
-        "link.obj": (False, True),
-        "loop": (False, False),
-    }
-    assert {name: (files.is_within(folder / name), files.exists(folder / name)) for name in expected} == expected
+    assert files.is_within(folder / name) == is_within
+    assert files.exists(folder / name) == exists

@@ -10,6 +10,7 @@ from sessions.scene_formats.scene_source import read_scene_source
 yourdfpy = pytest.importorskip("yourdfpy")
 
 CUP = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+"""A mesh in OBJ: a tetrahedron with legs of 1 along the axes."""
 ARM = """
 <robot name="arm">
   <link name="base"><collision><geometry><box size="0.4 0.2 0.1"/></geometry></collision></link>
@@ -54,17 +55,23 @@ def arm_model(tmp_path):
 
 
 def test_urdf_link_poses_agree_with_yourdfpy(arm_model):
-    """Poses of three links to 1e-9; a link moves below a joint that does. Parent and child are an excluded pair."""
+    """Poses of the three links with a shape, to 1e-9 m."""
     scene, model = read_scene_source(arm_model), yourdfpy.URDF.load(str(arm_model), load_meshes=False)
     assert [*scene.bodies] == ["base", "fore", "cup"]
     for name, body in scene.bodies.items():
         assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9
+
+
+def test_urdf_links_move_below_a_joint_that_does(arm_model):
+    """A joint of the arm slides fore, of 2 kg, along the base; the cup is fixed to fore. Both pairs are excluded."""
+    scene = read_scene_source(arm_model)
     assert {name: body.moves for name, body in scene.bodies.items()} == {"base": False, "fore": True, "cup": True}
-    assert scene.bodies["fore"].mass == 2 and scene.excluded == (("base", "fore"), ("fore", "cup"))
+    assert scene.bodies["fore"].mass == 2
+    assert scene.excluded == (("base", "fore"), ("fore", "cup"))
 
 
 def chain(path, count):
-    """A chain of links, each held by a joint that is fixed, or moves from the middle on."""
+    """A chain of links, each held by a joint that is fixed in its first half and moves from the middle on."""
     box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
     links = [f'<link name="link{k}">{box}</link>' for k in range(count)]
     limit = '<limit lower="0" upper="1" effort="1" velocity="1"/>'
@@ -82,7 +89,7 @@ def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
     """Joints are fixed up to link 19 and move from link 20 on; they stand in the file in reverse order."""
     path = chain(tmp_path / "chain.urdf", count=40)
     scene, model = read_scene_source(path), yourdfpy.URDF.load(str(path), load_meshes=False)
-    assert len(scene.bodies) == 40
+    assert [*scene.bodies] == [f"link{number}" for number in range(40)]
     for name, body in scene.bodies.items():
         assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9
     assert [body.moves for body in scene.bodies.values()] == [False] * 20 + [True] * 20
@@ -90,42 +97,59 @@ def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
 
 @pytest.mark.slow
 def test_long_chain_asks_the_library_for_neighbours_alone(tmp_path, monkeypatch):
-    """400 links are 400 calls for a pose, each relative to the parent, and only the base's without one."""
-    calls = []
-    own = yourdfpy.URDF.get_transform
-    monkeypatch.setattr(yourdfpy.URDF, "get_transform", lambda *names: calls.append(names[1:]) or own(*names))
+    """400 links are 400 calls for a pose, each relative to the parent's link, and only the base's in the world.
+
+    A pose in the world walks up the whole chain: 400 of them would be 80,000 steps.
+    """
+    frames_of_calls = []
+    usual = yourdfpy.URDF.get_transform
+
+    def get_transform(model, *frames):
+        frames_of_calls.append(frames)
+        return usual(model, *frames)
+
+    monkeypatch.setattr(yourdfpy.URDF, "get_transform", get_transform)
     read_scene_source(chain(tmp_path / "chain.urdf", count=400))
-    assert len(calls) == 400 and sum(len(names) == 1 for names in calls) == 1
+    assert len(frames_of_calls) == 400
+    assert [len(frames) for frames in frames_of_calls].count(1) == 1
 
 
-def test_geometry_has_its_origin_scale_and_package(arm_model):
-    """A cylinder 0.5 m long, of radius 5 cm, 0.1 m up and rotated by 0.5 rad; a mesh in centimetres."""
-    scene = read_scene_source(arm_model)
-    solid = scene.bodies["fore"].colliders[0]
+def test_urdf_cylinder_has_its_origin_and_rotation(arm_model):
+    """The collider of fore: 0.5 m long, of radius 5 cm, its middle 0.1 m up, and rotated by 0.5 rad about x."""
+    (solid,) = read_scene_source(arm_model).bodies["fore"].colliders
     rotation = Rotation.from_euler("xyz", [0.5, 0, 0]).as_matrix()
     local = (solid.vertices - [0, 0, 0.1]) @ rotation
     assert np.abs(np.hypot(local[:, 0], local[:, 1]) - 0.05).max() <= 1e-9
-    assert np.abs(np.abs(local[:, 2]) - 0.25).max() <= 1e-9
+    assert np.abs(np.abs(local[:, 2]) - 0.5 / 2).max() <= 1e-9
+
+
+def test_urdf_mesh_has_the_scale_of_each_axis(arm_model):
+    """The cup of 1 m is scaled by 0.01, 0.02 and -0.03; the mirror along z turns no face inside out.
+
+    Its second collider, of COLLADA, is listed as not taken.
+    """
+    scene = read_scene_source(arm_model)
     cup = scene.bodies["cup"].mesh
-    assert np.abs(cup.bounds - [[0, 0, -0.03], [0.01, 0.02, 0]]).max() <= 1e-9 and cup.volume > 0.0
+    assert np.abs(cup.bounds - [[0, 0, -0.03], [0.01, 0.02, 0]]).max() <= 1e-9
+    assert cup.volume > 0.0
     assert any("cup.dae is of no known type" in sentence for sentence in scene.left_out)
 
 
 @pytest.mark.parametrize(
     ("name", "refusal"),
     [
-        ("../../secret.obj", "lies outside"),
-        ("file:///etc/passwd", "lies outside"),
-        ("package://../secret.obj", "lies outside"),
-        ("package://other/cup.obj", "is missing"),
-        pytest.param("file:///%65tc/passwd", "lies outside", marks=pytest.mark.slow),
-        ("package://lab/%2e%2e/secret.obj", "is missing"),
-        ("package://lab/loop.obj", "a link to itself"),
-        ("package://lab/link.obj", "lies outside"),
+        pytest.param("../../secret.obj", "lies outside", id="two folders above"),
+        pytest.param("file:///etc/passwd", "lies outside", id="a file of the system"),
+        pytest.param("package://../secret.obj", "lies outside", id="above all packages"),
+        pytest.param("package://other/cup.obj", "is missing", id="no such package"),
+        pytest.param("file:///%65tc/passwd", "lies outside", marks=pytest.mark.slow, id="escaped letter"),
+        pytest.param("package://lab/%2e%2e/secret.obj", "is missing", id="escaped dots"),
+        pytest.param("package://lab/loop.obj", "a link to itself", id="a link to itself"),
+        pytest.param("package://lab/link.obj", "lies outside", id="a link that leads out"),
     ],
 )
 def test_mesh_outside_the_folder_is_not_read(arm_model, name, refusal):
-    """``name``: of the cup's mesh in the URDF, also with escapes (%2e is a dot) and by links that lead out."""
+    """``name``: of the cup's mesh in the URDF, which stands in the folder lab; secret.obj is beside that folder."""
     (arm_model.parent.parent / "secret.obj").write_text(CUP)
     (arm_model.parent / "link.obj").symlink_to(arm_model.parent.parent / "secret.obj")
     (arm_model.parent / "loop.obj").symlink_to(arm_model.parent / "loop.obj")
@@ -135,14 +159,14 @@ def test_mesh_outside_the_folder_is_not_read(arm_model, name, refusal):
 
 
 def test_entities_are_refused(arm_model):
-    """The URDF of the arm, below a DOCTYPE that declares an entity."""
+    """The URDF of the arm, below a DOCTYPE that declares an entity: by one, XML can read files or fill the memory."""
     arm_model.write_text('<!DOCTYPE robot [<!ENTITY a "x">]>' + arm_model.read_text())
     with pytest.raises(SceneSourceError, match="document type or entities"):
         read_scene_source(arm_model)
 
 
 def one_link(geometry, more=""):
-    """A robot of a link with this collision geometry."""
+    """A robot of the link "l" with this inside its collision, and with ``more`` elements."""
     return f'<robot name="r"><link name="l"><collision>{geometry}</collision></link>{more}</robot>'
 
 
@@ -150,32 +174,39 @@ BOX = '<geometry><box size="1 1 1"/></geometry>'
 
 
 def test_urdf_capsule_becomes_a_solid_along_z(tmp_path):
-    """Radius 0.1 about a segment of 0.4: 0.3 from the centre to the tip."""
+    """A radius of 0.1 m about a segment of 0.4 m: 0.4 / 2 + 0.1 m from the centre to the tip."""
     path = tmp_path / "r.urdf"
     path.write_text(one_link('<geometry><capsule radius="0.1" length="0.4"/></geometry>'))
-    solid = read_scene_source(path).bodies["l"].colliders[0]
+    (solid,) = read_scene_source(path).bodies["l"].colliders
     assert np.abs(solid.bounds - [[-0.1, -0.1, -0.3], [0.1, 0.1, 0.3]]).max() <= 1e-9
 
 
 @pytest.mark.parametrize(
-    ("text", "named"),
+    ("text", "reason"),
     [
-        ('<geometry><plane normal="0 0 1"/></geometry>', "its shape is a plane"),
-        ('<geometry><box size="1 1"/></geometry>', "size is '1 1', not three numbers"),
-        ('<geometry><mesh filename="cup.obj" scale="1 1 1 1"/></geometry>', "scale is '1 1 1 1', not three numbers"),
-        ('<geometry><sphere/></geometry>', "its sphere has no radius"),
-        ('<origin xyz="nan 0 0"/>' + BOX, "xyz is 'nan 0 0', not three numbers"),
-        ("<geometry/>", "it has no shape"),
-        ("", "it has no shape"),
+        pytest.param('<geometry><plane normal="0 0 1"/></geometry>', "its shape is a plane", id="plane"),
+        pytest.param(
+            '<geometry><box size="1 1"/></geometry>', "size is '1 1', not three numbers", id="box of two numbers"
+        ),
+        pytest.param(
+            '<geometry><mesh filename="cup.obj" scale="1 1 1 1"/></geometry>',
+            "scale is '1 1 1 1', not three numbers",
+            id="scale of four numbers",
+        ),
+        pytest.param("<geometry><sphere/></geometry>", "its sphere has no radius", id="sphere without a radius"),
+        pytest.param('<origin xyz="nan 0 0"/>' + BOX, "xyz is 'nan 0 0', not three numbers", id="place of NaN"),
+        pytest.param("<geometry/>", "it has no shape", id="no shape"),
+        pytest.param("", "it has no shape", id="no geometry"),
     ],
-)  # fmt: skip
-def test_geometry_that_cannot_be_taken_is_named(tmp_path, text, named):
-    """``text``: of the only collider of link l; link b has a box and is taken."""
+)
+def test_geometry_that_cannot_be_taken_is_named(tmp_path, text, reason):
+    """``text``: inside the only collision of link l, which is left out; link b has a box and is taken."""
     (tmp_path / "cup.obj").write_text(CUP)
     path = tmp_path / "r.urdf"
     path.write_text(one_link(text, f'<link name="b"><collision>{BOX}</collision></link>' + joint("l", "b")))
     scene = read_scene_source(path)
-    assert [*scene.bodies] == ["b"] and named in scene.left_out[0]
+    assert [*scene.bodies] == ["b"]
+    assert reason in scene.left_out[0]
 
 
 def joint(parent, child):
@@ -185,7 +216,7 @@ def joint(parent, child):
 
 @pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
 def test_scene_that_places_too_much_is_refused(arm_model, monkeypatch, limit):
-    """The arm has three bodies; the limit of bodies, or of faces, is lowered to 2."""
+    """The arm has three bodies with more than two faces; at most two bodies, or two faces, may be placed."""
     monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
     with pytest.raises(SceneSourceError, match="the scene places more than"):
         read_scene_source(arm_model)
@@ -193,25 +224,40 @@ def test_scene_that_places_too_much_is_refused(arm_model, monkeypatch, limit):
 
 @pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])
 def test_soft_bodies_are_named(tmp_path, tag):
-    """Soft bodies, by tags of other programs, beside a link with a box, and alone."""
+    """A soft body, by tags that only other programs know, beside a link with a box: it is listed as not taken."""
     path = tmp_path / "r.urdf"
     path.write_text(one_link(BOX, f'<{tag} name="jelly"><visual filename="jelly.vtk"/></{tag}>'))
     assert read_scene_source(path).left_out == ("the soft body 'jelly'",)
+
+
+@pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])
+def test_soft_body_alone_is_no_scene(tmp_path, tag):
+    """Without a link the library refuses the file, or there is no body."""
+    path = tmp_path / "r.urdf"
     path.write_text(f'<robot name="r"><{tag} name="jelly"/></robot>')
     with pytest.raises(SceneSourceError, match=r"yourdfpy does not read|no body that collides; not taken: the soft"):
         read_scene_source(path)
 
 
-@pytest.mark.parametrize("folder", ["src/lab", "src/stack/lab", "src/checkout-of-lab", ""])
-def test_package_is_looked_for_from_the_file_upwards(tmp_path, folder):
-    """The package "lab" is a folder of that name, or one whose package.xml says so, beside or above the URDF."""
-    home = tmp_path / folder
-    (home / "meshes").mkdir(parents=True)
-    (home / "meshes" / "cup.obj").write_text(CUP)
-    if not folder.endswith("/lab"):
-        (home / "package.xml").write_text("<package><name>lab</name></package>")
-    robot = tmp_path / "src" / "stack" / "robot" if folder.endswith("/lab") else home / "urdf"
-    robot.mkdir(parents=True)
-    path = robot / "r.urdf"
+@pytest.mark.parametrize(
+    ("package", "is_named_by_package_xml", "robot"),
+    [
+        pytest.param("src/lab", False, "src/stack/robot", id="folder of that name above"),
+        pytest.param("src/stack/lab", False, "src/stack/robot", id="folder of that name beside"),
+        pytest.param("src/checkout-of-lab", True, "src/checkout-of-lab/urdf", id="folder above, named by package.xml"),
+        pytest.param("", True, "urdf", id="the root, named by package.xml"),
+    ],
+)
+def test_package_is_looked_for_from_the_file_upwards(tmp_path, package, is_named_by_package_xml, robot):
+    """The robot's mesh is in the package "lab": a folder of that name, or one whose package.xml says so.
+
+    ``robot``: the folder of the URDF.
+    """
+    (tmp_path / package / "meshes").mkdir(parents=True)
+    (tmp_path / package / "meshes" / "cup.obj").write_text(CUP)
+    if is_named_by_package_xml:
+        (tmp_path / package / "package.xml").write_text("<package><name>lab</name></package>")
+    (tmp_path / robot).mkdir(parents=True)
+    path = tmp_path / robot / "r.urdf"
     path.write_text(one_link('<geometry><mesh filename="package://lab/meshes/cup.obj"/></geometry>'))
     assert [*read_scene_source(path, root=tmp_path).bodies] == ["l"]

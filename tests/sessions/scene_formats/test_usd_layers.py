@@ -16,7 +16,9 @@ from sessions.scene_formats.scene_source import read_scene_source
 Usd = pytest.importorskip("pxr.Usd")
 
 BALL = 'def Sphere "ball" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{\n}\n'
+"""Lines of a USD file: a sphere that collides."""
 HEAD = '#usda 1.0\n(\n    upAxis = "Y"\n    metersPerUnit = 1\n)\n'
+"""First lines of a USD file."""
 
 
 def usda_file(folder, text, *, head=HEAD):
@@ -28,7 +30,7 @@ def usda_file(folder, text, *, head=HEAD):
 
 
 def named_by(arc, name):
-    """A scene with a ball that names another layer by an arc of composition."""
+    """Text and head of a scene with a ball that names another layer by an arc of composition."""
     if arc == "sublayer":
         return BALL, HEAD.replace(")\n", f"    subLayers = [@{name}@]\n)\n")
     if arc == "variant":
@@ -45,28 +47,29 @@ def without_trial(monkeypatch):
 
 
 ARCS = ["references", "payload", "sublayer", "variant"]
+"""Ways by which a layer, a file of USD, takes in another one."""
 
 
 @pytest.mark.parametrize(
     ("name", "refusal"),
     [
-        ("../secret.usda", "lies outside"),
-        ("secret/../../secret.usda", "lies outside"),
-        ("/etc/passwd", "lies outside"),
-        ("link.usda", "lies outside"),
-        ("loop.usda", "a link to itself"),
-        ("https://a.example/b.usda", "by an address"),
-        ("file:/etc/passwd", "by an address"),
-        ("`${NAME}`", "by an expression"),
-        ("notes.txt", "is no USD file"),
-        ("broken.usda", "is no readable USD"),
-        ("empty.usdc", "is no readable USD"),
-        ("broken.usdz", "is no readable USD"),
-        ("chain.usda", "lies outside"),
+        pytest.param("../secret.usda", "lies outside", id="a folder above"),
+        pytest.param("secret/../../secret.usda", "lies outside", id="a folder above, by a detour"),
+        pytest.param("/etc/passwd", "lies outside", id="a file of the system"),
+        pytest.param("link.usda", "lies outside", id="a link to a file outside"),
+        pytest.param("loop.usda", "a link to itself", id="a link to itself"),
+        pytest.param("https://a.example/b.usda", "by an address", id="another machine"),
+        pytest.param("file:/etc/passwd", "by an address", id="a file by its address"),
+        pytest.param("`${NAME}`", "by an expression", id="an expression"),
+        pytest.param("notes.txt", "is no USD file", id="no file of USD"),
+        pytest.param("broken.usda", "is no readable USD", id="text that ends early"),
+        pytest.param("empty.usdc", "is no readable USD", id="binary file of zeros"),
+        pytest.param("broken.usdz", "is no readable USD", id="no archive"),
+        pytest.param("chain.usda", "lies outside", id="a file that refers to one outside"),
     ],
 )
 def test_layer_that_a_scene_may_not_read(tmp_path, capfd, name, refusal):
-    """``name``: of the layer, by which a scene refers to it; ``refusal``: of the sentence that refuses it."""
+    """A scene refers to another layer by ``name``; ``refusal``: of the sentence that refuses it."""
     assert_layer_is_refused(tmp_path, capfd, arc="references", name=name, refusal=refusal)
 
 
@@ -98,148 +101,185 @@ def assert_layer_is_refused(tmp_path, capfd, arc, name, refusal):
 
 @pytest.mark.parametrize("arc", ARCS)
 def test_missing_layer_is_named(tmp_path, capfd, arc):
-    """A ball, and a prim that names gone.usda by this arc: the ball is read."""
+    """A ball, and a prim that names gone.usda by this arc: the ball is read, and the layer listed as missing.
+
+    The library prints nothing of its own.
+    """
     text, head = named_by(arc, "gone.usda")
-    scene_source = read_scene_source(usda_file(tmp_path, text, head=head))
-    assert [*scene_source.bodies] == ["ball"] and scene_source.left_out == ("the layer 'gone.usda', which is missing",)
+    scene = read_scene_source(usda_file(tmp_path, text, head=head))
+    assert [*scene.bodies] == ["ball"]
+    assert scene.left_out == ("the layer 'gone.usda', which is missing",)
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("where", ["working folder", pytest.param("environment", marks=pytest.mark.slow)])
-def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
-    """found.usda stands in the working folder, or in the folder of USD's search path, and not beside the scene."""
+@pytest.fixture
+def scene_with_layer_elsewhere(tmp_path):
+    """A scene that refers to found.usda, and the folder of that file, which is not the scene's."""
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     (elsewhere / "found.usda").write_text(HEAD + BALL)
-    path = usda_file(tmp_path / "scene", BALL + 'def "other" (references = @found.usda@</ball>)\n{\n}\n')
-    if where == "working folder":
-        monkeypatch.chdir(elsewhere)
-        with pytest.raises(SceneSourceError, match="lies outside"):
-            read_scene_source(path)
-    else:
-        # The library looks at its variable once, when it is loaded.
-        code = f"from sessions.scene_formats.scene_source import read_scene_source; read_scene_source({str(path)!r})"
-        environment = {**os.environ, "PXR_AR_DEFAULT_SEARCH_PATH": str(elsewhere)}
-        ran = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
-        assert "lies outside" in ran.stderr
+    scene = usda_file(tmp_path / "scene", BALL + 'def "other" (references = @found.usda@</ball>)\n{\n}\n')
+    return scene, elsewhere
 
 
-@pytest.mark.parametrize(("longest", "ending"), [(20, ": Unresolved reference ..."), (10_000, "</other>")])
-def test_reference_to_no_prim_is_named_in_a_line(tmp_path, monkeypatch, longest, ending):
-    """The library's reason is cut after ``longest`` letters: whole, it names both prims."""
-    monkeypatch.setattr("sessions.scene_formats.usd_layers.LONGEST_REASON", longest)
-    scene_source = read_scene_source(usda_file(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
-    assert [*scene_source.bodies] == ["ball"] and scene_source.left_out[0].endswith(ending)
-    assert ("</nowhere>" in scene_source.left_out[0]) == (longest > 20)
+def test_layer_of_the_working_folder_is_refused(scene_with_layer_elsewhere, monkeypatch):
+    """The scene names a layer that stands in the working folder, and not beside the scene."""
+    scene, elsewhere = scene_with_layer_elsewhere
+    monkeypatch.chdir(elsewhere)
+    with pytest.raises(SceneSourceError, match="lies outside"):
+        read_scene_source(scene)
 
 
-@pytest.mark.parametrize("kind", ["references", "inherits", "sublayer", "two files"])
-def test_arcs_that_contain_themselves_are_refused(tmp_path, kind):
-    """Two prims that refer to each other, a layer that is its own sublayer, and two files."""
-    head, text = HEAD, BALL
-    if kind == "sublayer":
-        head = HEAD.replace(")\n", "    subLayers = [@scene.usda@]\n)\n")
-    elif kind == "two files":
-        text += 'def "a" (references = @other.usda@</b>)\n{\n}\n'
-        (tmp_path / "other.usda").write_text(HEAD + 'def "b" (references = @scene.usda@</a>)\n{\n}\n')
-    else:
-        text += f'def "a" ({kind} = </b>)\n{{\n}}\ndef "b" ({kind} = </a>)\n{{\n}}\n'
+@pytest.mark.slow
+def test_layer_of_the_search_path_is_refused(scene_with_layer_elsewhere):
+    """The scene names a layer in the folder of USD's search path, a variable of the environment.
+
+    The library looks at the variable once, when it is loaded: so another process reads the scene.
+    """
+    scene, elsewhere = scene_with_layer_elsewhere
+    code = f"from sessions.scene_formats.scene_source import read_scene_source; read_scene_source({str(scene)!r})"
+    environment = {**os.environ, "PXR_AR_DEFAULT_SEARCH_PATH": str(elsewhere)}
+    ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert "SceneSourceError" in ended.stderr and "lies outside" in ended.stderr
+
+
+def test_reference_to_no_prim_is_named_in_a_line(tmp_path, monkeypatch):
+    """The prim "other" refers to "nowhere", which is none: the ball is read, and the library's reason names both.
+
+    The reason is not cut here, for it has the path of the test's folder.
+    """
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.LONGEST_REASON", 10_000)
+    scene = read_scene_source(usda_file(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
+    assert [*scene.bodies] == ["ball"]
+    assert "</nowhere>" in scene.left_out[0] and scene.left_out[0].endswith("</other>")
+
+
+def test_long_reason_of_the_library_is_cut(tmp_path, monkeypatch):
+    """A reason may have 20 letters: the rest, with the prim "nowhere", is three dots."""
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.LONGEST_REASON", 20)
+    scene = read_scene_source(usda_file(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
+    assert "</nowhere>" not in scene.left_out[0] and scene.left_out[0].endswith(": Unresolved reference ...")
+
+
+@pytest.mark.parametrize("arc", ["references", "inherits"])
+def test_prims_that_contain_each_other_are_refused(tmp_path, arc):
+    """The prims a and b take in each other by ``arc``."""
+    text = BALL + f'def "a" ({arc} = </b>)\n{{\n}}\ndef "b" ({arc} = </a>)\n{{\n}}\n'
     with pytest.raises(SceneSourceError, match="contains itself"):
-        read_scene_source(usda_file(tmp_path, text, head=head))
+        read_scene_source(usda_file(tmp_path, text))
+
+
+def test_layer_that_is_its_own_sublayer_is_refused(tmp_path):
+    """The head of scene.usda names scene.usda."""
+    head = HEAD.replace(")\n", "    subLayers = [@scene.usda@]\n)\n")
+    with pytest.raises(SceneSourceError, match="contains itself"):
+        read_scene_source(usda_file(tmp_path, BALL, head=head))
+
+
+def test_files_that_contain_each_other_are_refused(tmp_path):
+    """The prim a of scene.usda is b of other.usda, and that is a of scene.usda."""
+    (tmp_path / "other.usda").write_text(HEAD + 'def "b" (references = @scene.usda@</a>)\n{\n}\n')
+    text = BALL + 'def "a" (references = @other.usda@</b>)\n{\n}\n'
+    with pytest.raises(SceneSourceError, match="contains itself"):
+        read_scene_source(usda_file(tmp_path, text))
 
 
 @pytest.mark.parametrize("arc", ["references", "inherits", "specializes", "payload"])
 def test_few_lines_that_ask_for_many_prims_are_refused(tmp_path, monkeypatch, arc):
-    """Each of 20 levels has ten of the next: 10^20 prims, of which 1,000 are allowed."""
+    """Each of 20 levels has ten children, each the next level by ``arc``: 10^20 prims, of which 1,000 are allowed."""
     monkeypatch.setattr("sessions.scene_formats.usd_layers.MOST_PRIMS", 1_000)
-    levels = [
-        f'def "level{k}"\n{{\n' + "".join(f'def "c{j}" ({arc} = </level{k + 1}>)\n{{\n}}\n' for j in range(10)) + "}\n"
-        for k in range(20)
-    ]
+    levels = []
+    for level in range(20):
+        children = "".join(f'def "c{child}" ({arc} = </level{level + 1}>)\n{{\n}}\n' for child in range(10))
+        levels.append(f'def "level{level}"\n{{\n{children}}}\n')
     text = BALL + "".join(levels) + 'def Sphere "level20"\n{\n}\n'
     with pytest.raises(SceneSourceError, match=r"composes more than 1,000 prims"):
         read_scene_source(usda_file(tmp_path, text))
 
 
 def test_layers_beside_each_other_may_name_each_other(tmp_path):
-    """ "a" is b of the other file, and b is the first file's ball: no prim contains itself."""
+    """The prim a is b of the other file, and b is the ball of the first: files go round, but no prim holds itself."""
     (tmp_path / "other.usda").write_text(HEAD + 'def "b" (references = @scene.usda@</ball>)\n{\n}\n')
     text = BALL + 'def "a" (references = @other.usda@</b>)\n{\n}\n'
     assert [*read_scene_source(usda_file(tmp_path, text)).bodies] == ["ball", "a"]
 
 
 def test_value_clips_are_refused(tmp_path):
-    """A clip names a file outside the scene, by which USD takes values from it."""
+    """A value clip names a file, here one of the system, from which USD takes values over time."""
     clips = 'clips = {\ndictionary default = {\nasset[] assetPaths = [@/etc/passwd@]\nstring primPath = "/a"\n}\n}'
     with pytest.raises(SceneSourceError, match="value clips"):
         read_scene_source(usda_file(tmp_path, BALL + f'def "a" (\n{clips}\n)\n{{\n}}\n'))
 
 
-@pytest.mark.parametrize("inner", ["part.usda", "../secret.usda"])
-def test_usdz_package_reads_only_layers_inside_the_package(tmp_path, inner):
-    """The package has scene.usda and part.usda.
-
-    A layer beside the package gives no body, whether it is refused or left out.
-    """
-    (tmp_path / "secret.usda").write_text(HEAD + BALL)
-    folder = tmp_path / "scene"
+def usdz_package(folder, reference):
+    """A package with scene.usda, which has a ball and a prim that refers to a ball of another file, and part.usda."""
     folder.mkdir()
     path = folder / "scene.usdz"
     with zipfile.ZipFile(path, "w") as package:
-        text = BALL + f'def "a" (references = @{inner}@</ball>)\n{{\n}}\n'
+        text = BALL + f'def "a" (references = @{reference}@</ball>)\n{{\n}}\n'
         package.writestr("scene.usda", HEAD + text)
         package.writestr("part.usda", HEAD + BALL)
-    if inner.startswith(".."):
-        try:
-            assert [*read_scene_source(path).bodies] == ["ball"]
-        except SceneSourceError as refused:
-            assert "\n" not in str(refused)
+    return path
+
+
+def test_usdz_package_reads_layers_inside_the_package(tmp_path):
+    """The prim a is the ball of part.usda, which is in the package."""
+    assert [*read_scene_source(usdz_package(tmp_path / "scene", "part.usda")).bodies] == ["ball", "a"]
+
+
+def test_usdz_package_reads_no_layer_beside_the_package(tmp_path):
+    """A layer beside the package gives no body, whether the library takes it for missing or it is refused."""
+    (tmp_path / "secret.usda").write_text(HEAD + BALL)
+    path = usdz_package(tmp_path / "scene", "../secret.usda")
+    try:
+        bodies = [*read_scene_source(path).bodies]
+    except SceneSourceError as refused:
+        assert "\n" not in str(refused)
     else:
-        assert [*read_scene_source(path).bodies] == ["ball", "a"]
+        assert bodies == ["ball"]
 
 
 @pytest.mark.parametrize(
-    ("lines", "refusal"),
+    ("matrix", "refusal"),
     [
-        ("matrix4d xformOp:transform = ((0,0,0,0),(0,0,0,0),(0,0,0,0),(0,0,0,1))", "a scale of 0"),
-        ("matrix4d xformOp:transform = ((nan,0,0,0),(0,1,0,0),(0,0,1,0),(0,0,0,1))", "no number"),
-        ("matrix4d xformOp:transform = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(inf,0,0,1))", "no number"),
+        pytest.param("((0,0,0,0),(0,0,0,0),(0,0,0,0),(0,0,0,1))", "a scale of 0", id="scale of 0"),
+        pytest.param("((nan,0,0,0),(0,1,0,0),(0,0,1,0),(0,0,0,1))", "no number", id="rotation of NaN"),
+        pytest.param("((1,0,0,0),(0,1,0,0),(0,0,1,0),(inf,0,0,1))", "no number", id="infinitely far away"),
     ],
 )
-def test_transform_of_zero_scale_or_non_finite_numbers_is_refused(tmp_path, lines, refusal):
-    """``lines``: the pose of the ball as a matrix of four rows; the last row is its translation."""
-    text = BALL.replace("{\n}", f'{{\n{lines}\nuniform token[] xformOpOrder = ["xformOp:transform"]\n}}')
+def test_transform_of_zero_scale_or_non_finite_numbers_is_refused(tmp_path, matrix, refusal):
+    """``matrix``: the pose of the ball, four rows of which the last is its translation."""
+    lines = f'matrix4d xformOp:transform = {matrix}\nuniform token[] xformOpOrder = ["xformOp:transform"]'
     with pytest.raises(SceneSourceError, match=refusal):
-        read_scene_source(usda_file(tmp_path, text))
+        read_scene_source(usda_file(tmp_path, BALL.replace("{\n}", f"{{\n{lines}\n}}")))
 
 
-@pytest.mark.parametrize("line", ["double radius = nan", "double radius = -1", "double radius = 0"])
-def test_sphere_without_a_positive_radius_is_named_as_ignored(tmp_path, line):
+@pytest.mark.parametrize("radius", ["nan", "-1", "0"])
+def test_sphere_without_a_positive_radius_is_named_as_ignored(tmp_path, radius):
     """The sphere is the only collider of the scene: without it no body is left, and the refusal names the sphere."""
-    usd_file = usda_file(tmp_path, BALL.replace("{\n}", f"{{\n{line}\n}}"))
+    usd_file = usda_file(tmp_path, BALL.replace("{\n}", f"{{\ndouble radius = {radius}\n}}"))
     with pytest.raises(SceneSourceError, match=r"no body that collides; not taken: the .*'/ball'"):
         read_scene_source(usd_file)
 
 
-@pytest.mark.parametrize("length_unit", ["0", "-1", "inf", "nan"])
-def test_usd_scene_needs_positive_finite_metres_per_unit(tmp_path, length_unit):
-    """``length_unit``: metres per unit in the head of the file."""
-    header = HEAD.replace("metersPerUnit = 1", f"metersPerUnit = {length_unit}")
-    usd_file = usda_file(tmp_path, BALL, head=header)
+@pytest.mark.parametrize("metres_per_unit", ["0", "-1", "inf", "nan"])
+def test_usd_scene_needs_positive_finite_metres_per_unit(tmp_path, metres_per_unit):
+    """The head of the file says the unit of lengths."""
+    head = HEAD.replace("metersPerUnit = 1", f"metersPerUnit = {metres_per_unit}")
     with pytest.raises(SceneSourceError, match="metersPerUnit"):
-        read_scene_source(usd_file)
+        read_scene_source(usda_file(tmp_path, BALL, head=head))
 
 
 def test_absence_of_the_library_is_explained(tmp_path, monkeypatch):
-    """The import of ``pxr`` fails."""
-    own = builtins.__import__
+    """The import of ``pxr``, USD's library, fails: the error says what to install."""
+    usual_import = builtins.__import__
 
-    def without(name, *more, **keys):
+    def import_without_pxr(name, *more, **keys):
         if name == "pxr":
             raise ImportError(name)
-        return own(name, *more, **keys)
+        return usual_import(name, *more, **keys)
 
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setattr(builtins, "__import__", import_without_pxr)
     with pytest.raises(SceneSourceError, match=r'USD needs usd-core; install it: pip install "vrlab-replay\[usd\]"'):
         read_scene_source(usda_file(tmp_path, BALL))
 
@@ -260,7 +300,7 @@ def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
 
 
 def test_trial_program_reads_the_scene_of_its_arguments(tmp_path, monkeypatch):
-    """The program is run with a scene and its root; the reader gets both."""
+    """The trial, a program of its own, is run with a scene and the folder that it may read; the reader gets both."""
     monkeypatch.setitem(sys.modules, "resource", None)  # else the memory of the tests would be bounded too
     scenes = []
     monkeypatch.setattr(
@@ -272,18 +312,36 @@ def test_trial_program_reads_the_scene_of_its_arguments(tmp_path, monkeypatch):
     assert scenes == [(tmp_path / "s.usdc", tmp_path.resolve())]
 
 
-@pytest.mark.slow
-def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
-    """A scene with a binary layer is tried once, with its root; the trial itself accepts it.
+@pytest.fixture
+def tried(monkeypatch):
+    """The arguments of every trial, a reading in another process that a broken layer may end; none is run."""
+    trials = []
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", lambda *arguments: trials.append(arguments))
+    return trials
 
-    Without such a layer none is tried.
-    """
+
+@pytest.fixture
+def scene_with_binary_layer(tmp_path):
+    """A scene with a ball that refers to a sphere in part.usdc, a binary layer."""
     layer = Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
     layer.DefinePrim("/a", "Sphere")
     layer.Save()
-    tried = []
-    monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", lambda *given: tried.append(given))
-    path = usda_file(tmp_path, BALL + 'def "other" (references = @part.usdc@</a>)\n{\n}\n')
-    assert [*read_scene_source(path).bodies] == ["ball"] and tried == [(path, tmp_path.resolve())]
-    usd_trial.try_scene(path, tmp_path)
-    assert [*read_scene_source(usda_file(tmp_path, BALL)).bodies] == ["ball"] and len(tried) == 1
+    return usda_file(tmp_path, BALL + 'def "other" (references = @part.usdc@</a>)\n{\n}\n')
+
+
+def test_scene_with_a_binary_layer_is_tried_first(scene_with_binary_layer, tried):
+    """It is tried once, with the folder that it may read, and then read."""
+    assert [*read_scene_source(scene_with_binary_layer).bodies] == ["ball"]
+    assert tried == [(scene_with_binary_layer, scene_with_binary_layer.parent.resolve())]
+
+
+def test_scene_of_text_alone_is_not_tried(tmp_path, tried):
+    """Text cannot end the library: the ball is read at once."""
+    assert [*read_scene_source(usda_file(tmp_path, BALL)).bodies] == ["ball"]
+    assert tried == []
+
+
+@pytest.mark.slow
+def test_trial_accepts_a_sound_binary_layer(scene_with_binary_layer):
+    """The trial itself, in another process, raises no error."""
+    usd_trial.try_scene(scene_with_binary_layer, scene_with_binary_layer.parent)
