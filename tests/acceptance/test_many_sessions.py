@@ -13,6 +13,7 @@ import sys
 import time
 from pathlib import Path
 from statistics import median
+from typing import NamedTuple
 
 import numpy as np
 import psutil
@@ -28,11 +29,16 @@ from sessions import write_session
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 
 ON_DEMAND = "SESSIONS" in os.environ
+"""Whether somebody asks for more than the usual few sessions."""
 SESSIONS = int(os.environ.get("SESSIONS", "24"))
 SECONDS = int(os.environ.get("SECONDS_EACH", 30 if ON_DEMAND else 10))
-EVERY = "60 s" if ON_DEMAND else "6 sessions"
-"""How often a worker is killed."""
+"""Length of each session."""
+KILL_EVERY = "60 s" if ON_DEMAND else "6 sessions"
+"""How often a worker is killed, up to nine tenths of the sessions: of 24 after 6, 12 and 18 of them."""
+
+KILLS_OF_24 = 3
 SETTINGS = {"detectors": ["slow=discrete[rate_hz=22.5]"], "picture": False}
+"""Of every run; the reference, ``exact``, is added."""
 
 FLAT_BYTES = (8 << 20) + SESSIONS * (32 << 10)
 """What the driver may gain from a quarter of its sessions to its end: 18 kB a session (2026-11-22), and noise."""
@@ -57,55 +63,81 @@ def run_measured(path, out, settings, request):
     """Does the work of a batch; leaves processor time, its own process and the memory of that beside the run folder."""
     begun = time.process_time()
     outcome = run_session(path, out, settings, request)
-    visited = [time.process_time() - begun, os.getpid(), psutil.Process().memory_info().rss]
-    out.with_name(f".{out.name}.seen").write_text(json.dumps(visited))
+    measured = [time.process_time() - begun, os.getpid(), psutil.Process().memory_info().rss]
+    out.with_name(f".{out.name}.seen").write_text(json.dumps(measured))
     return outcome
 
 
-def drive(folder, out, every, where):
-    """A program of its own: one batch; what it came to, and what was told when, with the memory then.
+class Driven(NamedTuple):
+    """What a program that ran a batch reports: of the batch, of each session in order of its end, and of itself.
 
-    ``every``: how often a worker is killed, ``6 sessions`` or ``60 s``, or ``""``. ``where``: ``here``, or the workers
-    of a scheduler that is reached by its address.
+    ``reported``: session, result, seconds since the begin, and the program's memory in bytes then. ``died``: session
+    and address of each worker that died with one.
     """
-    if where == "elsewhere":
+
+    digest: str
+    done: list
+    kept: list
+    failed: dict
+    reported: list
+    killed: int
+    wall_seconds: float
+    memory: int
+    died: list
+
+
+def drive(folder, out, kill_every, where):
+    """The main function of a program of its own: runs one batch and prints a ``Driven``.
+
+    ``kill_every``: how often a worker is killed, ``6 sessions`` or ``60 s``, or ``""``. ``where``: in ``processes``, or
+    by the workers of a ``scheduler`` that is reached by its address.
+    """
+    if where == "scheduler":
         from distributed import LocalCluster
 
         with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
-            driven_by(folder, out, every, {"scheduler": cluster.scheduler_address})
+            run_and_kill(folder, out, kill_every, {"scheduler": cluster.scheduler_address})
     else:
-        driven_by(folder, out, every, {"jobs": 2})
+        run_and_kill(folder, out, kill_every, {"jobs": 2})
 
 
-def driven_by(folder, out, every, workers):
+def run_and_kill(folder, out, kill_every, workers):
     """One batch by these workers, as ``drive`` says."""
     batch.batch_digest(Path(folder).parent / "alone", ["s0000"])  # what reads and joins tables is loaded once
     rows_of_run(Path(folder).parent / "alone", "s0000", "metrics")
     batch.run_session = run_measured
     reported, begun, me = [], time.monotonic(), psutil.Process()
     last, killed, chance = begun, 0, random.Random(7)
-    often, _, unit = every.partition(" ")
+    often, _, unit = kill_every.partition(" ")
 
     def on_done(name, result):
         nonlocal last, killed
         reported.append((name, result, time.monotonic() - begun, me.memory_info().rss))
         passed = time.monotonic() - last if unit == "s" else len(reported) - float(often) * killed
-        if every and passed >= float(often) and len(reported) < 0.9 * SESSIONS:
+        if kill_every and passed >= float(often) and len(reported) < 0.9 * SESSIONS:
             chance.choice(sorted(spawned_by(me), key=lambda item: item.pid)).kill()
             last, killed = time.monotonic(), killed + 1
 
     files, died = sorted(Path(folder).glob("*.mcap")), []
-    died_too = {"on_done": on_done, "on_died": lambda *item: died.append(item)}
-    made = batch.run_batch(files, out, settings=SETTINGS, **died_too, **workers)
-    wall = time.monotonic() - begun
-    print(
-        json.dumps([made.digest, made.done, made.kept, made.failed, reported, killed, wall, me.memory_info().rss, died])
+    callbacks = {"on_done": on_done, "on_died": lambda *item: died.append(item)}
+    made = batch.run_batch(files, out, settings=SETTINGS, **callbacks, **workers)
+    driven = Driven(
+        digest=made.digest,
+        done=made.done,
+        kept=made.kept,
+        failed=made.failed,
+        reported=reported,
+        killed=killed,
+        wall_seconds=time.monotonic() - begun,
+        memory=me.memory_info().rss,
+        died=died,
     )
+    print(json.dumps(driven))
 
 
 @pytest.fixture(scope="module")
 def sessions_and_digest(tmp_path_factory):
-    """The sessions, and the digest that one process makes of them."""
+    """The folder of the sessions, and the digest of the tables that one process makes of them, in ``alone``."""
     folder = tmp_path_factory.mktemp("many") / "sessions"
     folder.mkdir()
     for number in range(SESSIONS):
@@ -115,62 +147,92 @@ def sessions_and_digest(tmp_path_factory):
     return folder, alone.digest
 
 
-def driven(folder, out, every, where="here"):
-    """Output of a program of its own that runs all sessions of a folder."""
-    arguments = [sys.executable, __file__, str(folder), str(out), every, where]
-    done = subprocess.run(arguments, env=environment(), capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-3000:]
-    return json.loads(done.stdout.splitlines()[-1])
+def driven(folder, out, kill_every, where="processes"):
+    """What a program of its own reports that runs all sessions of a folder; for the arguments see ``drive``."""
+    arguments = [sys.executable, __file__, str(folder), str(out), kill_every, where]
+    ended = subprocess.run(arguments, env=environment(), capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr[-3000:]
+    return Driven(*json.loads(ended.stdout.splitlines()[-1]))
+
+
+@pytest.fixture(scope="module")
+def batch_with_kills(sessions_and_digest, tmp_path_factory):
+    """The folder of the runs that two processes make of the sessions, some of which are killed, and its report."""
+    folder, _ = sessions_and_digest
+    out = tmp_path_factory.mktemp("killed") / "runs"
+    return out, driven(folder, out, KILL_EVERY)
 
 
 @pytest.mark.slow
-def test_killed_workers_do_not_change_the_digest(sessions_and_digest, tmp_path):
-    """The program that drives the workers kills some; tables are those of one process, and nobody's memory grows."""
-    folder, alone = sessions_and_digest
-    names, out = [path.stem for path in sorted(folder.glob("*.mcap"))], tmp_path / "runs"
-    digest, done, kept, failed, reported, killed, wall, memory, _ = driven(folder, out, EVERY)
-    assert killed >= (min(5, wall // 75) if ON_DEMAND else 3) and failed == {} and digest == alone
-    reported_names, states, *_ = zip(*reported, strict=True)
-    assert done == names and kept == [] and sorted(reported_names) == names
-    assert set(states) == {"done"}
+def test_killed_workers_do_not_change_the_digest(sessions_and_digest, batch_with_kills):
+    """All sessions are done, each reported once, none failed or was there before; the digest is that of one process."""
+    folder, digest_of_one_process = sessions_and_digest
+    out, report = batch_with_kills
+    names = [path.stem for path in sorted(folder.glob("*.mcap"))]
+    assert report.killed >= (min(5, report.wall_seconds // 75) if ON_DEMAND else KILLS_OF_24)
+    assert report.done == names and report.kept == [] and report.failed == {}
+    reported_names, states, *_ = zip(*report.reported, strict=True)
+    assert sorted(reported_names) == names and set(states) == {"done"}
+    assert report.digest == digest_of_one_process
+    assert not [*out.glob(".*.partial")], "no run is left half written"
+
+
+@pytest.mark.slow
+def test_tables_after_kills_are_those_of_one_process(sessions_and_digest, batch_with_kills):
+    """All columns but times (``_ms``) are equal; each session has a row of figures for either detector, in order."""
+    folder, _ = sessions_and_digest
+    out, report = batch_with_kills
     tables, expected = replay.read(out), replay.read(folder.parent / "alone")
     assert tables["episodes"].num_rows > SESSIONS
-    untimed = {
-        name: [item for item in table.column_names if not item.endswith("_ms")] for name, table in tables.items()
-    }
-    assert all(tables[name].select(kept).equals(expected[name].select(kept)) for name, kept in untimed.items())
+    for name, table in tables.items():
+        untimed = [column for column in table.column_names if not column.endswith("_ms")]
+        assert table.select(untimed).equals(expected[name].select(untimed)), name
     rows = tables["metrics"].select(["run", "detector"]).to_pylist()
-    assert rows == [{"run": name, "detector": label} for name in names for label in ("slow", "exact")]
-    assert not [*out.glob(".*.partial")]
-    early = reported[len(reported) // 4][3]
-    assert memory - early < FLAT_BYTES, f"{(memory - early) / 2**20:.1f} MiB more than after a quarter"
-    visited = [json.loads((out / f".{item[0]}.seen").read_text()) for item in reported]
-    gained = max(of_worker(visited, pid) for pid in {item[1] for item in visited})
-    tenth = max(len(visited) // 10, 2)
-    first, last = (median(item[0] for item in piece) for piece in (visited[:tenth], visited[-tenth:]))
+    assert rows == [{"run": name, "detector": label} for name in report.done for label in ("slow", "exact")]
+
+
+@pytest.mark.slow
+def test_memory_and_time_of_a_batch_do_not_grow(batch_with_kills):
+    """From a quarter of the sessions on, neither the driver nor a worker gains more than FLAT_BYTES and WORKER_BYTES.
+
+    Of many sessions the last tenth costs as much processor time as the first; of 24 it is only printed.
+    """
+    out, report = batch_with_kills
+    *_, memory_after_a_quarter = report.reported[len(report.reported) // 4]
+    driver_gained = report.memory - memory_after_a_quarter
+    measured = [json.loads((out / f".{name}.seen").read_text()) for name, *_ in report.reported]
+    worker_gained = max(gained_by_worker(measured, pid) for pid in {pid for _, pid, _ in measured})
+    tenth = max(len(measured) // 10, 2)
+    first, last = (median(seconds for seconds, *_ in part) for part in (measured[:tenth], measured[-tenth:]))
     print(
-        f"\n{len(done)} sessions in {wall:.1f} s, {killed} killed; the driver gained"
-        f" {(memory - early) / 2**20:.1f} MiB, a worker {gained / 2**20:.1f} MiB; processor time of a session"
+        f"\n{len(report.done)} sessions in {report.wall_seconds:.1f} s, {report.killed} killed; the driver gained"
+        f" {driver_gained / 2**20:.1f} MiB, a worker {worker_gained / 2**20:.1f} MiB; processor time of a session"
         f" {1000 * first:.0f} ms in the first tenth, {1000 * last:.0f} ms in the last"
     )
-    assert gained < WORKER_BYTES
+    assert driver_gained < FLAT_BYTES
+    assert worker_gained < WORKER_BYTES
     assert last < GROWTH * first or not ON_DEMAND
 
 
 @pytest.mark.slow
 def test_killed_scheduler_workers_are_named_without_changing_the_digest(sessions_and_digest, tmp_path):
-    """Two workers of a Dask scheduler, killed now and then: each death has a session and the worker's address."""
-    folder, alone = sessions_and_digest
-    digest, done, _, failed, reported, killed, *_, died = driven(folder, tmp_path / "runs", EVERY, "elsewhere")
-    assert killed >= 2 and failed == {} and digest == alone and len(done) == len(reported) == SESSIONS
-    assert died and {name for name, _ in died} <= set(done)
-    assert all(address.startswith("tcp://") for _, address in died)
+    """Two workers of a Dask scheduler, one of them killed now and then, make all runs with the digest of one process.
+
+    A worker that dies with a session is reported with both: some are, and not all, as a kill may find a worker idle.
+    """
+    folder, digest_of_one_process = sessions_and_digest
+    report = driven(folder, tmp_path / "runs", KILL_EVERY, where="scheduler")
+    assert report.killed >= KILLS_OF_24 or ON_DEMAND
+    assert report.failed == {} and report.digest == digest_of_one_process
+    assert len(report.done) == len(report.reported) == SESSIONS
+    assert report.died and {session for session, _ in report.died} <= set(report.done)
+    assert all(address.startswith("tcp://") for _, address in report.died)
 
 
-def of_worker(seen, pid):
+def gained_by_worker(measured, pid):
     """Bytes that a worker gained from a quarter of its sessions to its last."""
-    kept = [item[2] for item in seen if item[1] == pid]
-    return kept[-1] - kept[len(kept) // 4]
+    memory = [rss for _, worker, rss in measured if worker == pid]
+    return memory[-1] - memory[len(memory) // 4]
 
 
 if __name__ == "__main__":

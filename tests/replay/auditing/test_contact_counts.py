@@ -152,7 +152,7 @@ def test_intervals_cover_the_true_proportion_in_95_percent_of_sessions(contacts,
     sessions = [drawn_proportions(random, contacts, every, length_spread) for _ in range(400)]
     for name, of_all in true.items():
         covered = np.mean([drawn[name].lower <= of_all.value <= drawn[name].upper for drawn in sessions])
-        assert covered == pytest.approx(0.95, abs=0.02), name
+        assert 0.93 <= covered <= 0.97, name
 
 
 @pytest.mark.slow

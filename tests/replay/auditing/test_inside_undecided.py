@@ -70,7 +70,7 @@ def audited(mesh):
 SLOW_BLOCKS = {f"lacks face {k}" for k in range(12) if k % 5}
 """A lacking face is as another for a probe that enters elsewhere: three of the twelve are quick."""
 
-UNDECIDED_INSIDE = {"lacks a side", "lacks the side that is entered", "double-sided", "crossing, one reversed"}
+UNDECIDED_INSIDE = {"lacks a side", "lacks the side that is entered", "crossing, one reversed"}
 """Blocks that are open, or whose faces contradict each other about which side is inside."""
 
 
