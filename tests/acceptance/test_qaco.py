@@ -10,7 +10,8 @@ from cdcore import Verdict, create_detector
 from sessions.synthetic.scenes import make_scene_session
 
 pytestmark = pytest.mark.slow
-HERE = (I3, np.zeros(3))
+AT_THE_ORIGIN = (I3, np.zeros(3))
+"""The pose of the second body: unrotated, at the origin."""
 FRESH_SEEDS = (3101, 3102, 3103)
 """Fixed before any of them was looked at."""
 SESSION_SEEDS = (5101, 5102, 5103, 5104, 5105, 5106)
@@ -37,22 +38,28 @@ SCENES = {
 
 
 def hits_and_evaluations(meshes, poses, variant, budget, seed):
-    """Share of the poses in which a search hits, and the mean of its evaluations."""
+    """Fraction of the poses of the first mesh in which a search hits the second, and the mean of its evaluations.
+
+    ``variant``: how it searches; ``budget``: evaluations of face pairs that it may spend on a pose.
+    """
     search = search_of(*meshes, variant=variant, budget=budget, seed=seed)
-    queries = [search.search(pose, HERE, float(k)) for k, pose in enumerate(poses)]
+    queries = [search.search(pose, AT_THE_ORIGIN, float(number)) for number, pose in enumerate(poses)]
     return np.mean([query.hit is not None for query in queries]), np.mean([query.evaluations for query in queries])
 
 
 def test_default_detects_99_of_100_contacts_within_10000_evaluations():
-    """200 colliding poses of each scene and seed, of meshes of more than 4500 faces."""
-    result = {}
-    for scene, make in SCENES.items():
-        meshes = make()
+    """200 colliding poses for each scene and seed, of meshes of more than 4500 faces; 99 % of all 1,800 are hit.
+
+    "memetic" is the variant that detectors use by default.
+    """
+    fractions = {}
+    for scene, make_meshes in SCENES.items():
+        meshes = make_meshes()
         assert min(len(mesh.faces) for mesh in meshes) > 4500
         for seed in FRESH_SEEDS:
             poses = colliding_poses(*meshes, 200, seed)
-            result[scene, seed] = hits_and_evaluations(meshes, poses, "memetic", budget=10_000, seed=seed)[0]
-    assert np.mean(list(result.values())) >= 0.99, result
+            fractions[scene, seed], _ = hits_and_evaluations(meshes, poses, "memetic", budget=10_000, seed=seed)
+    assert np.mean(list(fractions.values())) >= 0.99, fractions
 
 
 def contact_frames():
@@ -60,40 +67,47 @@ def contact_frames():
     session, _ = make_scene_session("bench-bumps", faces=5000)
     run = replay.run(session, detectors="exact", oracle="exact")
     bodies, motion = run.assembly.bodies, run.assembly.motion
-    fine = [pair for pair in run.assembly.pairs if min(len(bodies[k].mesh.faces) for k in pair) > 4500]
-    truth = create_detector("exact", bodies, pairs=fine, containment=False).detect(motion)
+    fine_pairs = [pair for pair in run.assembly.pairs if min(len(bodies[body].mesh.faces) for body in pair) > 4500]
+    truth = create_detector("exact", bodies, pairs=fine_pairs, containment=False).detect(motion)
     contact = truth.verdict == Verdict.CONTACT
     frames = np.flatnonzero(contact.any(axis=1))
-    return bodies, fine, motion.take(frames), contact[frames]
+    return bodies, fine_pairs, motion.take(frames), contact[frames]
 
 
 def test_default_detects_99_of_100_session_contacts_cold_and_warm():
-    """Each seed has 213 contacts; the one with the fewest meeting faces has 9 pairs among 27 million.
+    """A session has more than 200 frames of a pair in contact; the least contact is 9 face pairs of 27 million.
 
-    A cold search starts anew in each frame: of all seeds together it hits 99 %.
+    A warm search starts where the frame before ended, and hits 99 % with each seed; a cold one starts anew, and hits
+    98 % with each seed and 99 % with all. Neither reports a false contact or spends more than 10,000 evaluations a
+    query.
     """
-    bodies, fine, motion, contact = contact_frames()
+    bodies, pairs, motion, contact = contact_frames()
     assert contact.sum() > 200
-    cold = []
+    cold_fractions = []
     for seed in SESSION_SEEDS:
-        for warm in (True, False):
-            settings = {"budget": 10_000, "seed": seed, "warm_start": warm}
-            result = create_detector("qaco", bodies, pairs=fine, **settings).detect(motion)
-            hit = result.verdict == Verdict.CONTACT
-            assert not (hit & ~contact).any()
-            assert result.work["evaluations"] <= 10_000 * result.work["looks"]
-            fraction = hit[contact].mean()
-            assert fraction >= (0.99 if warm else 0.98), (seed, warm)
-            cold += [] if warm else [fraction]
-    assert np.mean(cold) >= 0.99, cold
+        for is_warm in (True, False):
+            settings = {"budget": 10_000, "seed": seed, "warm_start": is_warm}
+            detection = create_detector("qaco", bodies, pairs=pairs, **settings).detect(motion)
+            is_hit = detection.verdict == Verdict.CONTACT
+            assert not (is_hit & ~contact).any()
+            assert detection.work["evaluations"] <= 10_000 * detection.work["looks"]
+            fraction = is_hit[contact].mean()
+            assert fraction >= (0.99 if is_warm else 0.98), (seed, is_warm)
+            if not is_warm:
+                cold_fractions.append(fraction)
+    assert np.mean(cold_fractions) >= 0.99, cold_fractions
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_colony_detects_no_less_than_random_with_fewer_evaluations(scene):
-    """60 colliding poses of each scene; the colony takes at most 60 % of the evaluations."""
+    """60 colliding poses of each scene, with up to 40,000 evaluations each.
+
+    An ant colony ("corrected": the paper's, its errors mended) hits at least as many as random samples of face pairs,
+    and takes at most 60 % of their evaluations.
+    """
     meshes = SCENES[scene]()
     poses = colliding_poses(*meshes, 60, FRESH_SEEDS[0])
-    colony, evaluations = hits_and_evaluations(meshes, poses, "corrected", budget=40_000, seed=1)
-    random, spent = hits_and_evaluations(meshes, poses, "random", budget=40_000, seed=1)
-    assert colony >= random
-    assert evaluations <= 0.6 * spent
+    colony_hits, colony_evaluations = hits_and_evaluations(meshes, poses, "corrected", budget=40_000, seed=1)
+    random_hits, random_evaluations = hits_and_evaluations(meshes, poses, "random", budget=40_000, seed=1)
+    assert colony_hits >= random_hits
+    assert colony_evaluations <= 0.6 * random_evaluations

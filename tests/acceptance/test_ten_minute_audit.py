@@ -16,12 +16,12 @@ from support.processes import environment
 from sessions import write_session
 
 pytestmark = pytest.mark.slow
-SECONDS, GIBIBYTES, MEGABYTES = 60.0, 2.0, 60.0
-FRAMES = 590 * 90
+MOST_SECONDS, MOST_GIBIBYTES, MOST_RECORDING_BYTES = 60.0, 2.0, 60e6
+LEAST_FRAMES = 590 * 90
 """Ten minutes at 90 Hz, of which each may be a second short."""
-CONTACT_FRAMES = 1000
+LEAST_CONTACT_FRAMES = 1000
 """Frames of a pair in contact: enough for a share of them to be one of the method, not of chance."""
-MISSED = 0.05
+MOST_MISSED = 0.05
 """Of these, what the search of the colony may miss."""
 
 MEASURED = """
@@ -40,20 +40,23 @@ print(json.dumps({"seconds": seconds, "gibibytes": peak_bytes() / 2**30, "frames
 
 
 def test_ten_minute_audit_keeps_limits_of_time_memory_and_disk(tmp_path):
-    """60 s of processor time, 2 GiB and a recording of 60 MB; of over 1,000 contact frames less than 5 % are missed."""
+    """60 s of processor time, 2 GiB and a recording of 60 MB, for 12 bodies of 5,000 faces in the median.
+
+    The ant colony (hybrid-qaco) reports no false contact, and misses less than 5 % of over 1,000 contact frames.
+    """
     session = ten_minutes()
-    assert len(session.scene.bodies) == 12, "as the session is described above"
+    assert len(session.scene.bodies) == 12
     assert np.median([len(mesh.faces) for mesh in session.meshes.values()]) >= FACES
     write_session(session, tmp_path / "long.mcap")
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "long.mcap"), str(tmp_path / "run")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout.splitlines()[-1])
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
+    assert ended.returncode == 0, ended.stderr
+    result = json.loads(ended.stdout.splitlines()[-1])
     print(result)
-    assert result["frames"] >= FRAMES
+    assert result["frames"] >= LEAST_FRAMES
     assert result["audit"]["false_contact"]["count"] == 0, "it reports what triangles that meet prove"
-    assert result["audit"]["time_missed"]["of"] > CONTACT_FRAMES
-    assert result["audit"]["time_missed"]["value"] < MISSED
-    assert result["gibibytes"] < GIBIBYTES
-    assert (tmp_path / "run" / "run.rrd").stat().st_size < MEGABYTES * 1e6
-    assert result["seconds"] < SECONDS
+    assert result["audit"]["time_missed"]["of"] > LEAST_CONTACT_FRAMES
+    assert result["audit"]["time_missed"]["value"] < MOST_MISSED
+    assert result["gibibytes"] < MOST_GIBIBYTES
+    assert (tmp_path / "run" / "run.rrd").stat().st_size < MOST_RECORDING_BYTES
+    assert result["seconds"] < MOST_SECONDS

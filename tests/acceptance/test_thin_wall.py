@@ -14,50 +14,85 @@ from cdcore.protocol import counts_as_contact
 from replay.studies.stress.scenes import crossing_motion
 
 CUBE, PLATE = Body("cube", box_mesh((0.005,) * 3)), Body("plate", box_mesh((0.2, 0.2, 0.001)))
-PHASES = (np.arange(1000) + 0.5) / 1000
+CROSSINGS = 1000
+PHASES = (np.arange(CROSSINGS) + 0.5) / CROSSINGS
+"""Where the first touch of each crossing lies in its step, as a fraction of the way from frame to frame."""
 
 
 def crossings(speed, aside=0.0):
-    """1,000 crossings one after another, each from clear to clear; the motion, frames of each, and the last above."""
-    motion = crossing_motion(speed, 1000, aside)
-    frames = len(motion) // 1000
-    return motion, frames, frames // 2 - 1
+    """1,000 crossings one after another, each from clear to clear, one of each of PHASES, at 90 Hz.
+
+    The motion, the frames of each crossing, and the number of its first frame after the first touch. ``aside``: metres
+    by which the cube passes the middle of the plate.
+    """
+    motion = crossing_motion(speed, CROSSINGS, aside)
+    frames_each = len(motion) // CROSSINGS
+    return motion, frames_each, frames_each // 2 - 1
+
+
+MISSED_BY_SPEED = {0.4: 0, 0.6: 100, 1.0: 460, 2.0: 730, 4.0: 865}
+"""Speed in m/s -> of 1,000 crossings those whose contact of 6 mm lies between two frames.
+
+A step is speed / 90: 1 - 0.006 / (speed / 90) of the crossings, at least none.
+"""
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize(("speed", "missed"), [(0.4, 0), (0.6, 100), (1.0, 460), (2.0, 730), (4.0, 865)])
-def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, missed):
-    """``speed`` in m/s; ``missed`` of 1,000 crossings: 1 - 0.006 / (speed / 90) of them, at least none."""
-    motion, frames, before = crossings(speed)
-    exact = create_detector("exact", (CUBE, PLATE)).detect(motion)
-    visited = counts_as_contact(exact.verdict.reshape(1000, frames)).any(axis=1)
-    assert 1000 - visited.sum() == missed
+@pytest.mark.parametrize(("speed", "missed"), MISSED_BY_SPEED.items())
+def test_frames_miss_what_arithmetic_predicts(speed, missed):
+    """``exact`` tests frames alone: no frame of so many crossings has a contact."""
+    motion, frames_each, _ = crossings(speed)
+    verdict = create_detector("exact", (CUBE, PLATE)).detect(motion).verdict
+    is_detected = counts_as_contact(verdict.reshape(CROSSINGS, frames_each)).any(axis=1)
+    assert np.count_nonzero(~is_detected) == missed
+
+
+@pytest.mark.sampled(3)
+@pytest.mark.parametrize("speed", MISSED_BY_SPEED)
+def test_intervals_miss_no_crossing_and_bracket_its_first_touch(speed):
+    """``continuous`` tests the way between frames: it reports every crossing, and leaves no frame open.
+
+    Its first touch lies between two moments a microsecond apart at most; by arithmetic it is 1 - phase of a step before
+    the first frame after it.
+    """
+    motion, frames_each, first_after = crossings(speed)
     detection = create_detector("continuous", (CUBE, PLATE)).detect(motion)
-    verdict = detection.verdict.reshape(1000, frames)
+    verdict = detection.verdict.reshape(CROSSINGS, frames_each)
     assert (verdict[:, 1:] == Verdict.CONTACT).any(axis=1).all()
     assert not (verdict == Verdict.UNRESOLVED).any()
-    # frame `before` lies a share 1 - phase of a step below the first touch
-    touch = (np.arange(1000) * frames + before - (1 - PHASES)) / 90
-    times = np.array([detection.toi[k * frames + before, 0] for k in range(1000)])
-    assert len(detection.toi) == 1000
-    rounding = 4 * np.spacing(touch)
-    assert (times[:, 0] <= touch + rounding).all()
-    assert (touch - rounding <= times[:, 1]).all()
-    assert (times[:, 1] - times[:, 0]).max() <= 1e-6
+    assert len(detection.toi) == CROSSINGS
+
+    frames_after = np.arange(CROSSINGS) * frames_each + first_after
+    expected_s = (frames_after - (1 - PHASES)) / 90
+    earliest_s, latest_s = np.array([detection.toi[frame, 0] for frame in frames_after.tolist()]).T
+    rounding = 4 * np.spacing(expected_s)
+    assert (earliest_s <= expected_s + rounding).all()
+    assert (expected_s - rounding <= latest_s).all()
+    assert (latest_s - earliest_s).max() <= 1e-6
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize(("speed", "rotations"), [(0.4, False), (4.0, False), (2.0, True)])
-def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, rotations):
-    """The cube passes the rim of the plate, 0.1 m from its middle, by 3 micrometres to 1 mm."""
-    # turning, nothing of the cube is further from its centre than half its diagonal across the axis it turns about
-    reach = 0.0025 * (np.sqrt(2) if rotations else 1.0)
-    motion, frames, _ = crossings(speed, 0.1 + reach + np.geomspace(3e-6, 1e-3, 1000))
+@pytest.mark.parametrize(
+    ("speed", "rotates"),
+    [
+        pytest.param(0.4, False, id="slow"),
+        pytest.param(4.0, False, id="fast"),
+        pytest.param(2.0, True, id="rotating"),
+    ],
+)
+def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, rotates):
+    """The cube passes the rim of the plate, 0.1 m from its middle, by 3 micrometres to 1 mm: no step is a contact.
+
+    Where it rotates, by 1.5 rad about y in each crossing, its reach is half a diagonal of its face, else half an edge.
+    """
+    half_edge = 0.005 / 2
+    reach = half_edge * (np.sqrt(2) if rotates else 1.0)
+    gaps = np.geomspace(3e-6, 1e-3, CROSSINGS)
+    motion, frames_each, _ = crossings(speed, aside=0.1 + reach + gaps)
     rotation = motion.rotations.copy()
-    if rotations:
-        rotation[:, 0] = np.tile(
-            Rotation.from_euler("y", np.linspace(0, 1.5, frames)[:, None]).as_matrix(), (1000, 1, 1)
-        )
+    if rotates:
+        angles = np.linspace(0, 1.5, frames_each)
+        rotation[:, 0] = np.tile(Rotation.from_euler("y", angles[:, None]).as_matrix(), (CROSSINGS, 1, 1))
     beside = Motion(motion.times, motion.translations, rotation, linked=motion.linked)
-    verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
+    verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(CROSSINGS, frames_each)
     assert (verdict[:, 1:] == Verdict.CLEAR).all()
