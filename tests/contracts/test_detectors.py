@@ -16,6 +16,7 @@ from replay.prepare.assemble import assemble
 from sessions.importers import import_session
 
 FRAMES = 24
+"""Frames of ``scene``: five bodies, three of which move through the others, with poses missing now and then."""
 LIVE = [
     ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("obb", {}),
     ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
@@ -53,6 +54,7 @@ def has_faces(detection):
 
 
 def test_detector_has_the_methods_of_the_protocol(name, scene):
+    """Its name is that of its row, also in its answers; its settings are of the class that it declares."""
     bodies, _ = scene
     detector = create_detector(name, bodies)
     assert isinstance(detector, Detector)
@@ -61,12 +63,16 @@ def test_detector_has_the_methods_of_the_protocol(name, scene):
 
 
 def test_repeated_queries_give_the_same_answer(name, scene):
-    """A query with poses of two of five bodies is refused in between; a new detector says the same as well."""
+    """A detector is asked twice; in between it refuses a motion of two of its five bodies, which changes nothing.
+
+    A new detector answers the same as well: verdicts, and faces where it lists some.
+    """
     bodies, motion = scene
     detector = create_detector(name, bodies)
     first = detector.detect(motion, faces=True)
+    of_two_bodies = Motion(motion.times, motion.translations[:, :2], motion.rotations[:, :2])
     with pytest.raises(CollisionCoreError):
-        detector.detect(Motion(motion.times, motion.translations[:, :2], motion.rotations[:, :2]))
+        detector.detect(of_two_bodies)
     assert first.digest == detector.detect(motion).digest == detection_of_whole_motion(name).digest
     if has_faces(first):
         assert first.faces_digest == detection_of_whole_motion(name).faces_digest
@@ -74,7 +80,7 @@ def test_repeated_queries_give_the_same_answer(name, scene):
 
 @pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
 def test_detector_in_blocks_of_frames_equals_the_whole_motion(name, block, scene):
-    """Blocks of 1, 7 and 64 frames."""
+    """24 frames are read in blocks of 7, of a single frame, and of 64, more than there are."""
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
     assert joined.digest == detection_of_whole_motion(name).digest
@@ -84,14 +90,17 @@ def test_detector_in_blocks_of_frames_equals_the_whole_motion(name, block, scene
 
 
 def test_live_detection_equals_offline_and_times_every_frame(name, scene):
-    """Verdicts and what is said of containment; each stage has seconds for each of 24 frames."""
+    """Asked frame by frame, as in a live session: verdicts, and what is said of bodies inside others, are the same.
+
+    Each stage has seconds for each of 24 frames, and together they are more than 0.
+    """
     bodies, motion = scene
-    answer = detect_live(create_detector(name, bodies), motion)
-    assert answer.digest == detection_of_whole_motion(name).digest
-    assert np.array_equal(answer.verdict, detection_of_whole_motion(name).verdict)
-    assert answer.containment == detection_of_whole_motion(name).containment
-    assert all(spent.shape == (FRAMES,) for spent in answer.seconds.values())
-    assert (sum(answer.seconds.values()) > 0).all()
+    live, offline = detect_live(create_detector(name, bodies), motion), detection_of_whole_motion(name)
+    assert live.digest == offline.digest
+    assert np.array_equal(live.verdict, offline.verdict)
+    assert live.containment == offline.containment
+    assert all(seconds.shape == (FRAMES,) for seconds in live.seconds.values())
+    assert (sum(live.seconds.values()) > 0).all()
 
 
 @cache
@@ -114,20 +123,23 @@ def restless():
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("settings", LIVE, ids=str)
 def test_all_query_modes_agree_on_jumping_resting_and_lost_bodies(settings):
-    """Whole, one frame at a time, in blocks of seven, and with each pair the other way round.
+    """Five bodies jump for 15 of 48 frames, then drift, rest now and then, and lose their poses.
 
+    The answer is the same for all frames at once, live, in blocks of seven, and with the bodies of each pair exchanged.
     Clear, contact and lost poses occur, but for ``sphere``, which reports candidates in place of contacts.
     """
-    name, chosen = settings
-    detector, motion = create_detector(name, restless()[0], **chosen), restless()[1]
-    result = detector.detect(motion, faces=True)
-    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(result.verdict.ravel().tolist()) or name == "sphere"
-    assert np.array_equal(detect_live(detector, motion).verdict, result.verdict)
-    joined = join(detector.stream(motion.blocks(7), faces=True))
-    assert np.array_equal(joined.verdict, result.verdict)
-    assert not has_faces(result) or joined.faces_digest == result.faces_digest
-    rotated = create_detector(name, restless()[0], pairs=result.pairs[:, ::-1], **chosen)
-    assert rotated.detect(motion).digest == result.digest
+    name, own_settings = settings
+    bodies, motion = restless()
+    detector = create_detector(name, bodies, **own_settings)
+    at_once = detector.detect(motion, faces=True)
+    verdicts = set(at_once.verdict.ravel().tolist())
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= verdicts or name == "sphere"
+    assert np.array_equal(detect_live(detector, motion).verdict, at_once.verdict)
+    in_blocks = join(detector.stream(motion.blocks(7), faces=True))
+    assert np.array_equal(in_blocks.verdict, at_once.verdict)
+    assert not has_faces(at_once) or in_blocks.faces_digest == at_once.faces_digest
+    exchanged = create_detector(name, bodies, pairs=at_once.pairs[:, ::-1], **own_settings)
+    assert exchanged.detect(motion).digest == at_once.digest
 
 
 @cache
@@ -141,25 +153,26 @@ def wands(recording):
 @needs_data
 @pytest.mark.slow
 def test_live_is_offline_in_a_real_recording_with_wands(name):
-    """Two controllers that a person moved; slow detectors answer for 60 frames in the middle of the recording."""
+    """Two controllers that a person moved; detectors of milliseconds a frame answer for 60 frames in the middle."""
     assembly = wands("grabLeft")
     detector = create_detector(name, assembly.bodies, pairs=assembly.pairs)
-    # Detectors that take milliseconds a frame answer for 60 frames.
-    frames = len(assembly.motion) if detector.online and name not in ("qaco", "physx") else 60
+    is_fast = detector.online and name not in ("qaco", "physx")
+    frames = len(assembly.motion) if is_fast else 60
     middle = len(assembly.motion) // 2
     motion = assembly.motion.frames(max(0, middle - frames // 2), middle + -(-frames // 2))
     live, offline = detect_live(detector, motion), detector.detect(motion)
-    assert live.digest == offline.digest and np.array_equal(live.verdict, offline.verdict)
+    assert live.digest == offline.digest
+    assert np.array_equal(live.verdict, offline.verdict)
 
 
 @pytest.mark.sampled(4)
 def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
-    """Four pairs; then the last first, and in each the second body first."""
+    """Four pairs of bodies; then the last pair comes first, and in each pair the second body."""
     bodies, motion = scene
     pairs = [("ball", "beaker"), ("rod", "beaker"), ("wand", "rod"), ("table", "ball")]
     forward = create_detector(name, bodies, pairs=pairs).detect(motion, faces=True)
-    rotated = [pair[::-1] for pair in pairs[::-1]]
-    backward = create_detector(name, bodies, pairs=rotated).detect(motion, faces=True)
+    exchanged = [(second, first) for first, second in reversed(pairs)]
+    backward = create_detector(name, bodies, pairs=exchanged).detect(motion, faces=True)
     assert forward.digest == backward.digest
     assert np.array_equal(forward.verdict, backward.verdict[:, ::-1])
     if has_faces(forward):
@@ -168,7 +181,7 @@ def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
 
 @pytest.mark.sampled(4)
 def test_digest_is_independent_of_the_order_of_bodies(name, scene):
-    """Five bodies in another order; the digest of verdicts is that of bodies in their order, and that of faces too."""
+    """Five bodies in another order: the digests of verdicts and of faces are those of bodies in their order."""
     bodies, motion = scene
     order = [3, 0, 4, 2, 1]
     # Not [:, order], which lays out the flags column by column: for that kernels are compiled once more.
@@ -182,9 +195,10 @@ def test_digest_is_independent_of_the_order_of_bodies(name, scene):
 
 
 def test_pair_without_both_poses_gets_verdict_no_pose(name, scene):
-    """A verdict of an instant with both poses is another; one of an interval may lack the pose before."""
+    """A detector of instants says so there alone; one of intervals also where the frame before has no pose."""
     (_, motion), detection = scene, detection_of_whole_motion(name)
-    lacks_a_pose = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
+    first, second = detection.pairs.T
+    lacks_a_pose = ~(motion.valid[:, first] & motion.valid[:, second])
     assert lacks_a_pose.any()
     assert (detection.verdict[lacks_a_pose] == Verdict.NO_POSE).all()
     if detection.covers == "instants":
@@ -201,7 +215,7 @@ def test_numbers_of_an_invalid_pose_are_ignored(name, scene):
 
 
 def test_an_empty_motion_gives_an_empty_answer(name, scene):
-    """No frames, and the ten pairs of five bodies."""
+    """No frames, and the ten pairs of five bodies; the answer has a digest all the same."""
     bodies, motion = scene
     detection = create_detector(name, bodies).detect(motion.frames(0, 0), faces=True)
     assert detection.verdict.shape == (0, 10)
@@ -220,6 +234,7 @@ def test_single_body_has_no_pairs_and_no_verdicts(name, scene):
 
 
 def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
+    """The arrays of the motion have the same bytes after a query; those of the answer refuse to be written."""
     bodies, motion = scene
     before = motion.translations.tobytes(), motion.rotations.tobytes()
     detection = create_detector(name, bodies).detect(motion)
@@ -244,60 +259,70 @@ def test_detection_keeps_times_and_names_with_work_and_seconds(name, scene):
 
 
 def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
-    """A detector without lists of faces says so; one of instants lists some where it reports contact, only there."""
+    """A detector of instants lists pairs of faces where it reports contact, and only there; one of intervals may.
+
+    A detector without lists of faces says so when they are read.
+    """
     detection = detection_of_whole_motion(name)
     if not has_faces(detection):
         with pytest.raises(NotRecordedError, match="holds no face pairs"):
             _ = detection.face_counts
         return
-    contact = detection.verdict == Verdict.CONTACT
     if detection.covers == "instants":
-        assert np.array_equal(detection.face_counts > 0, contact)
+        assert np.array_equal(detection.face_counts > 0, detection.verdict == Verdict.CONTACT)
     for frame, pair in np.argwhere(detection.face_counts > 0).tolist():
-        rows = [tuple(row) for row in detection.faces(frame, pair).tolist()]
-        assert rows == sorted(set(rows))
+        face_pairs = [tuple(faces) for faces in detection.faces(frame, pair).tolist()]
+        assert face_pairs == sorted(set(face_pairs))
 
 
 def test_bad_input_is_refused_by_a_named_error(name, scene):
-    """Wrong numbers of bodies, unknown names, pairs of a body with itself, unknown settings, blocks out of order."""
+    """Detectors of five bodies, the fourth of which is the ball; the motion has poses of all five."""
     bodies, motion = scene
+    ball = bodies[3]
     with pytest.raises(InvalidPoseError, match="poses of 5 bodies, the detector has 2"):
         create_detector(name, bodies[:2]).detect(motion)
     with pytest.raises(InvalidPairError, match="no body 'spoon'"):
         create_detector(name, bodies, pairs=[("ball", "spoon")])
     with pytest.raises(InvalidPairError, match="paired with itself"):
-        create_detector(name, bodies, pairs=[(1, 1)])
+        create_detector(name, bodies, pairs=[("ball", "ball")])
     with pytest.raises(InvalidPairError, match="no bodies"):
         create_detector(name, [])
     with pytest.raises(InvalidSettingError, match="has no setting 'nonsense'"):
         create_detector(name, bodies, nonsense=1)
     with pytest.raises(InvalidPairError, match="used twice: ball"):
-        create_detector(name, [bodies[3], bodies[3]])
+        create_detector(name, [ball, ball])
+    later_block_first = [motion.frames(5, 9), motion.frames(0, 5)]
     with pytest.raises(InvalidPoseError, match="stream the blocks in order"):
-        list(create_detector(name, bodies).stream([motion.frames(5, 9), motion.frames(0, 5)]))
+        list(create_detector(name, bodies).stream(later_block_first))
 
 
 def test_detectors_accept_meshes_of_a_single_triangle(name):
-    """Frame 0: the triangles cross, which detectors of solids may not report; frame 1: they are far apart."""
+    """Frame 0: two triangles cross, which detectors of solids may not report; frame 1: they are far apart.
+
+    A detector of intervals may report the way between the two frames.
+    """
     triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])
-    bodies = [Body("a", triangle), Body("b", upright)]
-    motion = unrotated_motion([[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [9, 9, 9]]])
-    verdict = create_detector(name, bodies).detect(motion).verdict[:, 0]
-    if create_detector(name, bodies).detect(motion).covers == "instants":
-        assert counts_as_contact(verdict).tolist() in ([True, False], [False, False])
+    at_the_origin, far_away = [0, 0, 0], [9, 9, 9]
+    motion = unrotated_motion([[at_the_origin, at_the_origin], [at_the_origin, far_away]])
+    detection = create_detector(name, [Body("a", triangle), Body("b", upright)]).detect(motion)
+    assert detection.verdict.shape == (2, 1)
+    if detection.covers == "instants":
+        assert not counts_as_contact(detection.verdict[1, 0])
 
 
 def test_the_scene_of_these_tests_has_every_verdict_that_counts():
     """By ``hybrid``: a scene without contacts, or without lost poses, would test nothing above."""
-    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(
-        np.unique(detection_of_whole_motion("hybrid").verdict).tolist()
-    )
+    verdicts = set(np.unique(detection_of_whole_motion("hybrid").verdict).tolist())
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= verdicts
 
 
 @cache
 def undecided_scene():
-    """A cup that lacks its lid, an open sheet beside a block, and small bodies that go into and past them."""
+    """A cup, a box of 0.2 m that lacks its lid, a block beside it, and a probe of 2 cm, in 30 frames.
+
+    The probe goes down into the cup, then through its wall and into the block.
+    """
     box = box_mesh([0.2] * 3)
     cup = TriangleMesh(box.vertices, box.faces[~(box.triangles[:, :, 2] == 0.1).all(axis=1)])
     bodies = [Body("cup", cup), Body("block", box_mesh([0.2] * 3)), Body("probe", box_mesh([0.02] * 3))]
@@ -308,18 +333,22 @@ def undecided_scene():
     return bodies, unrotated_motion(positions)
 
 
-def test_every_undecided_verdict_carries_a_reason(name):
-    """A cup without its lid and a probe that goes into it, whole, frame by frame and in blocks of seven frames.
+@pytest.mark.parametrize("mode", ["at once", "live", "in blocks"])
+def test_every_undecided_verdict_carries_a_reason(name, mode):
+    """Whether a probe is inside a cup without its lid may be undecided; all frames, frame by frame, or seven a block.
 
-    A detector that decides containment only partly leaves a verdict UNRESOLVED there.
+    A detector that says that it decides containment only partly leaves a verdict undecided there.
     """
     bodies, motion = undecided_scene()
     detector = create_detector(name, bodies)
-    offline, live = detector.detect(motion), detect_live(detector, motion)
-    for result in (offline, live, join(detector.stream(motion.blocks(7)))):
-        undecided = np.argwhere((result.verdict == Verdict.UNRESOLVED) | (result.verdict == Verdict.INVALID))
-        assert {(frame, pair) for frame, pair in undecided.tolist()} <= set(result.reasons)
-        reasons = [result.reasons[frame, pair] for frame, pair in undecided.tolist()]
-        assert all(reason and reason != NO_REASON for reason in reasons)
-        if any(word.startswith(PARTLY_DECIDED) for word in result.containment):
-            assert (result.verdict == Verdict.UNRESOLVED).any()
+    detections = {
+        "at once": lambda: detector.detect(motion),
+        "live": lambda: detect_live(detector, motion),
+        "in blocks": lambda: join(detector.stream(motion.blocks(7))),
+    }
+    detection = detections[mode]()
+    is_undecided = (detection.verdict == Verdict.UNRESOLVED) | (detection.verdict == Verdict.INVALID)
+    for frame, pair in np.argwhere(is_undecided).tolist():
+        assert detection.reasons[frame, pair] not in ("", NO_REASON)
+    if any(text.startswith(PARTLY_DECIDED) for text in detection.containment):
+        assert (detection.verdict == Verdict.UNRESOLVED).any()

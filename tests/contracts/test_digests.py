@@ -10,18 +10,19 @@ from support.digests import FILE, QUICK, REAL, SLOW, VARIANTS, asked_in, digests
 from support.optional import needs_data
 
 KNOWN = json.loads(FILE.read_text())
-PIECES = ("verdicts", "faces", "counters")
+PARTS = ("verdicts", "faces", "counters")
+"""What the digests of a detector are of, in the order of the file."""
 
 
 def parts_that_differ(group):
-    """Variants whose digests are not those of ``digests.json``, each with the parts that differ."""
-    result = {}
+    """Detectors and settings whose digests are not those of ``digests.json``, each with the parts that differ."""
+    differing = {}
     for variant in asked_in(group):
         known, now = KNOWN[group][variant_name(*variant)].split(), digests(group, *variant).split()
-        pieces = [piece for piece, before, after in zip(PIECES, known, now, strict=True) if before != after]
-        if pieces:
-            result[variant_name(*variant)] = pieces
-    return result
+        parts = [part for part, before, after in zip(PARTS, known, now, strict=True) if before != after]
+        if parts:
+            differing[variant_name(*variant)] = parts
+    return differing
 
 
 @pytest.mark.parametrize(
@@ -48,7 +49,7 @@ def test_digests_of_real_recordings_are_unchanged(group):
 
 
 def test_every_row_of_the_table_has_digests():
-    """VARIANTS: names and settings of the detectors whose digests are kept."""
+    """VARIANTS, the detectors and settings whose digests are in the file, are of all detectors of the table."""
     from cdcore.detectors.detector_table import DETECTORS
 
     assert {name for name, _ in VARIANTS} == set(DETECTORS)

@@ -59,29 +59,34 @@ def assert_item_sentence(sentence, setting):
 
 
 def test_invalid_setting_is_refused_in_a_sentence(name):
-    """Values that no setting may have must be refused; others may be, in a sentence that names the setting."""
+    """Values of NEVER must be refused, unless one is the setting's default, in a sentence that names the setting.
+
+    Those of SOMETIMES are refused in such a sentence, or the detector answers with them.
+    """
     for setting in settings_of(name):
         default = getattr(load_detector(name).Settings(), setting)
-        for value in (value for value in NEVER if value != default):
-            assert_item_sentence(answer_or_refusal(name, **{setting: value}), setting)
+        for value in NEVER:
+            if value != default:
+                assert_item_sentence(answer_or_refusal(name, **{setting: value}), setting)
         for value in SOMETIMES:
             output = answer_or_refusal(name, **{setting: value})
             if isinstance(output, str):
                 assert_item_sentence(output, setting)
             else:
-                assert output is None or isinstance(output, Detection)
+                assert output is None or isinstance(output, Detection), "None: the engine is not installed"
 
 
 def test_settings_refuse_numbers_for_flags_and_flags_for_numbers(name):
-    """Every setting of the detector ``name`` is given 1 if it is true or false, else ``True``."""
+    """Every setting of a detector: 1 is refused where the default is true or false, and ``True`` where it is not."""
     settings = load_detector(name).Settings()
     for item in fields(settings):
-        wrong = 1 if isinstance(getattr(settings, item.name), bool) else True
+        is_flag = isinstance(getattr(settings, item.name), bool)
+        wrong = 1 if is_flag else True
         assert_item_sentence(answer_or_refusal(name, **{item.name: wrong}), item.name)
 
 
 @pytest.mark.parametrize(
-    ("name", "settings", "hint"),
+    ("name", "settings", "valid"),
     [
         ("sphere", {"sphere": "exact"}, "paper, best"), ("discrete", {"rate_hz": 0}, "above 0"),
         ("static", {"epsilon": -1.0}, "metres from 0"),
@@ -98,15 +103,17 @@ def test_settings_refuse_numbers_for_flags_and_flags_for_numbers(name):
         ("image-space", {"resolution": 4097}, "at most 4096"),
     ],
 )  # fmt: skip
-def test_refused_setting_names_the_valid_values(name, settings, hint):
-    """``hint``: of the refusal, what may be given in place."""
-    assert hint in answer_or_refusal(name, **settings)
+def test_refused_setting_names_the_valid_values(name, settings, valid):
+    """A detector with a wrong setting; the refusal says what may be given in its place, ``valid``."""
+    refusal = answer_or_refusal(name, **settings)
+    assert isinstance(refusal, str) and valid in refusal
 
 
 def test_numbers_of_numpy_are_numbers():
-    """A whole number where one is needed, and a real one."""
-    assert create_detector("obb", [Body("a", box_mesh())], budget=np.int64(2)).settings.budget == 2
-    assert create_detector("static", [Body("a", box_mesh())], epsilon=np.float64(0.5)).settings.epsilon == 0.5
+    """An integer of NumPy where a whole number is needed, and a float where a real one is."""
+    body = Body("a", box_mesh())
+    assert create_detector("obb", [body], budget=np.int64(2)).settings.budget == 2
+    assert create_detector("static", [body], epsilon=np.float64(0.5)).settings.epsilon == 0.5
 
 
 @dataclass(frozen=True)
@@ -119,7 +126,7 @@ class Plain:
 
 
 class Outside(FrameDetector):
-    """Says nothing of any pair."""
+    """A user's own detector: reports no contact of any pair."""
 
     Settings: ClassVar[type] = Plain
 
@@ -128,9 +135,15 @@ class Outside(FrameDetector):
 
 
 @pytest.mark.parametrize(
-    "given", [{"careful": "off"}, {"looks": 1.5}, {"looks": True}, {"reach": float("nan")}], ids=str
+    ("setting", "value"),
+    [
+        pytest.param("careful", "off", id="text for a bool"),
+        pytest.param("looks", 1.5, id="fraction for an int"),
+        pytest.param("looks", True, id="bool for an int"),
+        pytest.param("reach", float("nan"), id="NaN for a float"),
+    ],
 )
-def test_settings_from_outside_are_checked_by_their_types(given):
-    """The settings of ``Outside`` have types and no other rules: bool, int and float."""
-    with pytest.raises(InvalidSettingError, match=f"{next(iter(given))}="):
-        create_detector(f"{__name__}:Outside", [Body("a", box_mesh())], **given)
+def test_settings_from_outside_are_checked_by_their_types(setting, value):
+    """The settings of a user's detector have types and no other rules: bool, int and float."""
+    with pytest.raises(InvalidSettingError, match=f"{setting}="):
+        create_detector(f"{__name__}:Outside", [Body("a", box_mesh())], **{setting: value})
