@@ -9,12 +9,15 @@ SCRIPTS = Path(__file__).resolve().parents[2] / ".ci"
 
 
 def test_properties_repeat_their_examples(pytestconfig):
+    """Without an option of the command line Hypothesis draws the same examples in every run."""
     if pytestconfig.getoption("--hypothesis-profile"):
-        pytest.skip("a profile was asked for")
+        pytest.skip("a profile was requested")
     assert settings.default.derandomize
 
 
 def test_only_the_weekly_run_draws_new_examples():
+    """Of the scripts without an ending, those that decide about a release among them, only "newest" asks for it."""
     scripts = [path for path in SCRIPTS.iterdir() if path.is_file() and not path.suffix]
-    drawing = [path.name for path in scripts if "--hypothesis-profile fresh" in path.read_text("utf-8")]
-    assert {"run", "lowest", "slow", "newest"} <= {path.name for path in scripts} and drawing == ["newest"]
+    assert {"run", "lowest", "slow", "newest"} <= {path.name for path in scripts}
+    drawing_new = [path.name for path in scripts if "--hypothesis-profile fresh" in path.read_text("utf-8")]
+    assert drawing_new == ["newest"]

@@ -15,23 +15,32 @@ MODELS = Path(os.environ.get("REAL_HANDS", "hands"))
 
 
 def test_published_page_of_real_hands_counts_no_disagreement():
-    """Three clips of people who drink; python-fcl differs in no frame."""
+    """Three clips of people who drink: the page has a row for each, with its frames in contact.
+
+    The column of frames in which python-fcl differs has only zeros.
+    """
     text = page("results")
+    assert command.HEAD in text
+    titles = [clip.title for clip in command.CLIPS]
     rows = [line.strip("| ").split(" | ") for line in text[text.index(command.BEGIN) :].splitlines()]
-    rows = {cells[0]: cells for cells in rows if cells[0] in {clip.title for clip in command.CLIPS}}
-    assert [*rows] == [clip.title for clip in command.CLIPS] and command.HEAD in text
-    _title, _frames, in_contact, differing, *_ = zip(*rows.values(), strict=False)
-    assert in_contact == ("256", "733", "275") and differing == ("0", "0", "0")
+    rows_of_clips = {cells[0]: cells for cells in rows if cells[0] in titles}
+    assert [*rows_of_clips] == titles
+    _title, _frames, in_contact, differing, *_ = zip(*rows_of_clips.values(), strict=False)
+    assert in_contact == ("256", "733", "275")
+    assert differing == ("0", "0", "0")
 
 
 def test_references_have_commits_and_commands(tmp_path):
-    lines = [*command.fetch_commands(tmp_path)]
-    assert all(shlex.split(line) for line in lines)
+    """Each repository that models are from has a commit of 40 hexadecimal digits, and a command that fetches it."""
+    commands = [*command.fetch_commands(tmp_path)]
+    assert all(shlex.split(line) for line in commands)
     for repository, (commit, _) in command.REPOSITORIES.items():
-        assert re.fullmatch("[0-9a-f]{40}", commit) and any(repository in line for line in lines)
+        assert re.fullmatch("[0-9a-f]{40}", commit)
+        assert any(repository in line for line in commands)
 
 
 def test_absent_models_are_said(tmp_path, capsys):
+    """The folder of models is empty: the script says whose are missing, and that they can be fetched."""
     command.write_page(tmp_path)
     assert "lacks the models of MyoDM; fetch them" in capsys.readouterr().out
 
@@ -40,4 +49,5 @@ def test_absent_models_are_said(tmp_path, capsys):
 @pytest.mark.skipif(not command.is_complete(MODELS), reason="no models of MyoDM; .ci/real_hands.py fetches them")
 @pytest.mark.parametrize("clip", command.CLIPS, ids=lambda clip: clip.vessel)
 def test_row_of_the_page_is_reproduced(clip):
+    """The row that the script makes of a clip is on the page."""
     assert command.row(clip, MODELS) in page("results")

@@ -24,14 +24,19 @@ def printed_sentences():
 @pytest.mark.parametrize(
     ("file", "text"),
     [
-        ("replay/cli/commands.py", "Save what is left of a torn or damaged session file."),
-        ("replay/cli/share.py", "Send the whole folder."),
-        ("replay/show/report/run.html", "One card per pair of bodies, with its worst fault."),
-        ("sessions/doctor/findings.toml", "check line of sight and base stations"),
-        ("replay/cli/demo.py", "This class is made up; ..."),
+        pytest.param(
+            "replay/cli/commands.py", "Save what is left of a torn or damaged session file.", id="help of a verb"
+        ),
+        pytest.param("replay/cli/share.py", "Send the whole folder.", id="string of code"),
+        pytest.param(
+            "replay/show/report/run.html", "One card per pair of bodies, with its worst fault.", id="template"
+        ),
+        pytest.param("sessions/doctor/findings.toml", "check line of sight and base stations", id="catalogue"),
+        pytest.param("replay/cli/demo.py", "This class is made up; ...", id="string with a field"),
     ],
 )
 def test_sentences_are_read_from_help_templates_and_catalogues(printed_sentences, file, text):
+    """A sentence that ``file`` prints today is among those that the script collects; a field is three dots."""
     assert any(name == file and text in sentence for name, _, sentence in printed_sentences)
 
 
@@ -47,11 +52,15 @@ def test_sentences_are_read_from_help_templates_and_catalogues(printed_sentences
     ],
 )
 def test_a_riddle_is_recognised(riddle):
-    lines = command.riddles([("a.py", 3, riddle), ("a.py", 4, "The detector missed 2 of 18 contacts.")])
-    assert lines and all(line.startswith("a.py:3: ") and line.endswith(f": {riddle}") for line in lines)
+    """Of a riddle and a plain sentence only the riddle is listed, with its file and line, once for each reason."""
+    plain = "The detector missed 2 of 18 contacts."
+    lines = command.riddles([("a.py", 3, riddle), ("a.py", 4, plain)])
+    assert lines
+    assert all(line.startswith("a.py:3: ") and line.endswith(f": {riddle}") for line in lines)
 
 
 def test_docstrings_are_not_collected_as_printed_sentences(printed_sentences):
+    """The first line of a module's docstring is long enough for a sentence, and is not among them."""
     docstring = ast.get_docstring(ast.parse((command.ROOT / "replay/document/headline.py").read_text("utf-8")))
     first_line = docstring.splitlines()[0]
     assert len(first_line.split()) > command.LEAST_WORDS
