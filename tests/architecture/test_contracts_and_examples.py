@@ -26,6 +26,7 @@ UPWARD = {
     "matplotlib is imported where plots are drawn": ("replay/document/metrics/near.py", "import matplotlib"),
     "jinja2 is imported where pages are filled in": ("replay/show/notebook.py", "import jinja2"),
 }
+"""Contract of import-linter, by its name in pyproject.toml -> a file and an import there that breaks it."""
 
 
 @pytest.mark.slow
@@ -37,15 +38,16 @@ def test_an_arrow_upward_breaks_its_contract(tmp_path):
     for file, line in UPWARD.values():
         with (tmp_path / file).open("a", encoding="utf-8") as source:
             source.write(f"\n{line}\n")
-    done = run("-c", LINT, "--no-cache", cwd=tmp_path)
-    assert done.returncode == 1
+    ended = run("-c", LINT, "--no-cache", cwd=tmp_path)
+    assert ended.returncode == 1
+    printed = " ".join(ended.stdout.split())
     for contract in UPWARD:
-        assert f"{contract} BROKEN" in " ".join(done.stdout.split()), contract
+        assert f"{contract} BROKEN" in printed, contract
 
 
 @pytest.mark.slow
 def test_examples_in_docstrings_hold():
-    """Doctests of the packages; modules without an example are not imported."""
+    """Doctests of all modules of the packages with an example; the others are not imported."""
     files = [
         str(path.relative_to(ROOT))
         for package in ("cdcore", "sessions", "replay")
@@ -54,5 +56,5 @@ def test_examples_in_docstrings_hold():
     ]
     assert files
     arguments = ["-q", "--doctest-modules", "-p", "no:cacheprovider", "-o", "addopts=--import-mode=importlib"]
-    done = run("-m", "pytest", *arguments, *files)
-    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
+    ended = run("-m", "pytest", *arguments, *files)
+    assert ended.returncode == 0, ended.stdout[-5000:] + ended.stderr[-2000:]

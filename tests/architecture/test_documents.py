@@ -31,6 +31,7 @@ PLAQUES = [path for package in ("cdcore", "sessions", "replay") for path in (ROO
 ACTION = ROOT / ".github" / "actions" / "audit" / "action.yml"
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 OPENS_A_WINDOW = {"view"}
+"""Verbs that a test does not run."""
 SEARCH_SECONDS = "8"
 """A search for colliders without a limit of its own would cut bodies for a minute or two."""
 
@@ -130,7 +131,10 @@ def pages():
 
 @pytest.mark.parametrize("name", [*pages()])
 def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch, capsys, sessions_made):
-    """Commands and Python blocks of a page share a folder and a namespace."""
+    """Commands and Python blocks of a page share a folder, with the files that the page shows, and a namespace.
+
+    A command ends with the exit code that the page promises, 0 if none; a Python block prints something.
+    """
     monkeypatch.chdir(tmp_path)
     lay_out(name, tmp_path)
     files, names = displayed_files(DOCUMENTS[name]).values(), {"__name__": "guide"}
@@ -150,40 +154,67 @@ def settings_of(path):
     return read_settings(path, click.Context(command))
 
 
-def test_every_toml_and_yaml_block_is_readable(tmp_path):
-    """Each is read by the product, a workflow is compared with the action's inputs."""
+def read_by_the_product(path):
+    """What the product reads from a TOML or YAML file of a page: a scene, a mapping, settings or a codebook."""
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
     from sessions.importers.csv_columns_and_units import read_mapping
 
-    readers = {"[[body]]": lambda path: parse_scene(path.read_text("utf-8")).bodies, "[time]": read_mapping}
-    readers |= {"[gates]": settings_of}
-    read = []
-    for text in DOCUMENTS.values():
-        for file, body in displayed_files(text).items():
-            path = tmp_path / file
-            path.write_text(body, "utf-8")
-            if path.suffix == ".yaml":
-                assert read_codebook(path)
-            elif path.suffix == ".yml":
-                steps = [step for job in yaml.safe_load(body)["jobs"].values() for step in job["steps"]]
-                given = {name for step in steps if "/actions/audit@" in step["uses"] for name in step["with"]}
-                assert given <= set(yaml.safe_load(ACTION.read_text("utf-8"))["inputs"])
-            elif path.suffix == ".toml":
-                assert next(reader for key, reader in readers.items() if key in body)(path)
-            read.append(path.suffix)
-        assert len(blocks(text, "toml") + blocks(text, "yaml")) == sum(
-            file.endswith((".toml", ".yaml", ".yml")) for file in displayed_files(text)
-        )
-    assert {".toml", ".yaml", ".yml", ".csv", ".py"} == set(read)
+    text = path.read_text("utf-8")
+    if path.suffix == ".yaml":
+        return read_codebook(path)
+    if "[[body]]" in text:
+        return parse_scene(text).bodies
+    return read_mapping(path) if "[time]" in text else settings_of(path)
+
+
+def files_of_documents(*endings):
+    """Document, file name and text of every block that is a file with one of these endings."""
+    return [
+        pytest.param(name, file, text, id=f"{name} {file}")
+        for name, document in DOCUMENTS.items()
+        for file, text in displayed_files(document).items()
+        if file.endswith(endings)
+    ]
+
+
+@pytest.mark.parametrize(("name", "file", "text"), files_of_documents(".toml", ".yaml"))
+def test_every_toml_and_yaml_block_is_readable(tmp_path, name, file, text):
+    """The product reads a file that a page shows, and something is in it."""
+    path = tmp_path / file
+    path.write_text(text, "utf-8")
+    assert read_by_the_product(path)
+
+
+@pytest.mark.parametrize(("name", "file", "text"), files_of_documents(".yml"))
+def test_workflow_of_a_page_gives_inputs_that_the_action_has(name, file, text):
+    """A workflow of GitHub that uses the action "audit"."""
+    steps = [step for job in yaml.safe_load(text)["jobs"].values() for step in job["steps"]]
+    inputs_given = {name for step in steps if "/actions/audit@" in step["uses"] for name in step["with"]}
+    assert inputs_given
+    assert inputs_given <= set(yaml.safe_load(ACTION.read_text("utf-8"))["inputs"])
+
+
+def test_every_toml_and_yaml_block_has_a_file_name():
+    """So the tests above read all of them; among the files of pages are also a CSV and a Python file."""
+    endings = set()
+    for name, text in DOCUMENTS.items():
+        files = [file for file in displayed_files(text) if file.endswith((".toml", ".yaml", ".yml"))]
+        assert len(files) == len(blocks(text, "toml") + blocks(text, "yaml")), name
+        endings |= {Path(file).suffix for file in displayed_files(text)}
+    assert endings == {".toml", ".yaml", ".yml", ".csv", ".py"}
 
 
 def test_python_blocks_import_names_of_the_facades_only():
     """Blocks import from cdcore, sessions and replay themselves, never from a module within."""
-    for name, text in DOCUMENTS.items():
-        for body in blocks(text, "python"):
-            for module in re.findall(r"^\s*(?:from|import) ((?:cdcore|sessions|replay)[\w.]*)", body, re.MULTILINE):
-                assert "." not in module, (name, module)
+    imported = [
+        (name, module)
+        for name, text in DOCUMENTS.items()
+        for body in blocks(text, "python")
+        for module in re.findall(r"^\s*(?:from|import) ((?:cdcore|sessions|replay)[\w.]*)", body, re.MULTILINE)
+    ]
+    assert imported
+    assert [(name, module) for name, module in imported if "." in module] == []
 
 
 def used_commands():
@@ -197,13 +228,13 @@ def used_commands():
 
 
 def test_every_written_command_has_an_existing_verb_and_options():
-    """Commands of all documents; each verb of the program is mentioned somewhere."""
-    recorded = set()
+    """Commands of all documents; a verb in capitals stands for any. Each verb of the program is in some document."""
+    mentioned_verbs = set()
     for name, (verb, *arguments) in used_commands():
         context = click.Context(cli)
-        command = cli.get_command(context, verb) if verb in COMMANDS else None
         assert verb in COMMANDS or verb.isupper(), (name, verb)
-        recorded.add(verb)
+        mentioned_verbs.add(verb)
+        command = cli.get_command(context, verb) if verb in COMMANDS else None
         if isinstance(command, click.Group) and arguments:
             command = command.get_command(context, arguments[0])
         if command is None:
@@ -211,7 +242,7 @@ def test_every_written_command_has_an_existing_verb_and_options():
         existing = {flag for option in command.params for flag in (*option.opts, *option.secondary_opts)}
         flags = {word.split("=")[0] for word in arguments if word.startswith("-")}
         assert flags <= existing | {"--help"}, (name, verb, flags - existing)
-    assert set(COMMANDS) - recorded == set(), "verbs that no page mentions"
+    assert set(COMMANDS) - mentioned_verbs == set(), "verbs that no page mentions"
 
 
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
@@ -219,29 +250,38 @@ EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"][
 
 def test_pages_install_this_copy_or_an_existing_extra():
     """Every ``pip install`` of a page names this folder, or the package with an extra of pyproject.toml."""
-    for name, text in DOCUMENTS.items():
-        for installed in re.findall(r"pip install (.*?)(?:[`;&)]|$)", text, re.MULTILINE):
-            extra = re.fullmatch(r'(?:-e "\.|"vrlab-replay)\[(\w+)\]"\s*', installed)
-            plain = installed.strip() in ("PATH-OF-THIS-REPOSITORY", "-e .")
-            assert plain or extra[1] in EXTRAS, (name, installed)
+    installations = [
+        (name, installed)
+        for name, text in DOCUMENTS.items()
+        for installed in re.findall(r"pip install (.*?)(?:[`;&)]|$)", text, re.MULTILINE)
+    ]
+    assert installations
+    for name, installed in installations:
+        extra = re.fullmatch(r'(?:-e "\.|"vrlab-replay)\[(\w+)\]"\s*', installed)
+        is_this_folder = installed.strip() in ("PATH-OF-THIS-REPOSITORY", "-e .")
+        assert is_this_folder or extra[1] in EXTRAS, (name, installed)
 
 
 def test_the_page_of_a_registry_links_no_file():
-    """README after the substitutions of pyproject.toml: links to files have become commands, links to the web stay."""
-    made = README
+    """The README of a package registry is ours after the substitutions of pyproject.toml, without its other files.
+
+    Links to pages of the guide have become commands; links to the web stay.
+    """
+    text = README
     build = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["metadata"]["hooks"]
     for rule in build["fancy-pypi-readme"]["substitutions"]:
-        made = re.sub(rule["pattern"], rule["replacement"], made)
-    assert "](" not in re.sub(r"\]\(https?:", "", made)
-    assert "`replay guide what-is-wrong`" in made and "`replay guide`" in made
+        text = re.sub(rule["pattern"], rule["replacement"], text)
+    assert "](" not in re.sub(r"\]\(https?:", "", text)
+    assert "`replay guide what-is-wrong`" in text and "`replay guide`" in text
 
 
 def test_the_citation_names_the_version_of_the_package():
-    """Title, version, authors and abstract are those of pyproject.toml."""
-    stated = yaml.safe_load((ROOT / ".github" / "CITATION.cff").read_text("utf-8"))
+    """Title, version, authors and abstract of CITATION.cff are those of pyproject.toml."""
+    citation = yaml.safe_load((ROOT / ".github" / "CITATION.cff").read_text("utf-8"))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    assert (stated["title"], stated["version"]) == (project["name"], project["version"])
-    assert stated["authors"] == project["authors"] and stated["abstract"] == project["description"]
+    assert (citation["title"], citation["version"]) == (project["name"], project["version"])
+    assert citation["authors"] == project["authors"]
+    assert citation["abstract"] == project["description"]
 
 
 def links():
@@ -253,8 +293,10 @@ def links():
 
 
 def test_every_link_leads_to_a_file():
-    """Links to the web are left out."""
-    assert [(str(path), target) for path, target in links() if not (path.parent / target).exists()] == []
+    """Links of documents, pages of the guide and READMEs of packages; links to the web are left out."""
+    file_links = [*links()]
+    assert file_links
+    assert [(str(path), target) for path, target in file_links if not (path.parent / target).exists()] == []
 
 
 def words(text):
@@ -268,33 +310,40 @@ def prose(text):
 
 
 def test_readme_and_guide_keep_to_their_length():
-    """In words; a page's limit is without its blocks and tables."""
+    """At most 700 words of README and 11,000 of the guide, with its list of 12 pages.
+
+    A page has at most 900 words, without its blocks and tables.
+    """
     pages = {topic: page(topic) for topic in topics()}
+    assert len(pages) == 12
     assert words(README) <= 700
     assert sum(map(words, [page(INDEX_PAGE), *pages.values()])) <= 11_000
     assert {topic: words(prose(text)) for topic, text in pages.items() if words(prose(text)) > 900} == {}
-    assert len(pages) == 12
 
 
 @pytest.mark.slow
 def test_the_scenes_of_the_table_declare_what_it_says():
-    """The table of the page scenes-and-effects names each scene and the kinds of its effects."""
+    """The table of the page scenes-and-effects: a scene in the first cell, the kinds of its effects in the last."""
     from sessions.synthetic.scenes import SCENES, make_scene_session
 
-    result = re.findall(
+    rows = re.findall(
         r"^\| `([a-z-]+)` \| [^|]* \| ([a-z, -]+?)(?::[^|]*)? \|$", page("scenes-and-effects"), re.MULTILINE
     )
-    assert {name: dict(result).get(name) for name in SCENES} == {
-        name: ", ".join(dict.fromkeys(effect.kind for effect in make_scene_session(name)[0].scene.effects))
-        for name in SCENES
-    }
+    printed_kinds = dict(rows)
+    for name in SCENES:
+        effects = make_scene_session(name)[0].scene.effects
+        assert printed_kinds.get(name) == ", ".join(dict.fromkeys(effect.kind for effect in effects)), name
 
 
 def test_shell_and_powershell_install_the_same():
-    """Both install and run the demo; another block says how to run the tests."""
+    """The first blocks of either shell in README both install this copy and run the demo."""
     shell, power = blocks(README, "bash")[0], blocks(README, "powershell")[0]
     for command in ("pip install -e .", "replay demo -o"):
         assert command in shell and command in power
+
+
+def test_readme_says_how_to_run_the_tests():
+    """A block of README installs what tests need, and runs them."""
     assert 'pip install -e ".[test]"\npython -m pytest -n auto\n' in blocks(README, "bash")
 
 
@@ -303,21 +352,23 @@ IMPORT = re.compile(r"^[ \t]*(?:import|from) (\w+)(?=[\w.]* import |[\w.]*(?: as
 PACKAGE_OF_MODULE = {"foxglove_schemas_protobuf": "foxglove", "google": "protobuf", "mcap_ros2": "mcap-ros2-support"}
 
 
-@pytest.mark.parametrize("room", ["cdcore", "sessions", "replay/running"])
-def test_readme_names_every_imported_library(room):
-    """``room``: a folder with a README of its own, and the libraries that its modules import."""
-    readme = (ROOT / room / "README.md").read_text("utf-8")
-    sources = [path.read_text("utf-8") for path in (ROOT / room).rglob("*.py")]
+@pytest.mark.parametrize("folder", ["cdcore", "sessions", "replay/running"])
+def test_readme_names_every_imported_library(folder):
+    """A folder's own README names each library that its modules import, beside Python's own and our packages."""
+    readme = (ROOT / folder / "README.md").read_text("utf-8")
+    sources = [path.read_text("utf-8") for path in (ROOT / folder).rglob("*.py")]
     imported = {library for source in sources for library in IMPORT.findall(source)}
     libraries = imported - sys.stdlib_module_names - {"cdcore", "sessions", "replay"}
+    assert libraries
     assert not [name for name in libraries if PACKAGE_OF_MODULE.get(name, name) not in readme]
 
 
 def test_paths_in_documents_exist():
     """Paths in backticks that begin with a package or with tests."""
-    missing = []
-    for name, text in DOCUMENTS.items():
-        for path in re.findall(r"`((?:cdcore|sessions|replay|tests)/[\w/.-]+)`", text):
-            if not (ROOT / path).exists():
-                missing.append(f"{name}: {path}")
-    assert not missing
+    paths = [
+        (name, path)
+        for name, text in DOCUMENTS.items()
+        for path in re.findall(r"`((?:cdcore|sessions|replay|tests)/[\w/.-]+)`", text)
+    ]
+    assert paths
+    assert [(name, path) for name, path in paths if not (ROOT / path).exists()] == []

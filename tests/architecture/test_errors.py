@@ -22,19 +22,22 @@ ERRORS_AND_ROOTS = [
 
 
 def test_every_error_descends_from_its_root_and_shows_its_message():
-    """All errors of three packages, made with a message and without one."""
+    """All errors of the three packages, made with a message and without one."""
+    assert ERRORS_AND_ROOTS
     for error, root in ERRORS_AND_ROOTS:
         assert issubclass(error, root), error
-        assert str(error("say what to do")) == "say what to do" and str(error()) == "", error
+        assert str(error("say what to do")) == "say what to do", error
+        assert str(error()) == "", error
 
 
 def test_every_error_has_a_docstring_of_its_own():
-    """``__doc__`` of a class without a docstring is None; it is not inherited in ``vars``."""
+    """``__doc__`` in the variables of a class without a docstring is None: one is not inherited there."""
+    assert ERRORS_AND_ROOTS
     assert not [error for error, _ in ERRORS_AND_ROOTS if not vars(error)["__doc__"]]
 
 
 @pytest.mark.parametrize(
-    ("error", "builtin_or_wider_error"),
+    ("error", "wider_error"),
     [
         (cdcore.errors.InvalidMeshError, ValueError),
         (cdcore.errors.InvalidPoseError, ValueError),
@@ -44,5 +47,6 @@ def test_every_error_has_a_docstring_of_its_own():
         (sessions.errors.TornFileError, sessions.errors.SessionFileError),
     ],
 )
-def test_wider_error_catches_the_narrower(error, builtin_or_wider_error):
-    assert issubclass(error, builtin_or_wider_error)
+def test_wider_error_catches_the_narrower(error, wider_error):
+    """``except`` with a builtin error, or the package's wider one, catches the error."""
+    assert issubclass(error, wider_error)

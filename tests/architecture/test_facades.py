@@ -28,16 +28,19 @@ def homes(package):
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_lazy_package_exports_equal_its_typed_imports(package):
-    """A package loads a name when it is asked for; type checkers read the same names from imports under ``if``."""
+    """A package loads a public name when it is first used, from the module that its table ``_HOME`` says.
+
+    Type checkers read the same names from imports under ``if TYPE_CHECKING``; each is the object of its module.
+    """
     facade = import_module(package)
     assert set(facade.__all__) == set(facade._HOME) == set(homes(package)) == set(dir(facade))
-    for name, (module, existing) in homes(package).items():
-        assert facade.__getattr__(name) is getattr(import_module(module), existing), name
+    for name, (module, name_there) in homes(package).items():
+        assert facade.__getattr__(name) is getattr(import_module(module), name_there), name
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_unknown_name_is_answered_with_existing_names(package):
-    """No package has the name Mash; the list in the answer ends with the last public name."""
+    """No package has the name Mash: the error lists those that there are, the last public one among them."""
     facade = import_module(package)
     with pytest.raises(AttributeError, match=rf"'{package}' has no attribute 'Mash'; it has: .*{facade.__all__[-1]}"):
         _ = facade.Mash
@@ -53,16 +56,17 @@ def test_every_package_ships_a_py_typed_marker(package):
 def test_no_submodule_has_the_name_of_an_exported_object(package):
     """A submodule would take the object's place once it is imported."""
     facade = import_module(package)
-    assert {result.name for result in pkgutil.iter_modules(facade.__path__)} & set(facade.__all__) == set()
+    submodules = {module.name for module in pkgutil.iter_modules(facade.__path__)}
+    assert submodules and submodules.isdisjoint(facade.__all__)
 
 
 TWICE = """
 import pkgutil, replay
 from importlib import import_module
 
-for found in pkgutil.walk_packages(replay.__path__, "replay."):
-    if not found.name.endswith("__main__"):
-        import_module(found.name)
+for module in pkgutil.walk_packages(replay.__path__, "replay."):
+    if not module.name.endswith("__main__"):
+        import_module(module.name)
 
 from sessions import parse_scene
 
@@ -78,9 +82,12 @@ for _ in range(2):
 
 @pytest.mark.slow
 def test_every_verb_works_twice_after_importing_all_submodules():
-    """A submodule with the name of a verb would take its place once it is imported."""
-    done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == 0, done.stderr[-3000:]
+    """A program imports all modules of ``replay`` and then calls plan, run, audit, tradeoff and stress, twice each.
+
+    A submodule with the name of such a function would take its place once it is imported.
+    """
+    ended = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, cwd=ROOT)
+    assert ended.returncode == 0, ended.stderr[-3000:]
 
 
 SCRIPT = """
@@ -103,22 +110,24 @@ reveal_type(TriangleMesh([[0.0] * 3], [[0, 0, 0]]))
 """
 
 REVEALED = ("RunResult", "Session", "RunResult", "Plan", "str", "Tally", "Session", "MeshData", "TriangleMesh")
-"""What each of them names, in their order."""
+"""The type that each ``reveal_type`` of SCRIPT prints, or is made of, in their order."""
 
 
 @pytest.mark.slow
 def test_a_type_checker_sees_the_types_of_a_users_script(tmp_path):
-    """A script with one wrong assignment, which mypy must find, and ``reveal_type`` of each public name."""
+    """mypy reads SCRIPT, a user's, with one wrong assignment, which it must name and nothing else.
+
+    It knows the types of REVEALED, none of which is Any.
+    """
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, "utf-8")
     command = [sys.executable, "-m", "mypy", "--strict", "--config-file", str(ROOT / "pyproject.toml")]
-    done = subprocess.run(
+    ended = subprocess.run(
         [*command, str(script)], capture_output=True, text=True, cwd=ROOT, env=os.environ | {"MYPYPATH": str(ROOT)}
     )
-    lines = [line for line in done.stdout.splitlines() if "script.py" in line]
-    errors = [line for line in lines if "error:" in line]
-    assert len(errors) == 1 and "Incompatible types in assignment" in errors[0], done.stdout[-3000:]
+    lines = [line for line in ended.stdout.splitlines() if "script.py" in line]
+    (error,) = [line for line in lines if "error:" in line]
+    assert "Incompatible types in assignment" in error, ended.stdout[-3000:]
     revealed = [line.partition("Revealed type is ")[2] for line in lines if "Revealed type" in line]
-    assert len(revealed) == len(REVEALED)
     for line, name in zip(revealed, REVEALED, strict=True):
         assert "Any" not in line and name in line, line

@@ -22,6 +22,9 @@ LAYERS = {  # package -> its folders from the top layer down, "cli > studies > .
 @pytest.mark.parametrize("package", ("cdcore", "sessions", "replay"))
 @pytest.mark.parametrize("document", ("{package}/README.md", ".github/CONTRIBUTING.md"))
 def test_documents_list_the_import_layers_that_lint_checks(package, document):
-    """LAYERS are import-linter's of pyproject.toml, "cli > studies > ...", and a document may break its lines."""
+    """The layers that pyproject.toml gives to import-linter stand in a document as "cli > studies > ...".
+
+    The document may break its lines anywhere.
+    """
     text = (ROOT / document.format(package=package)).read_text(encoding="utf-8")
     assert LAYERS[package] in " ".join(text.split())

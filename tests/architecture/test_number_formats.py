@@ -4,6 +4,8 @@ import ast
 import re
 from pathlib import Path
 
+import pytest
+
 import replay
 
 TOP = Path(replay.__file__).parent
@@ -21,6 +23,7 @@ EXCEPTIONS = {
     "cli/study_tables.py": "statistics, which have no unit",
     "running/contact_import.py": "facts for a program to read back",
 }
+"""File or folder of ``replay`` -> the reason why it states digits of its own."""
 
 
 def formats(tree):
@@ -37,25 +40,36 @@ def formats(tree):
 
 
 def test_no_format_outside_its_module_states_digits_or_decimals():
-    """No format like .2f or .3g stands in the sources of replay, but for EXCEPTIONS, each of which has its reason."""
-    result = []
+    """No format like .2f or .3g stands in the sources of ``replay``, but for EXCEPTIONS."""
+    formats_with_digits = []
     for file in sorted(TOP.rglob("*.py")):
         name = file.relative_to(TOP).as_posix()
-        if not any(name == exception or name.startswith(f"{exception}/") for exception in EXCEPTIONS):
-            source = file.read_text("utf-8")
-            if DIGITS.search(source):
-                result += [f"{name}:{line} {text}" for line, text in formats(ast.parse(source)) if DIGITS.search(text)]
-    assert result == []
+        if any(name == exception or name.startswith(f"{exception}/") for exception in EXCEPTIONS):
+            continue
+        source = file.read_text("utf-8")
+        if DIGITS.search(source):
+            for line, text in formats(ast.parse(source)):
+                if DIGITS.search(text):
+                    formats_with_digits.append(f"{name}:{line} {text}")
+    assert formats_with_digits == []
 
 
-def test_the_search_sees_formats_of_every_kind():
-    """Formats of an f-string, of a string with ``format``, of a column's ``show``; g without digits is none."""
-    code = 'a = f"{x:.2g} mm"\nb = "{:.3g}".format\nc = Column(show=".1e")\nd = f"{x:,.0f} {y:g}"'
-    assert [result for _, result in formats(ast.parse(code)) if DIGITS.search(result)] == [".2g", ".3g", ".1e", ",.0f"]
+@pytest.mark.parametrize(
+    ("code", "formats_with_digits"),
+    [
+        pytest.param('a = f"{x:.2g} mm"', [".2g"], id="f-string"),
+        pytest.param('b = "{:.3g}".format', [".3g"], id="format of a string"),
+        pytest.param('c = Column(show=".1e")', [".1e"], id="column"),
+        pytest.param('d = f"{x:,.0f} {y:g}"', [",.0f"], id="decimals, and a g without digits"),
+    ],
+)
+def test_the_search_sees_formats_of_every_kind(code, formats_with_digits):
+    """The search of the test above lists every format of a line of code that states digits or decimals."""
+    assert [text for _, text in formats(ast.parse(code)) if DIGITS.search(text)] == formats_with_digits
 
 
 def test_columns_in_toml_name_a_format_function_without_digits():
-    """The one file of columns, in which more than 20 have a ``show``."""
+    """One file describes the columns of tables; more than 20 say how they are shown, none with digits."""
     (columns,) = [file for file in TOP.rglob("*.toml") if "meaning =" in file.read_text("utf-8")]
     shows = re.findall(r'show = "([^"]*)"', columns.read_text("utf-8"))
     assert len(shows) > 20
