@@ -71,7 +71,8 @@ def rows_before(runs: IntArray, frame: int) -> IntArray:
 
 def velocities(times: FloatArray, points: FloatArray, runs: IntArray, frames: IntArray) -> FloatArray:
     """Velocity (n, k) at frames (n,) from the nine samples around each that belong to its stretch; NaN below five."""
-    nearby_frames = frames[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
+    offsets = np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
+    nearby_frames = frames[:, None] + offsets
     rows = np.clip(nearby_frames, 0, len(times) - 1)
     is_in_run = (nearby_frames == rows) & (runs[rows] == runs[frames, None]) & (runs[frames, None] >= 0)
     seconds_from_centre = np.where(is_in_run, times[rows] - times[frames, None], 0.0)

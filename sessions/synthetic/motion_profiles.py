@@ -31,7 +31,8 @@ class Swing:
             return []
         first = math.acos(min(1.0, upper_cosine)) / (2.0 * math.pi)
         last = math.acos(max(-1.0, lower_cosine)) / (2.0 * math.pi)
-        periods = range(math.floor(-self.start / self.period) - 1, math.ceil((seconds - self.start) / self.period) + 1)
+        last_period = math.ceil((seconds - self.start) / self.period)
+        periods = range(math.floor(-self.start / self.period) - 1, last_period + 1)
         spans = [span for k in periods for span in ((k + first, k + last), (k + 1 - last, k + 1 - first))]
         return joined_intervals(
             [(self.start + a * self.period, self.start + b * self.period) for a, b in spans], seconds

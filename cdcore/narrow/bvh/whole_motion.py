@@ -249,7 +249,7 @@ class SegmentSearch:
         began = perf_counter()
         self.tracks.fill(poses.rotations[start:stop], poses.translations[start:stop], poses.changed[start:stop])
         laid_out = perf_counter() - began
-        self.marks[:, :, : stop - start] = 0
+        self.marks[:] = 0
         self._pairs["stop"] = stop - start
         self._work[:] = 0
         meetings = [self._unpacked(column, keys, start) for column, keys in self.decide_rows(self.rows)]

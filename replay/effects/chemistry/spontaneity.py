@@ -61,9 +61,7 @@ def strongest_acid(contents: Mapping[str, Contents]) -> float:
         max(0, dissolved_components(formula).get(PROTON, 0)) * amount / content.volume_ml * 1e3
         for content in contents.values()
         for formula, amount in content.amounts.items()
-        if formula != WATER
-        and content.volume_ml > 0.0
-        and set(dissolved_components(formula)) <= STRONG_ANIONS | {PROTON}
+        if content.volume_ml > 0.0 and set(dissolved_components(formula)) <= STRONG_ANIONS | {PROTON}
     ]
     return max(strengths, default=0.0)
 
@@ -172,8 +170,6 @@ def _log_constant(formula: str, phases: Phases) -> float:
         return 0.0
     components = dry_components(dissolved_components(formula))
     ion = {component: many for component, many in components.items() if component not in SPECTATOR_IONS}
-    if not ion or (set(ion) == {PROTON} and ion[PROTON] > 0):
-        return 0.0
     logs = _log_constants(phases.database)
     log_k = logs.get(frozenset(ion.items()))
     if log_k is None:

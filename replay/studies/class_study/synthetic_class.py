@@ -125,7 +125,7 @@ def _draw_student(k: int, seed: int, are_touches_brief: bool) -> Student:
     for item_prefix, trait in traits.items():
         for item in range(1, ITEMS_PER_SCALE + 1):
             item_sign = -1.0 if item == ITEMS_PER_SCALE else 1.0
-            answer = 3.0 + item_sign * trait + CLASS_MODEL["item_noise"] * random.normal()
+            answer = random.normal(3.0 + item_sign * trait, CLASS_MODEL["item_noise"])
             answers[f"{item_prefix}{item}"] = int(np.clip(np.round(answer), 1, 5))
     touch_tendency = CLASS_MODEL["ease_touches"] * ease + np.sqrt(1.0 - CLASS_MODEL["ease_touches"] ** 2) * clumsiness
     touch_count = int(

@@ -71,10 +71,14 @@ def test_full_disk_costs_no_answer(machine_code_folder, monkeypatch):
 
 
 def test_compiling_a_kernel_keeps_numbas_cache_folder_setting(machine_code_folder):
-    """The folder of the setting gets the kernel's files, of which the seal is the last, and stays set."""
-    kernel(lambda x: x * x + 4)(2.0)
+    """The folder of the setting gets the kernel's files, and stays set; the seal changes with another signature."""
+    requested = kernel(lambda x: x * x + 4)
+    requested(2.0)
+    (seal,) = machine_code_folder.rglob("*.seal")
+    first_seal = seal.read_bytes()
+    requested(2)
     assert str(machine_code_folder) == numba.config.CACHE_DIR
-    assert list(machine_code_folder.rglob("*.seal"))
+    assert seal.read_bytes() != first_seal
 
 
 @kernel

@@ -37,7 +37,8 @@ def test_depth_of_rod_in_block_is_depth_of_its_end(depth):
 def test_depth_of_two_blocks_is_their_overlap(distance, depth):
     """Two blocks of 0.2 m beside each other, so many metres from middle to middle; samples are right to 1 cm here."""
     block = SampledSurface(box_mesh_of(0.2, 0.2, 0.2))
-    motion = second_body_at(distance, 0.0, 0.0)
+    positions = np.array([[[3.0, -2.0, 5.0], [3.0 + distance, -2.0, 5.0]]])
+    motion = Motion(np.array([0.0]), positions, np.tile(np.eye(3), (1, 2, 1, 1)))
     assert overlap_depth(block, block, motion, frame=0, bodies=(0, 1)) == pytest.approx(depth, abs=0.01)
 
 

@@ -118,3 +118,12 @@ def test_symmetric_solid_is_unchanged_in_other_axes():
     half_rotation = np.diag([-1.0, -1.0, 1.0, 1.0])
     before = MeshData(cylinder.vertices, cylinder.faces)
     assert np.array_equal(change_of_axes(before, before.transformed(half_rotation)), np.eye(3))
+
+
+def test_solid_with_a_moved_corner_is_another():
+    """The middle of the lid of a cup is moved by 1 cm within the lid: the box around the cup stays."""
+    cup = trimesh.creation.cylinder(0.04, 0.1, sections=24)
+    vertices = cup.vertices.copy()
+    (middle,) = np.flatnonzero((np.abs(vertices[:, :2]) < 1e-9).all(axis=1) & (vertices[:, 2] > 0.0))
+    vertices[middle, 0] += 0.01
+    assert change_of_axes(MeshData(cup.vertices, cup.faces), MeshData(vertices, cup.faces)) is None

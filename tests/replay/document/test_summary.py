@@ -1,5 +1,6 @@
 import json
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from replay.document.summary import frame_seconds, sample_times, session_name
 from replay.engine import compute
 from replay.show.report.page import report_html
 from sessions import Scene, Status
+from sessions.model.scene import SceneBody, SceneEffect
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,8 @@ def test_summary_holds_settings_digest_and_times_of_every_detector(document_of_s
     for detector in document_of_short_run.detectors.values():
         assert detector.settings
         assert len(detector.digest) == 64
-        assert detector.seconds.stages
+        stages = detector.seconds.stages
+        assert stages[detector.seconds.longest_stage.stage] == max(stages.values())
         assert detector.online
         assert detector.live, "times of one table are taken alike"
         assert detector.seconds.sample_times.max >= detector.seconds.sample_times.median >= 0
@@ -58,6 +61,17 @@ def test_dropped_frames_are_counted_by_reason():
     assert recorded.dropped_frames == DroppedFrames(repeated=1, backwards=1)
     assert recorded.frames == 3
     assert len(recorded.notes) == 2
+
+
+def test_effect_has_its_share_of_the_time_of_the_run():
+    """The run took no longer than the call that computes it, so that the share of the effect is no smaller."""
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),))
+    start = perf_counter()
+    document = compute(
+        unit_cubes_on_x({"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]}, scene=scene), detectors="hybrid", oracle="none"
+    ).document
+    effect = document.effects["contact"]
+    assert effect.seconds / (perf_counter() - start) <= effect.fraction <= 1.0
 
 
 def test_duration_is_that_of_the_replayed_frames():

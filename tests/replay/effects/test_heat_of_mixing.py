@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.liquid_worlds import (
-    NEUTRALISATION,
     effects_of_tap_degrees,
     effects_of_tilt_degrees,
     glass,
@@ -91,31 +90,34 @@ def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
     assert series.values[before_pour] == pytest.approx(expected_c, rel=1e-9)
 
 
-def effects_of_hot_acid_poured_into_cold_lye():
-    """Effects of a run in which acid of 60 degC is poured from frame 20 on into lye in glass b, as cold as the room.
+OXIDATION = ("reaction", {"equation": "2 Fe3+ + 2 I- -> 2 Fe2+ + I2"})
+
+
+def effects_of_hot_liquid_poured_into_cold():
+    """Effects of a run: iron(III) chloride of 60 degC is poured from frame 20 on into iodide in glass b, a cold glass.
 
     Both are so dilute, 1 mmol/L, that their own heat is nothing. The room has 20 degC; both glasses lose 10 W/K.
     """
     bodies = (
-        vessel("a", volume=60.0, solute="HCl", molar=0.001, temperature_c=60.0),
-        vessel("b", volume=50.0, solute="NaOH", molar=0.001),
+        vessel("a", volume=60.0, solute="FeCl3", molar=0.001, temperature_c=60.0),
+        vessel("b", volume=50.0, solute="KI", molar=0.001),
     )
-    tables = (MIX_IN_BOTH, NEUTRALISATION, ("heat", {**HEAT, "loss_w_per_k": 10.0}))
+    tables = (MIX_IN_BOTH, OXIDATION, ("heat", {**HEAT, "loss_w_per_k": 10.0}))
     return effects_of_tilt_degrees([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, *tables)
 
 
 def test_a_vessel_that_drifts_to_the_room_is_no_result():
-    """Acid of 60 degC cools in glass a, and warms the lye in glass b into which it is poured: only b is reported."""
-    heat = effects_of_hot_acid_poured_into_cold_lye()["heat"]
+    """The liquid of 60 degC cools in glass a, and reacts in glass b, which it warms: only b is reported."""
+    heat = effects_of_hot_liquid_poured_into_cold()["heat"]
     assert {event.bodies for event in heat.events if event.name in ("warmest", "coldest")} == {("b",)}
 
 
 def test_temperature_has_a_row_just_before_it_changes():
-    """Glass b is as cold as the room, 20 degC, until hot acid is poured into it: nothing changes before.
+    """Glass b is as cold as the room, 20 degC, until a hot liquid is poured into it: nothing changes before.
 
     It has a row at the start and a row one frame before the pour, so that a line drawn rises from there.
     """
-    effects = effects_of_hot_acid_poured_into_cold_lye()
+    effects = effects_of_hot_liquid_poured_into_cold()
     volume, celsius = effects["mixing"].series["b/volume"], effects["heat"].series["b/temperature"]
     pour_s = volume.times[1:][np.diff(volume.values) > 0.0][0]
     assert celsius.values[celsius.times < pour_s].tolist() == [20.0, 20.0]
@@ -295,3 +297,28 @@ def test_water_comes_in_wrong_order_while_the_acid_is_strong():
     strong_until_ml = 5.0 * 18.0 / 5.0
     added_to_strong_acid_ml = np.diff(volume_ml)[volume_ml[:-1] < strong_until_ml].sum()
     assert event.values["volume_ml"] == pytest.approx(added_to_strong_acid_ml)
+    (lane,) = effects["heat"].output.lanes["b"]
+    assert event.time == lane.start < lane.end == event.end
+
+
+def test_liquid_of_the_rooms_temperature_keeps_it():
+    """60 mL of water are poured into 5 mL: the temperature of both is 20 degC in every frame."""
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), vessel("b", volume=5.0, solute="", molar=0.0))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX_IN_BOTH, ("heat", HEAT))
+    temperatures = [effects["heat"].series[f"{name}/temperature"].values for name in "ab"]
+    assert all(len(celsius) and (celsius == 20.0).all() for celsius in temperatures)
+    assert not [event for event in effects["heat"].events if event.name in ("warmest", "coldest", "boil")]
+
+
+@pytest.mark.parametrize(
+    ("formula", "volume_ml", "verb"),
+    [("NaCl", 50.0, "dissolve in"), ("CaO", 50.0, "react with the water in"), ("NaCl", 0.0, None)],
+)
+def test_solid_in_a_liquid_from_the_start_is_named(formula, volume_ml, verb):
+    """1 g, all of which dissolves or becomes hydroxide before the recording begins; a dry solid stays."""
+    solid = {"solid": {"formula": formula, "mass_g": 1.0}}
+    bodies = (vessel("a", volume=60.0, solute="", molar=0.0), glass("b", volume_ml=volume_ml, properties=solid))
+    effects = effects_of_tilt_degrees([0.0, *([120.0] * 10)], bodies, MIX_IN_BOTH, ("heat", HEAT))
+    events = effects["heat"].output.events_named("dissolved-before")
+    assert [event.values["mass_g"] for event in events] == ([] if verb is None else [pytest.approx(1.0, abs=0.02)])
+    assert all(verb in event.text for event in events)

@@ -70,9 +70,9 @@ def test_vertical_direction_is_faced_by_no_quaternion(forward):
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("turn", [1e-6, 0.5, 3.0])
+@pytest.mark.parametrize("turn", [0.0, 1e-6, 0.5, 3.0])
 def test_blended_quaternions_follow_the_shorter_arc(turn, sign):
-    """Between a rotation and one turned by 1e-6 to 3 radians, with either sign of the quaternion, as SciPy blends."""
+    """Between a rotation and one turned by up to 3 radians, with either sign of the quaternion, as SciPy blends."""
     ends = Rotation.concatenate([FIRST[0], Rotation.from_rotvec([0.0, turn, 0.0]) * FIRST[0]])
     fractions = np.linspace(0.0, 1.0, 5)
     start, end = ends.as_quat()

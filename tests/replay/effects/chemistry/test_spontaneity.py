@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 from support.liquid_worlds import MIXING_IN_FLASK, glass, poses_at_rest, session_with_effects
 
-from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.contents import Contents, contents_of_scene
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
 from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.recipe import recipe_of
-from replay.effects.chemistry.spontaneity import reason_not_to_proceed
+from replay.effects.chemistry.spontaneity import (
+    constant_of,
+    energy_in_water,
+    reason_not_to_proceed,
+    stops_early,
+    strongest_acid,
+)
 from replay.effects.effect_plan import plan
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneEffect
@@ -207,3 +213,63 @@ def test_equation_that_does_not_proceed_has_its_reason(joule, changes, sides, re
     reagents, products = (side.split() for side in sides.split(" -> "))
     equation = SimpleNamespace(reagents=reagents, products=products)
     assert reason_not_to_proceed(joule, Process("", changes), equation) == reason
+
+
+@pytest.mark.parametrize(
+    ("vessels", "molar"),
+    [
+        ([(10.0, {"HCl": 0.02})], 2.0),
+        ([(10.0, {"H2SO4": 0.02})], 4.0),
+        ([(10.0, {"HCl": 0.02}), (10.0, {"HNO3": 0.03, "H2O": 0.5})], 3.0),
+        ([(10.0, {"CH3COOH": 0.02, "NaCl": 0.5})], 0.0),
+        ([(0.0, {"HCl": 0.02})], 0.0),
+        ([], 0.0),
+    ],
+)
+def test_strongest_acid_has_the_most_protons_a_litre(vessels, molar):
+    """``vessels``: millilitres, and mol of each formula; weak acids, salts and a dry vessel do not count."""
+    contents = {str(row): Contents(*vessel, solids={}, solubility={}) for row, vessel in enumerate(vessels)}
+    assert strongest_acid(contents) == pytest.approx(molar)
+
+
+NO_ESTER = SimpleNamespace(reagents={}, products={})
+
+
+def test_constant_follows_from_free_energies():
+    """Ag+ + Fe2+ -> Ag + Fe3+: 0.0286 V of potentials, of which 0.0592 are a power of ten."""
+    changes = {"Ag+": -1.0, "Fe^2+": -1.0, "Ag(s)": 1.0, "Fe^3+": 1.0}
+    log_k, is_ester = constant_of(changes, NO_ESTER)
+    assert log_k == pytest.approx(0.0286 / 0.0592, abs=0.9) and not is_ester
+
+
+@pytest.mark.parametrize("changes", [{"S^2-": -1.0, "S(s)": 1.0}, {"S2O3^2-": -1.0, "S(s)": 1.0}])
+def test_sulfide_and_thiosulfate_that_falls_apart_have_no_constant(changes):
+    """Tables contradict each other, or the reaction goes on."""
+    assert np.isnan(constant_of(changes, NO_ESTER)[0])
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_ester_has_a_constant_of_four(direction):
+    """Of making it; taking it apart has the inverse."""
+    sides = [dict.fromkeys(side, 1) for side in (("CH3COOH", "C2H5OH"), ("CH3COOC2H5", "H2O"))][::direction]
+    log_k, is_ester = constant_of({}, SimpleNamespace(reagents=sides[0], products=sides[1]))
+    assert log_k == pytest.approx(direction * np.log10(4.0), abs=0.01) and is_ester
+
+
+@pytest.mark.parametrize(
+    ("acid", "protons", "kilojoule"),
+    [(0.0, -1.0, -11.416 + 39.95), (0.0, 1.0, -11.416 - 39.95), (1.0, -1.0, -11.416), (1.0, 1.0, -11.416 - 39.95)],
+)
+def test_protons_in_neutral_water_count_unless_an_acid_brings_them(acid, protons, kilojoule):
+    """A constant of 100 is 2 x 5.708 kJ; a proton of neutral water has 39.95 kJ less than one of an acid."""
+    process = Process("", {"H+": protons}, acid=acid, log_k=2.0)
+    assert energy_in_water(process) / 1e3 == pytest.approx(kilojoule)
+
+
+@pytest.mark.parametrize(
+    ("joule", "is_early"),
+    [(-20e3, False), (-12e3, False), (-11.9e3, True), (20e3, True), (20.1e3, False), (np.nan, False)],
+)
+def test_reaction_near_zero_energy_stops_early(joule, is_early):
+    """From -12 kJ on some reagent is left; above 20 kJ nothing proceeds."""
+    assert stops_early(joule) == is_early

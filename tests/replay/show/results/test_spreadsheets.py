@@ -12,7 +12,7 @@ from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 import replay
 from replay.cli.main import main
 from replay.errors import OutputError
-from replay.show.results.spreadsheets import headings, inert_value, write_run_tables, write_tables
+from replay.show.results.spreadsheets import headings, inert_value, require_form, write_run_tables, write_tables
 from sessions import write_session
 
 FORMULAS = [
@@ -146,6 +146,22 @@ def test_no_text_becomes_a_formula_or_link_in_a_workbook(text, tmp_path):
 def test_only_a_text_that_begins_like_a_formula_is_changed(text, inert):
     """An apostrophe before a text tells a spreadsheet that it is text; a tab may begin a formula as "=" does."""
     assert inert_value(text) == inert
+
+
+def test_missing_package_is_named_for_workbooks_alone(monkeypatch):
+    """XlsxWriter is made impossible to import."""
+    monkeypatch.setitem(sys.modules, "xlsxwriter", None)
+    require_form("csv")
+    with pytest.raises(OutputError, match="XlsxWriter"):
+        require_form("xlsx")
+
+
+def test_only_the_requested_form_of_a_table_is_written(tmp_path):
+    """A table as Parquet reads back the same; nothing else is written."""
+    table = pa.table({"a": [1, 2]})
+    assert write_tables({"t": table}, tmp_path, "parquet") == []
+    assert [file.name for file in tmp_path.iterdir()] == ["t.parquet"]
+    assert pq.read_table(tmp_path / "t.parquet").equals(table)
 
 
 def test_large_stamps_stay_exact_in_a_workbook(tmp_path):

@@ -81,3 +81,21 @@ def test_detector_that_changes_a_conclusion_comes_first():
     answer = reason(*study_of_change(mistakes_of, changing=("slow",)))
     assert answer.text.startswith("slow leads to another conclusion")
     assert answer.figures.startswith("hull50 missed 5 of 10") and "sphere" not in answer.figures
+
+
+def test_detectors_without_a_mistake_explain_no_change():
+    """``slow`` changes a conclusion, and neither it nor the detector of the study got a contact wrong."""
+    right = Mistakes(10, 0, 0, 0)
+    tables, study = study_of_change({"hull50": right, "slow": right}, changing=("slow",))
+    study.nothing_associated = False
+    assert reason(tables, study).text == ""
+
+
+@pytest.mark.parametrize(("contacts", "end"), [(10, "slow 1."), (12, "slow 1 of 12.")])
+def test_mistakes_that_change_nothing_are_counted(contacts, end):
+    """hull50 got 9 of 10 contacts wrong and ``slow`` one; of how many stands with it where the counts differ."""
+    tables, study = study_of_change({"hull50": Mistakes(10, 5, 4, 0), "slow": Mistakes(contacts, 1, 0, 0)}, changing=())
+    study.nothing_associated, study.same_results = False, True
+    study.retested_results = (SimpleNamespace(detector="slow"),)
+    text = reason(tables, study).text
+    assert "hull50 got 9 of 10 contacts wrong" in text and text.endswith(end)
