@@ -43,32 +43,42 @@ def test_conventions_convert_points_and_quaternions_as_tabled(name):
 
 @pytest.mark.parametrize("name", [*CONVENTIONS, *TEXTS])
 def test_a_rotated_point_is_the_same_in_both_frames(name):
-    """A random point is rotated and then converted, or converted and rotated by the converted quaternion."""
-    rng, source = np.random.default_rng(3), convention(name)
-    rotation = Rotation.random(random_state=5)
-    point = rng.standard_normal(3)
-    # The turn of a left-handed engine is the same matrix of numbers; only its picture is mirrored.
-    other = source.points(rotation.apply(point))
-    here = Rotation.from_quat(source.quaternions(rotation.as_quat())).apply(source.points(point))
-    assert np.allclose(other, here, rtol=0, atol=1e-12)
+    """A random point is rotated in a source's axes and then converted, or converted and then rotated.
+
+    A rotation of a left-handed engine is the same matrix of numbers; only its picture is mirrored.
+    """
+    point, rotation, source = (
+        np.random.default_rng(3).standard_normal(3),
+        Rotation.random(random_state=5),
+        convention(name),
+    )
+    rotated_then_converted = source.points(rotation.apply(point))
+    converted_rotation = Rotation.from_quat(source.quaternions(rotation.as_quat()))
+    converted_then_rotated = converted_rotation.apply(source.points(point))
+    assert np.allclose(rotated_then_converted, converted_then_rotated, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_axes_as_text_point_in_the_stated_directions(text):
-    """A row of TEXTS.
-
-    Canonical axes have +Y up and -Z forward; the name of a convention is read as the same convention.
-    """
+    """The axis that a text calls up becomes +Y of a session, and the axis it calls forward, if any, becomes -Z."""
     handedness, forward, up = TEXTS[text]
     described = convention(text)
-    assert described.handedness == handedness and described.points(axis(up)).tolist() == [0, 1, 0]
+    assert described.handedness == handedness
+    assert described.points(axis(up)).tolist() == [0, 1, 0]
     assert forward is None or described.points(axis(forward)).tolist() == [0, 0, -1]
-    again = convention(described.name)
-    assert np.array_equal(again.matrix, described.matrix) and not again.assumed_handedness
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_name_of_described_axes_describes_them_whole(text):
+    """Axes that a text describes have a name, which is such a text too: it gives the same axes and assumes nothing."""
+    described = convention(text)
+    by_name = convention(described.name)
+    assert np.array_equal(by_name.matrix, described.matrix)
+    assert not by_name.assumed_handedness
 
 
 def test_handedness_is_assumed_only_where_two_axes_are_named():
-    """The third axis, or the handedness itself, may be named too."""
+    """Nothing is assumed where the third axis or the handedness itself is named too."""
     assert convention("x forward, y up").assumed_handedness
     assert not convention("x forward, y up, left-handed").assumed_handedness
     assert not convention("x forward, y up, z right").assumed_handedness
@@ -86,27 +96,36 @@ def test_handedness_is_assumed_only_where_two_axes_are_named():
     ],
 )
 def test_unknown_axes_are_refused_with_the_cure(text, message):
-    """Misspelt, too few axes, one that is named twice, and three that are left-handed."""
+    """A name is misspelt, an axis is lacking or named twice, or three axes are left-handed that should not be."""
     with pytest.raises(SessionError, match=message):
         convention(text)
 
 
 def test_convention_names_ignore_case_hyphens_and_underscores():
-    assert convention("A-Frame").name == "aframe" and convention("Z_UP").name == "z-up"
+    """The names of the table are "aframe" and "z-up"."""
+    assert convention("A-Frame").name == "aframe"
+    assert convention("Z_UP").name == "z-up"
 
 
-@pytest.mark.parametrize(("order", "other"), [("zxy", "YXZ"), ("xyz", "ZYX"), ("xyx", "XYX")])
-def test_extrinsic_euler_order_equals_its_reversed_intrinsic_order(order, other):
-    """Lower case letters are rotations about fixed axes, capitals about the body's axes, as in scipy."""
+@pytest.mark.parametrize(
+    ("extrinsic", "intrinsic", "another"),
+    [("zxy", "YXZ", "ZXY"), ("xyz", "ZYX", "XYZ"), ("xyx", "XYX", "YXY")],
+)
+def test_extrinsic_euler_order_equals_its_reversed_intrinsic_order(extrinsic, intrinsic, another):
+    """Lower case letters are rotations about fixed axes, capitals about the body's axes, as in SciPy.
+
+    In ``another`` order of the body's axes the same angles give another rotation.
+    """
     angles = np.array([0.3, -1.1, 2.0])
-    assert same_euler_order(order, other) and not same_euler_order(order, other[::-1] if order != "xyx" else "YXY")
-    first = quaternion_from_euler(angles, order)
-    second = quaternion_from_euler(angles[::-1], other)
-    assert np.allclose(first, second, rtol=0, atol=1e-15)
+    assert same_euler_order(extrinsic, intrinsic)
+    assert not same_euler_order(extrinsic, another)
+    about_fixed_axes = quaternion_from_euler(angles, extrinsic)
+    about_own_axes = quaternion_from_euler(angles[::-1], intrinsic)
+    assert np.allclose(about_fixed_axes, about_own_axes, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("order", ["", "xy", "xyzx", "xYz", "abc", "xxy", "XYY"])
 def test_euler_order_that_names_no_three_axes_is_refused(order):
-    """Too few or many letters, both cases in one order, other letters, and one axis twice in a row."""
+    """An order has too few or too many letters, letters of both cases, other letters, or an axis twice in a row."""
     with pytest.raises(SessionError, match=f"no Euler order '{order}'"):
         quaternion_from_euler(np.zeros(3), order)

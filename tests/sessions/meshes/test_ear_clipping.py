@@ -18,7 +18,7 @@ def doubled_areas(points, triangles):
 
 
 def is_inside(outline, points):
-    """By the crossings of a ray to the right, (p,)."""
+    """Whether points (p, 2) lie in a polygon, by the crossings of a ray to the right, (p,)."""
     a, b = outline[:, None], np.roll(outline, -1, axis=0)[:, None]
     spans = (a[..., 1] > points[:, 1]) != (b[..., 1] > points[:, 1])
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -43,7 +43,10 @@ def with_corners_on_edges(random, outline):
 
 @given(st.integers(4, 40), st.booleans(), st.booleans(), st.integers(0, 2**32))
 def test_clipped_ears_cover_exactly_the_polygon_without_overlap(count, mirrored, on_edges, seed):
-    """Each of 100 random points lies in one triangle if it lies in the polygon, else in none."""
+    """A random star of 4 to 40 corners, some with corners on their edges, is cut into triangles, either way round.
+
+    Each of 100 random points lies in one triangle if it lies in the polygon, else in none; no triangle is flat.
+    """
     random = np.random.default_rng(seed)
     outline = random_star(random, count)
     if on_edges:
@@ -52,11 +55,12 @@ def test_clipped_ears_cover_exactly_the_polygon_without_overlap(count, mirrored,
         outline = outline[::-1]
     cut = clip_ears(outline)
     areas = doubled_areas(outline, cut.triangles) * (-1 if mirrored else 1)
-    assert cut.covers and len(cut.triangles) == len(outline) - 2
-    assert areas.min() > 0  # none is flat, although corners lie on edges
-    probes = random.uniform(-1, 1, (100, 2))
-    cover = sum(is_inside(outline[[*triangle]], probes).astype(int) for triangle in cut.triangles)
-    assert np.array_equal(cover, is_inside(outline, probes))
+    assert cut.covers
+    assert len(cut.triangles) == len(outline) - 2
+    assert areas.min() > 0
+    points = random.uniform(-1, 1, (100, 2))
+    triangles_of_points = sum(is_inside(outline[[*triangle]], points).astype(int) for triangle in cut.triangles)
+    assert np.array_equal(triangles_of_points, is_inside(outline, points))
 
 
 def outline_of_glued_triangles(random, points, fraction):
@@ -84,7 +88,10 @@ def outline_of_glued_triangles(random, points, fraction):
 
 @given(st.integers(4, 24), st.integers(4, 40), st.floats(0.2, 1.0), st.integers(0, 2**32))
 def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
-    """Outlines of triangles glued along a tree, from a triangulation of points on a grid."""
+    """Triangles of random points on a grid are glued along a tree; where they are not glued their outline is a slit.
+
+    It is cut into as many triangles again, of the same area in all, none of them flat.
+    """
     random = np.random.default_rng(seed)
     points = np.unique(random.integers(0, grid, (count, 2)), axis=0) / 3.0 + [1000.0, -70.0]
     assume(len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 2)
@@ -94,8 +101,10 @@ def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
     outline = points[corners]
     cut = clip_ears(outline)
     result = doubled_areas(outline, cut.triangles)
-    assert cut.covers and len(cut.triangles) == len(planted)
-    assert result.min() > 0 and result.sum() == pytest.approx(areas.sum(), rel=1e-12, abs=0)
+    assert cut.covers
+    assert len(cut.triangles) == len(planted)
+    assert result.min() > 0
+    assert result.sum() == pytest.approx(areas.sum(), rel=1e-12, abs=0)
 
 
 TOUCHING = {
@@ -110,21 +119,27 @@ TOUCHING = {
 
 @pytest.mark.parametrize(("corners", "area"), TOUCHING.values(), ids=TOUCHING)
 def test_outline_that_touches_itself_is_covered_once(corners, area):
-    """The outline may begin at any corner, and wind either way."""
+    """Triangles cover an outline of TOUCHING without overlap, wherever it begins and whichever way it winds.
+
+    Their areas are not negative and sum to that of the outline.
+    """
     for first_corner in range(len(corners)):
         outline = np.roll(np.array(corners, dtype=np.float64), first_corner, axis=0)
         for direction in (1, -1):
             cut = clip_ears(outline[::direction])
             areas = direction * doubled_areas(outline[::direction], cut.triangles) / 2
-            assert cut.covers and areas.min() >= 0 and areas.sum() == pytest.approx(area)
+            assert cut.covers
+            assert areas.min() >= 0
+            assert areas.sum() == pytest.approx(area)
 
 
 def test_disc_of_repeated_corners_is_covered_once():
-    """Every corner of a disc of radius 1 stands there twice, which leaves no corner an ear."""
+    """Every corner of a disc of radius 1, whose area is pi, stands twice, so that no corner is an ear with an area."""
     angles = np.linspace(0, 2 * np.pi, MOST_CORNERS, endpoint=False).repeat(2)
     outline = np.column_stack([np.cos(angles), np.sin(angles)])
     cut = clip_ears(outline)
-    assert cut.covers and len(cut.triangles) == len(outline) - 2
+    assert cut.covers
+    assert len(cut.triangles) == len(outline) - 2
     assert np.abs(doubled_areas(outline, cut.triangles)).sum() / 2 == pytest.approx(np.pi, rel=1e-3)
 
 
@@ -134,25 +149,31 @@ def saw(teeth, rounding=0.0):
     return np.array([(0.0, 0.0), (teeth / 2, -teeth / 2), (teeth, 0.0), (teeth - 0.5, 1.0), *between])
 
 
+MANY_TEETH = FEW_CORNERS + 6
+"""So many that not all corners are searched for a diagonal."""
 SLIT = [(30, 26), (34, 30), (23, 26), (29, 24), (23, 26), (18, 22), (18, 15), (23, 23), (22, 8), (27, 4), (36, 13)]
 
 
 @pytest.mark.parametrize(
     ("corners", "area"),
     [
-        (SLIT, 247.0),  # by the shoelace formula
-        (saw(6), 9.0 + 3.0),  # few corners: all are looked at
-        (saw(FEW_CORNERS + 6), 1225.0 + 35.0),
-        (saw(FEW_CORNERS + 6, rounding=1e-15), 1225.0 + 35.0),
-        (-saw(FEW_CORNERS + 6, rounding=1e-15), 1225.0 + 35.0),
+        pytest.param(SLIT, 247.0, id="a slit"),  # by the shoelace formula
+        # A saw of n teeth is a triangle of n * n / 4 and n teeth of 1/2.
+        pytest.param(saw(6), 6 * 6 / 4 + 6 / 2, id="few corners, all searched"),
+        pytest.param(saw(MANY_TEETH), MANY_TEETH**2 / 4 + MANY_TEETH / 2, id="many corners"),
+        pytest.param(
+            saw(MANY_TEETH, rounding=1e-15), MANY_TEETH**2 / 4 + MANY_TEETH / 2, id="corners nearly on a line"
+        ),
+        pytest.param(-saw(MANY_TEETH, rounding=1e-15), MANY_TEETH**2 / 4 + MANY_TEETH / 2, id="upside down"),
     ],
 )
 def test_corners_on_a_diagonal_are_not_cut_off(corners, area):
-    """A diagonal that runs through other corners, or along a slit, is no side of a triangle."""
+    """A diagonal that runs through other corners, or along a slit, is no side of a triangle: there is no sliver."""
     outline = np.array(corners, dtype=np.float64)
     cut = clip_ears(outline)
     areas = doubled_areas(outline, cut.triangles) / 2
-    assert cut.covers and areas.min() > 0.1
+    assert cut.covers
+    assert areas.min() > 0.1
     assert areas.sum() == pytest.approx(area)
 
 
@@ -168,12 +189,16 @@ def test_star_of_n_corners_has_n_minus_2_triangles(count):
 
 
 def test_corners_that_lie_nearly_on_an_edge_give_no_slivers():
-    """A unit square, tilted, with six more corners on its edges; doubled areas sum to 2."""
+    """A unit square, tilted by 0.3 rad, has six more corners on its edges, where rounding puts them beside these.
+
+    Twice the areas of its triangles are 2 in all, and no triangle has next to none.
+    """
     angle = 0.3
     square = np.array([[0, 0], [0.1, 0], [0.2, 0], [0.7, 0], [1, 0], [1, 0.3], [1, 1], [0.6, 1], [0, 1], [0, 0.7]])
     tilted = square @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     areas = doubled_areas(tilted, clip_ears(tilted).triangles)
-    assert areas.min() > 1e-3 and areas.sum() == pytest.approx(2.0, rel=1e-14, abs=0)
+    assert areas.min() > 0.001
+    assert areas.sum() == pytest.approx(2.0, rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize(
@@ -186,13 +211,18 @@ def test_corners_that_lie_nearly_on_an_edge_give_no_slivers():
     ids=["crosses itself", "on one line", "at one point"],
 )
 def test_invalid_polygon_keeps_triangle_count_and_is_reported_uncovered(outline):
-    """An outline of n corners has n - 2 triangles even where none can cover it."""
+    """An outline of n corners that no triangles can cover still gets n - 2, and the result says so."""
     cut = clip_ears(np.array(outline, dtype=np.float64))
-    assert not cut.covers and len(cut.triangles) == len(outline) - 2
+    assert not cut.covers
+    assert len(cut.triangles) == len(outline) - 2
 
 
 def test_large_crossing_polygon_keeps_triangle_count(monkeypatch):
-    """40 random corners cross themselves, and more than MOST_CORNERS, here 8: 38 different triangles."""
+    """The outline of 40 random corners crosses itself; beyond 8 corners (MOST_CORNERS, here) a quicker way is taken.
+
+    It gives 40 - 2 different triangles too.
+    """
     monkeypatch.setattr(ear_clipping, "MOST_CORNERS", 8)
     cut = clip_ears(np.random.default_rng(0).random((40, 2)))
-    assert not cut.covers and len({*map(frozenset, cut.triangles)}) == 38
+    assert not cut.covers
+    assert len({*map(frozenset, cut.triangles)}) == 38

@@ -19,7 +19,7 @@ TYPES_BY_WIDTH = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
 def glb_file(tree, *arrays):
-    """A file whose accessor k is array k."""
+    """The bytes of a GLB whose accessor k is array k; ``tree`` has its nodes, meshes and so on, as glTF's JSON."""
     views, accessors, binary = [], [], b""
     for array in arrays:
         data = array.tobytes()
@@ -38,7 +38,7 @@ def glb_file(tree, *arrays):
 
 
 def primitive_at(positions=0, **more):
-    """A primitive whose positions are this accessor."""
+    """A primitive (faces of a mesh, in glTF) whose positions are this accessor."""
     return {"attributes": {"POSITION": positions}, **more}
 
 
@@ -70,9 +70,10 @@ def test_meshes_of_one_level_of_detail_are_joined(names):
 
 
 def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
-    """Balls a, b and c hang on each other; a is scaled by 0.01, so that c has a radius of 2 mm.
+    """Ball b hangs on a, and c on b; a is scaled by 0.01, so that c, with a radius of 0.2, has one of 2 mm.
 
-    trimesh writes the file; corners are placed here by the product of the nodes' matrices.
+    trimesh writes the file; corners are placed here by the product of the nodes' matrices. Read whole, the mesh has
+    them there; read as a node, it is in that node's frame without its scale. A node that is not there is refused.
     """
     rng, scene = np.random.default_rng(3), trimesh.Scene()
     solids = {
@@ -105,8 +106,12 @@ def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
 
 
 def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
-    """Quads go to the joint of the largest weight; posed, each corner moves with all of its joints by weight."""
-    # A strip of four quads along x, rooted at joint 1 (x = 0) and joint 2 (x = 2); weights change at x = 2.
+    """A strip of four triangles along x hangs on a joint "palm" at x = 0 and on its child "tip" at x = 2.
+
+    Weights change from the one to the other around x = 2. Read as a joint, the mesh has the faces whose weight is
+    largest there, as they were bound. Read whole, each corner moves with both joints by weight: "tip" is rotated by
+    half a circle, so that x = 3 and 4 fold back, and x = 2 goes halfway, onto the axis.
+    """
     points = np.array([[x, y, 0] for x in range(5) for y in (0, 1)], dtype="<f4")
     faces = np.array([[2 * k, 2 * k + 2, 2 * k + 1] for k in range(4)], dtype="<u2")
     joints = np.zeros((10, 4), dtype="<u1")
@@ -127,18 +132,22 @@ def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
     }
     matrices = inverse.transpose(0, 2, 1).reshape(3, 16).astype("<f4")
     data = glb_file(tree, points, faces.reshape(-1), joints, weights, matrices)
-    read = read_glb(data)
-    assert read.owners == ("palm", "tip")
-    tip = read.below("tip")
-    assert len(tip.faces) == 2 and tip.bounds.tolist() == [[0, 0, 0], [2, 1, 0]]  # in its own frame, as it was bound
-    # Joint `tip` turns by half a circle about (2, 0): x = 3 and 4 fold back, x = 2 goes halfway, onto the axis.
+    glb = read_glb(data)
+    assert glb.owners == ("palm", "tip")
+    tip = glb.below("tip")
+    assert len(tip.faces) == 2
+    assert tip.bounds.tolist() == [[0, 0, 0], [2, 1, 0]]
+    assert len(glb.below("palm").faces) == 4  # with those of its child
     folded = [[0, 0], [0, 1], [1, 0], [1, 1], [2, 0], [2, 0], [1, 0], [1, -1], [0, 0], [0, -1]]
-    assert len(read.whole().faces) == 4 and np.allclose(read.whole().vertices[:, :2], folded, atol=1e-15)
-    assert len(read.below("palm").faces) == 4  # and what hangs on its child
+    assert len(glb.whole().faces) == 4
+    assert np.allclose(glb.whole().vertices[:, :2], folded, atol=1e-15)
 
 
 def test_normalised_16_bit_positions_are_scaled_to_unit_range():
-    """32767 stands for 1 and -32768 for -1 (glTF 2.0, 3.6.2.2); the node then scales by 2."""
+    """Positions are 16-bit integers: 32767 stands for 1 and -32768 for -1 (glTF 2.0, 3.6.2.2); the node scales by 2.
+
+    The accessor skips the first of four rows, 6 bytes.
+    """
     short = np.array([[9, 9, 9], [0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
     accessor = {"bufferView": 0, "byteOffset": 6, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
     data = glb_file({**tree_of_a_mesh({"scale": [2, 2, 2]}, primitive_at()), "accessors": [accessor]}, short)
@@ -146,7 +155,7 @@ def test_normalised_16_bit_positions_are_scaled_to_unit_range():
 
 
 def test_cyclic_nodes_outside_the_scene_are_ignored():
-    """Nodes 1 and 2 are each other's children, and the scene shows only 0 and 3."""
+    """Nodes 1 and 2 are each other's children; the scene has only 0, "cup" with a mesh, and 3, "lamp" without."""
     nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
     data = glb_file({**tree_of_a_mesh({}, primitive_at()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
     assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
@@ -235,9 +244,10 @@ def test_skin_that_does_not_fit_its_eight_vertices_is_refused(joint_rows, weight
     ],
 )
 def test_morph_targets_use_weights_of_node_before_mesh(of_mesh, of_node, expected):
-    """Targets lift a box 3 m high by 4 m and, stored sparsely, by 10 m; a third changes normals alone.
+    """Morph targets are changes of a mesh, added by weight: here all corners of a box, 3 m high along Z, are lifted.
 
-    ``expected``: height of the middle of the box.
+    The first lifts by 4 m, the second, stored sparsely, by 10 m; a third changes normals alone. The weights are those
+    of the node, else of the mesh, else 0. ``expected``: z of the middle of the box, 4 or 10 m times the weights.
     """
     dense = np.tile(np.array([[0, 0, 4]], dtype="<f4"), (8, 1))
     positions, values = np.arange(8, dtype="<u2"), np.tile(np.array([[0, 0, 10]], dtype="<f4"), (8, 1))

@@ -30,18 +30,21 @@ def test_mesh_vertex_is_rotated_into_the_axes_of_poses(axes, poses):
 
 @pytest.mark.parametrize("file_type", ["glb", "obj", "stl", "ply"])
 def test_alternatives_rotate_meshes_differently_and_include_the_default(file_type):
-    """For poses of each convention the default is the first, no two rotate alike, and body and gltf are among them.
+    """Axes of a mesh file that says none are guessed, and alternatives are offered, for poses of each convention.
 
-    Poses in canonical axes leave a single alternative; the default is body but for GLB.
+    The guess, "body" (the axes of the poses) but for GLB, is the first alternative; no two rotate alike, and those of
+    the poses and of glTF are among them. Where these are the same, in a session's own axes, one alternative is left.
     """
     for source in map(convention, (*CONVENTIONS, "x forward, y up", "z up, left-handed")):
         default = default_mesh_axes(file_type, source)
+        assert file_type == "glb" or default == BODY, source
         names = mesh_axes_alternatives(default, source)
+        first_name, *_others = names
+        assert first_name == default, source
         matrices = {mesh_axes_matrix(name, source).tobytes() for name in names}
-        assert names[0] == default and len(matrices) == len(names), source
+        assert len(matrices) == len(names), source
         assert {mesh_axes_matrix(name, source).tobytes() for name in (BODY, "gltf")} <= matrices, source
         assert (len(names) == 1) == source.is_canonical, source
-        assert file_type == "glb" or default == BODY, source
 
 
 def test_unknown_axes_of_meshes_are_refused_with_all_names():
@@ -51,10 +54,13 @@ def test_unknown_axes_of_meshes_are_refused_with_all_names():
 
 
 def test_axes_of_a_mesh_are_described_by_their_source():
-    """The body's axes have the description of its poses, a known rotation its own, a convention its name and that."""
+    """Axes of a mesh with poses in Unity's may be those of its poses, an exporter's, a convention's, or any by name.
+
+    The text has Unity's name, the exporter's description, the convention's name and description, or the axes in full.
+    """
     unity, unreal = CONVENTIONS["unity"], CONVENTIONS["unreal"]
-    axes_name = convention("x forward, z up").name
     assert unity.name in mesh_axes_description(BODY, unity)
     assert mesh_axes_description("x-flipped", unity) == MESH_ROTATIONS["x-flipped"].description
     assert mesh_axes_description("unreal", unity) == f"unreal ({unreal.description})"
-    assert mesh_axes_description("x forward, z up", unity) == axes_name
+    axes_in_full = convention("x forward, z up").name
+    assert mesh_axes_description("x forward, z up", unity) == axes_in_full

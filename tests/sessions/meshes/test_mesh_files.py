@@ -33,7 +33,10 @@ def have_equal_bytes(a, b):
 
 @given(st.integers(3, 40), st.integers(1, 60), st.integers(0, 2**32))
 def test_any_mesh_survives_glb_bit_for_bit(vertex_count, face_count, seed):
-    """Coordinates of 1e-12 to 1e6, repeated vertices and negative zeros."""
+    """A random mesh has coordinates of 1e-12 to 1e6, repeated vertices and negative zeros, which become zeros.
+
+    Written as GLB and read again its arrays have the same bytes.
+    """
     rng = np.random.default_rng(seed)
     vertices = rng.standard_normal((vertex_count, 3)) * 10.0 ** rng.integers(-12, 6, (vertex_count, 1))
     vertices[rng.random(vertex_count) < 0.2] = vertices[0]
@@ -44,12 +47,13 @@ def test_any_mesh_survives_glb_bit_for_bit(vertex_count, face_count, seed):
 
 
 def test_trimesh_reads_a_written_glb_with_its_name():
-    """A box; the name is that of its node, with an umlaut, and coordinates are in single precision."""
+    """A box is written under a name with an umlaut, which trimesh finds at its node; GLB has single precision."""
     mesh = box_of((0.1, 0.2, 0.3))
     scene = trimesh.load_scene(io.BytesIO(mesh_to_glb(mesh, "Becherglas ä")), file_type="glb", process=False)
-    (read,) = scene.geometry.values()
-    assert [*scene.graph.nodes_geometry] == ["Becherglas ä"] and np.array_equal(read.faces, mesh.faces)
-    assert np.array_equal(read.vertices, mesh.vertices.astype(np.float32))
+    (box,) = scene.geometry.values()
+    assert [*scene.graph.nodes_geometry] == ["Becherglas ä"]
+    assert np.array_equal(box.faces, mesh.faces)
+    assert np.array_equal(box.vertices, mesh.vertices.astype(np.float32))
 
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -67,7 +71,10 @@ def test_open_reversed_or_doubled_faces_are_not_closed(faces):
 
 
 def test_a_mirroring_node_still_gives_an_outward_mesh():
-    """A unit ball (volume 4.2, of few faces over 3) below a node that mirrors Z."""
+    """A ball with a radius of 1 hangs below a node that mirrors Z; its volume is over 3 (of few faces, 4.2 if round).
+
+    It would be negative, were its faces to look inwards.
+    """
     scene = trimesh.Scene()
     scene.add_geometry(trimesh.creation.icosphere(1), transform=np.diag([1, 1, -1, 1.0]))
     mesh = mesh_from_bytes(scene.export(file_type="glb"), "glb")
@@ -76,7 +83,10 @@ def test_a_mirroring_node_still_gives_an_outward_mesh():
 
 
 def test_obj_keeps_vertex_and_face_order_across_materials():
-    """A red triangle, a blue one, a red quad (two triangles), and a triangle whose row goes on in the next line."""
+    """An OBJ has a red triangle, a blue one, a red quad, and a triangle whose row goes on in the next line.
+
+    The quad is two triangles; none is moved to the others of its colour, and corners count from 0 in the mesh.
+    """
     text = """mtllib none.mtl
 v 0 0 0
 v 1 0 0
@@ -112,7 +122,7 @@ def test_stl_keeps_face_order_and_merges_equal_corners(ascii_text):
 
 @pytest.mark.parametrize("kind", ["ply", "off"])
 def test_ply_and_off_keep_vertices_and_faces(kind):
-    """A ball, written by trimesh."""
+    """A ball, written by trimesh with at least six digits, has the same vertices and faces in the same order."""
     solid = trimesh.creation.icosphere(1)
     data = solid.export(file_type=kind)
     mesh = mesh_from_bytes(data if isinstance(data, bytes) else data.encode(), kind)
@@ -121,58 +131,78 @@ def test_ply_and_off_keep_vertices_and_faces(kind):
 
 
 def test_scale_is_applied_in_float64(tmp_path):
-    """An OBJ with the vertices (1, 2, 3), (4, 5, 6) and (7, 8, 10)."""
+    """An OBJ has the vertices (1, 2, 3), (4, 5, 6) and (7, 8, 10) in centimetres; metres are their doubles by 0.01."""
     path = tmp_path / "cube.OBJ"
     path.write_text("v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n")
-    expected = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]]) * 0.01
-    assert load_mesh(path, scale=0.01).vertices.tolist() == expected.tolist()
-    assert load_mesh(str(path)).vertices[2].tolist() == [7, 8, 10]
+    vertices = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]])
+    assert load_mesh(str(path)).vertices.tolist() == vertices.tolist()
+    assert load_mesh(path, scale=0.01).vertices.tolist() == (vertices * 0.01).tolist()
+
+
+def test_scale_that_is_no_number_is_refused(tmp_path):
+    """The scale is infinite."""
+    path = tmp_path / "cube.obj"
+    path.write_text("v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n")
     with pytest.raises(MeshFileError, match="scale is inf"):
-        load_mesh(path, np.inf)
+        load_mesh(path, scale=np.inf)
 
 
 def test_file_error_names_the_path_without_a_traceback(tmp_path):
-    """A missing file, an empty one, one that is cut and a folder; the text is a line without a name of a class."""
+    """A file is missing, empty, cut short or a folder; the error is one line without the name of a Python class."""
     (tmp_path / "empty.glb").write_bytes(b"")
     (tmp_path / "damaged.glb").write_bytes(mesh_to_glb(box_of((1, 1, 1)), "x")[:200])
     (tmp_path / "folder.glb").mkdir()
-    for name in ["missing.glb", *(entry.name for entry in tmp_path.iterdir())]:
+    for name in ("missing.glb", "empty.glb", "damaged.glb", "folder.glb"):
         with pytest.raises(MeshFileError) as caught:
             load_mesh(tmp_path / name)
-        assert str(tmp_path / name) in str(caught.value)
-        assert "\n" not in str(caught.value) and "Error" not in str(caught.value)
+        message = str(caught.value)
+        assert str(tmp_path / name) in message
+        assert "\n" not in message
+        assert "Error" not in message
 
 
 def test_unions_and_differences_have_the_volume_of_the_solids():
-    """A plate of 4 x 1 x 4 and a bar of 1 x 3 x 1 through it share 1: 16 + 2, and 16 - 1."""
+    """A plate of 4 x 1 x 4 and a bar of 1 x 3 x 1 through it share a cube of 1: together 16 + 3 - 1, without it 16 - 1.
+
+    Both results are closed with faces outwards, and a second union has the same bytes.
+    """
     plate, bar = box_of((4, 1, 4)), box_of((1, 3, 1))
-    assert united_mesh([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
-    assert subtracted_mesh(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
-    assert has_consistent_winding(united_mesh([plate, bar]))
-    assert has_consistent_winding(subtracted_mesh(plate, [bar]))
-    assert have_equal_bytes(united_mesh([plate, bar]), united_mesh([plate, bar]))
+    union, difference = united_mesh([plate, bar]), subtracted_mesh(plate, [bar])
+    assert union.volume == pytest.approx(16 + 3 - 1, rel=1e-6)
+    assert difference.volume == pytest.approx(16 - 1, rel=1e-6)
+    assert has_consistent_winding(union)
+    assert has_consistent_winding(difference)
+    assert have_equal_bytes(united_mesh([plate, bar]), union)
 
 
 def test_refined_cube_of_a_tenth_millimetre_keeps_its_volume():
-    """No seam has to be simplified away, which would take the cube with it."""
-    edge = 1e-4
-    fine = refined_mesh(box_of((edge, edge, edge)), edge / 2)
-    assert fine.volume == pytest.approx(edge**3, rel=1e-5) and len(fine.faces) > 12
+    """The edges of a cube of 12 faces are cut in halves, so that it has more faces, but the same volume.
+
+    Points that are nearer to each other than meshes usually have them are not joined, which would take the cube away.
+    """
+    edge_m = 1e-4
+    fine = refined_mesh(box_of((edge_m, edge_m, edge_m)), edge_m / 2)
+    assert fine.volume == pytest.approx(edge_m**3, rel=1e-5)
+    assert len(fine.faces) > 12
 
 
-@pytest.mark.parametrize("count", MUTANTS)
+@pytest.mark.parametrize("mutants", MUTANTS)
 @pytest.mark.parametrize("kind", FILE_TYPES)
-def test_mutants_end_in_a_mesh_or_a_sentence(tmp_path, kind, count):
-    """A box in each format; ``count`` random changes of its bytes are tried one after another."""
+def test_mutants_end_in_a_mesh_or_a_sentence(tmp_path, kind, mutants):
+    """A box is written in each format; so many copies with random bytes changed are read.
+
+    ``tried`` fails where one gives neither a mesh nor one error in a sentence that names the file.
+    """
     data = trimesh.creation.box((0.1, 0.2, 0.3)).export(file_type=kind)
     path = tmp_path / f"box.{kind}"
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
 
     def read():
         mesh = load_mesh(path)
-        assert np.isfinite(mesh.vertices).all() and mesh.faces.max() < len(mesh.vertices)
+        assert np.isfinite(mesh.vertices).all()
+        assert mesh.faces.max() < len(mesh.vertices)
 
-    tried(path, count, read)
+    tried(path, mutants, read)
 
 
 @pytest.mark.parametrize(
@@ -180,6 +210,6 @@ def test_mutants_end_in_a_mesh_or_a_sentence(tmp_path, kind, count):
     [(b"\x89PNG\r\n\x1a\n", "glb", "a picture"), (b"glTF\2\0\0\0", "obj", "a GLB"), (b"glTF\2\0\0\0", "stl", "a GLB")],
 )
 def test_file_of_another_kind_is_refused_by_its_kind(data, kind, noun):
-    """A PNG called GLB, and a GLB called OBJ or STL."""
+    """A PNG is read as a GLB, and a GLB as an OBJ or an STL: the error names both kinds."""
     with pytest.raises(MeshFileError, match=f"it is {noun}.*, no {kind.upper()}"):
         mesh_from_bytes(data + bytes(40), kind)

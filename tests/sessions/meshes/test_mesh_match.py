@@ -34,9 +34,14 @@ def write_balls(folder, **sizes):
     ],
 )
 def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
-    """``size``: of the ball, in the file's unknown unit; up to 5 it is taken for metres, up to 500 for centimetres."""
+    """The mesh "x" is a ball of ``size`` in an unknown unit: up to 5 these are metres, up to 500 centimetres.
+
+    A note says what was taken, but for metres of a usual size. ``scale``: metres in the unit.
+    """
     result, note = guessed_unit(ball_mesh_of_size(size), "x")
-    assert result == scale and text in note and bool(text) == bool(note)
+    assert result == scale
+    assert text in note
+    assert (note == "") == (text == "")
 
 
 @pytest.mark.parametrize(
@@ -50,45 +55,62 @@ def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
     ],
 )
 def test_unit_that_a_mesh_file_states_wins_over_size(tmp_path, name, head, scale):
-    """A ball of 8 units, which would be taken for centimetres."""
+    """A file's first line states a unit, or none ("a unit cube"); its ball of 8 units would be taken for centimetres.
+
+    ``scale``: metres in the unit.
+    """
     (tmp_path / name).write_text(head)
-    assert unit_of_file(ball_mesh_of_size(size=8.0), tmp_path / name, "cup")[0] == scale
+    metres, *_notes = unit_of_file(ball_mesh_of_size(size=8.0), tmp_path / name, "cup")
+    assert metres == scale
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):
-    """Balls by diameter: one of 8 units must be in centimetres; a forced unit overrides the guess.
+    """A folder has balls of these diameters: bodies get those of like names, and one of 8 units is in centimetres.
 
     Names match but for case, an engine's "(Clone)" and the order of words; a folder or text named "camera" is no mesh.
     """
     write_balls(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "camera.txt").write_text("no mesh")
     (tmp_path / "camera.obj").mkdir()
-    result, note = match_meshes(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
-    assert {name: item.file.name for name, item in result.items()} == {
+    matches, notes = match_meshes(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
+    assert {name: match.file.name for name, match in matches.items()} == {
         "beaker": "Beaker_250.obj",
         "LeftHand(Clone)": "LEFT_hand.obj",
         "Flask": "flask.obj",
         "hand": "LEFT_hand.obj",
         "old spare": "spare.obj",
     }
-    reported_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 80 mm"
-    assert result["beaker"].sentence == reported_of_it
-    assert result["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and result["beaker"].scale == 0.01
-    assert result["Flask"].sentence == "Flask: flask.obj" and note == ["no mesh is named like: camera"]
-    forced, _ = match_meshes(tmp_path, ["flask"], {"": 0.001})
-    assert np.array_equal(forced["flask"].mesh.vertices, result["Flask"].mesh.vertices * 0.001)
+    assert notes == ["no mesh is named like: camera"]
+    assert matches["Flask"].sentence == "Flask: flask.obj"
+    beaker = matches["beaker"]
+    assert beaker.sentence == "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 80 mm"
+    assert beaker.scale == 0.01
+    assert beaker.mesh.bounds[1, 0] == pytest.approx(0.08 / 2, rel=0.05)  # half the diameter of few faces
+
+
+def test_unit_that_the_user_states_wins_over_size(tmp_path):
+    """A flask of 0.1 units would be taken for metres; the user says that all files ("") are in millimetres."""
+    write_balls(tmp_path, flask=0.1)
+    guessed, _notes = match_meshes(tmp_path, ["flask"])
+    stated, _notes = match_meshes(tmp_path, ["flask"], {"": 0.001})
+    assert np.array_equal(stated["flask"].mesh.vertices, guessed["flask"].mesh.vertices * 0.001)
 
 
 def test_body_with_two_matching_mesh_files_gets_neither(tmp_path):
-    """Two files are named like the body "glass"."""
+    """Two files are named like the body "glass"; a note says how to choose."""
     write_balls(tmp_path, glass_a=0.1, glass_b=0.1)
-    result, note = match_meshes(tmp_path, ["glass"])
-    assert not result
-    assert note[0] == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"
+    matches, notes = match_meshes(tmp_path, ["glass"])
+    assert not matches
+    first_note, *_others = notes
+    assert first_note == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"
 
 
-def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
-    """Balls of 5 cm radius at x = 0, 1 and 2 m, a node each. Flask and beaker are named like theirs, rod like none."""
+@pytest.mark.parametrize("source", ["", "lab.glb"], ids=["the folder", "the file"])
+def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path, source):
+    """A GLB has balls of 5 cm radius around x = 0, 1 and 2 m, a node each; flask and beaker are named like theirs.
+
+    Each mesh is in its node's frame, where a tracker reports the body, and not around 1 m, where the file has it.
+    """
     scene = trimesh.Scene()
     for k, name in enumerate(("Beaker", "Flask", "Shelf")):
         at = trimesh.transformations.translation_matrix([k, 0, 0])
@@ -96,19 +118,18 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
             trimesh.creation.icosphere(subdivisions=1, radius=0.05), node_name=name, geom_name=name, transform=at
         )
     (tmp_path / "lab.glb").write_bytes(scene.export(file_type="glb"))
-    for where in (tmp_path, tmp_path / "lab.glb"):
-        result, note = match_meshes(where, ["flask", "beaker", "rod"])
-        assert {name: (item.file.name, item.node) for name, item in result.items()} == {
-            "beaker": ("lab.glb", "Beaker"),
-            "flask": ("lab.glb", "Flask"),
-        }
-        # Each in its node's frame, where a tracker reports it, not where the file has it.
-        assert np.abs(result["flask"].mesh.bounds).max() == pytest.approx(0.05, abs=1e-6)
-        assert note == ["no mesh is named like: rod"] and result["flask"].sentence == "flask: lab.glb, node Flask"
+    matches, notes = match_meshes(tmp_path / source, ["flask", "beaker", "rod"])
+    assert {name: (match.file.name, match.node) for name, match in matches.items()} == {
+        "beaker": ("lab.glb", "Beaker"),
+        "flask": ("lab.glb", "Flask"),
+    }
+    assert np.abs(matches["flask"].mesh.bounds).max() == pytest.approx(0.05, abs=1e-6)
+    assert matches["flask"].sentence == "flask: lab.glb, node Flask"
+    assert notes == ["no mesh is named like: rod"]
 
 
 def test_unmatched_and_damaged_files_are_refused_in_a_sentence(tmp_path):
-    """An empty folder, then a damaged GLB, named itself and found in the folder."""
+    """A folder is empty, and then has a damaged GLB, which is named itself or is in the folder that is named."""
     with pytest.raises(MeshFileError, match=r"holds no mesh; name a folder of glb, obj"):
         match_meshes(tmp_path, ["a"])
     (tmp_path / "a.glb").write_bytes(b"glTF????")

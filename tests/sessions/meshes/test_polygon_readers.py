@@ -117,21 +117,27 @@ READ = {
 
 @pytest.mark.parametrize("name", READ)
 def test_faces_are_read_from_mesh_files_of_several_programs(name):
-    """READ has texts as programs export them, with the triangles that each describes."""
+    """A row of READ has a type of file, its text as a program exports it, and the triangles that it describes."""
     kind, text, faces = READ[name]
     mesh = mesh_from_bytes(text if isinstance(text, bytes) else text.encode("latin-1"), kind)
     assert mesh.faces.tolist() == faces
 
 
 def test_corners_from_the_end_count_vertices_of_all_blocks(monkeypatch):
-    """Words become numbers a block at a time: here after the third vertex, so that the fourth waits."""
+    """An OBJ is read in blocks, here of 6 words, so that vertices of several blocks stand before a face.
+
+    Its corners -4, -3, -2 count back from the vertices before it, of which more come behind.
+    """
     monkeypatch.setattr(obj_file, "BLOCK", 6)
     mesh = mesh_from_bytes(f"{SQUARE}f -4 -3 -2\nv 9 9 9\nf -5 -4 -3".encode(), "obj")
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 1, 2]]
 
 
 def binary_ply(order, rows):
-    """A PLY of five vertices and these polygons, with properties that no reader needs between them."""
+    """A binary PLY of five vertices and these polygons, with properties that no reader needs between them.
+
+    Vertex k has x = 0.1 k, y = -0.1 k and z = k.
+    """
     layout = {"<": "little", ">": "big"}[order]
     header = (
         f"ply\nformat binary_{layout}_endian 1.0\nelement vertex 5\nproperty short z\nproperty list ushort uchar tags\n"
@@ -149,14 +155,18 @@ def binary_ply(order, rows):
 
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_binary_rows_of_different_lengths_are_read_in_order(order):
-    """Vertices k have x = 0.1 k and y = -0.1 k; polygons of n corners become n - 2 triangles."""
-    rows = [[0, 1, 2], [1, 2, 3, 4], [2, 3, 4], [4, 3, 2], [0, 1, 2, 3]]
-    mesh = mesh_from_bytes(binary_ply(order, rows), "ply")
+    """Each row of vertices and of polygons has another length; x is a float and y a double.
+
+    A polygon of n corners becomes n - 2 triangles, which have its corners.
+    """
+    polygons = [[0, 1, 2], [1, 2, 3, 4], [2, 3, 4], [4, 3, 2], [0, 1, 2, 3]]
+    mesh = mesh_from_bytes(binary_ply(order, polygons), "ply")
     assert mesh.vertices[:, 0].tolist() == [float(np.float32(0.1 * k)) for k in range(5)]
     assert mesh.vertices[:, 1:].tolist() == [[-0.1 * k + 0.0, k] for k in range(5)]
     corners = [{*face} for face in mesh.faces.tolist()]
-    sizes = np.cumsum([0, *(len(row) - 2 for row in rows)])
-    assert [set.union(*corners[a:b]) for a, b in pairwise(sizes)] == [{*row} for row in rows]
+    first_triangles = np.cumsum([0, *(len(polygon) - 2 for polygon in polygons)])
+    corners_of_polygons = [set.union(*corners[start:end]) for start, end in pairwise(first_triangles)]
+    assert corners_of_polygons == [{*polygon} for polygon in polygons]
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -281,19 +291,20 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(name):
-    """REFUSED has a file's type, its content, and words of the error; reading takes at most 30 MB."""
+    """A row of REFUSED has a type of file, its content, and words of the error; reading it takes at most 30 MB."""
     kind, text, reported = REFUSED[name]
     data = text if isinstance(text, bytes) else text.encode()
     tracemalloc.start()
     with pytest.raises(MeshFileError, match=reported) as raised:
         mesh_from_bytes(data, kind)
-    peak = tracemalloc.get_traced_memory()[1]
+    _now, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak < 30e6 and str(raised.value).isprintable()
+    assert peak_bytes < 30e6
+    assert str(raised.value).isprintable()
 
 
 def test_polygons_with_too_many_corners_are_refused_at_once():
-    """A star of 30,000 corners."""
+    """A star of 30,000 corners is one face, which is not convex: cutting it into triangles would take minutes."""
     angles = np.arange(30_000) * 2 * np.pi / 30_000
     radii = np.where(np.arange(30_000) % 2, 0.5, 1.0)
     rows = [f"v {x!r} {y!r} 0" for x, y in np.c_[radii * np.cos(angles), radii * np.sin(angles)].tolist()]
@@ -303,7 +314,10 @@ def test_polygons_with_too_many_corners_are_refused_at_once():
 
 
 def test_latin_1_or_keyword_name_changes_no_stl():
-    """Two solids of one triangle each, at heights 0 and 1, with names in Latin-1 or of words of the format."""
+    """An STL has two solids of a triangle each, up to the heights 0 and 1, whose names are in Latin-1 or are keywords.
+
+    Both triangles are read, whatever the name.
+    """
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 {}\nendloop\nendfacet\n"
     for name in ("Gefäß", "facet of vertex 3 normal", "solid endsolid", ""):
         text = "".join(f"solid {name}\n{facet.format(z)}endsolid {name}\n" for z in (0, 1))
