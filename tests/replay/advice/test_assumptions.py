@@ -186,7 +186,7 @@ def test_run_starts_with_an_open_question(tmp_path):
 
 
 def test_run_with_stated_axes_has_no_question(tmp_path):
-    """The same scene, in ROS axes with STL files; the import states the axes of its meshes: 2 contacts."""
+    """A scene of tool and plate in ROS axes with STL files, whose axes the import states: both contacts are found."""
     axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(mesh_axes=axes), tmp_path / "s.mcap")
     result = replay.run(tmp_path / "s.mcap", detectors="exact")
@@ -209,21 +209,29 @@ def unreal_scene(tmp_path):
 
 
 def test_answered_recording_has_the_meshes_of_the_import_option(unreal_scene):
-    """The axes of meshes are answered in the recording, or stated by the option ``mesh_axes`` of the import."""
+    """The axes of meshes, Unreal's, are answered in the recording, or stated by the import's option ``mesh_axes``."""
     for name in ("tool", "plate"):
         assert np.array_equal(unreal_scene.answered.meshes[name].vertices, unreal_scene.stated.meshes[name].vertices)
         assert np.array_equal(unreal_scene.answered.meshes[name].faces, unreal_scene.stated.meshes[name].faces)
 
 
 def test_answered_recording_has_no_question(unreal_scene):
-    """It says that a user decided the axes, and that the import had guessed those of the poses ("body")."""
+    """A user answered the axes of a recording's meshes, which the import had guessed to be those of the poses ("body").
+
+    The recording says both.
+    """
     assert not examine_assumptions(unreal_scene.answered).questions
     (row,) = [row for row in recording_assumptions(unreal_scene.answered) if row.subject is Subject.MESH_AXES]
     assert (row.origin, row.value, row.guessed_value) == (Origin.USER, unreal_scene.axes, "body")
 
 
 def test_forgotten_answer_leaves_the_recording_as_imported(unreal_scene):
-    """The question comes back, with the meshes of the guess; there is no further answer to forget."""
+    """A user answered the axes of a recording's meshes, and takes that back.
+
+    The question and the guessed meshes return.
+
+    Then there is no further answer to forget.
+    """
     forgotten, count = with_answers_forgotten(unreal_scene.answered)
     assert count == 1
     assert len(examine_assumptions(forgotten).questions) == 1
@@ -301,7 +309,10 @@ def test_minimised_recording_keeps_open_guesses_under_new_names(tmp_path):
 
 
 def test_minimised_recording_with_stated_axes_has_no_guess(tmp_path):
-    """A scene in ROS axes with STL files, whose axes the import states."""
+    """A scene in ROS axes with STL files, whose axes the import states, is minimised.
+
+    No fact says that anything is open.
+    """
     _axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     assert ASSUMPTIONS_FACT not in minimise(imported(mesh_axes="y-up")).facts
 
@@ -361,7 +372,7 @@ def unity_scene_with_colliders(tmp_path):
 
 
 def test_colliders_that_fit_their_meshes_are_not_questioned(unity_scene_with_colliders):
-    """Their axes are a guess, but the colliders are where the meshes are, so alternatives would be worse."""
+    """The axes of a file of colliders are a guess; as guessed they lie where the meshes are, so nothing is asked."""
     fitting = unity_scene_with_colliders.fitting
     (guess,) = [row for row in recording_assumptions(fitting) if row.subject is Subject.COLLIDER_AXES]
     assert not examine_assumptions(fitting).questions
@@ -386,16 +397,16 @@ def test_colliders_that_do_not_fit_their_meshes_are_questioned(unity_scene_with_
 
 
 def test_progress_of_questions_ends_with_the_last_alternative(unity_scene_with_colliders):
-    """Steps are the alternatives of the only question, on the axes of the colliders."""
+    """A recording has one question, on the axes of its colliders; a step of progress is one of its alternatives."""
     progress = CountedSteps()
     (question,) = examine_assumptions(unity_scene_with_colliders.flipped, progress=progress).questions
     assert sum(progress.done) == progress.total == len(question.alternatives)
 
 
 def test_answered_axes_of_colliders_equal_the_import_option(unity_scene_with_colliders):
-    """ "x-flipped" in the recording, or by the option ``collider_axes`` of the import: colliders fit their meshes.
+    """The axes "x-flipped" of colliders are answered in the recording, or stated by an option of the import.
 
-    Then nothing is asked.
+    Both ways colliders fit their meshes, and nothing is asked.
     """
     flipped, stated = unity_scene_with_colliders.flipped, unity_scene_with_colliders.stated
     (question,) = examine_assumptions(flipped).questions
@@ -418,7 +429,7 @@ def import_meshes_in_10_cm(tmp_path):
 
 
 def test_mesh_unit_is_questioned_where_two_units_fit(import_meshes_in_10_cm):
-    """Meshes 2.5 and 4.2 long: 4.2 m or 4.2 cm are both possible."""
+    """Meshes of an OBJ file, which says no unit, are 2.5 and 4.2 long: metres and centimetres are both possible."""
     questions = examine_assumptions(import_meshes_in_10_cm()).questions
     of_units = [question for question in questions if question.assumption.subject is Subject.MESH_UNIT]
     assert [[row.value for row in question.alternatives] for question in of_units] == [["m", "cm"]]
@@ -434,13 +445,13 @@ def test_mesh_unit_may_be_stated_for_a_single_body(import_meshes_in_10_cm):
 
 
 def test_mesh_unit_of_an_unknown_body_is_refused(import_meshes_in_10_cm):
-    """The bodies are tool and plate."""
+    """The bodies are tool and plate; the option ``mesh_units`` of the import names "tol"."""
     with pytest.raises(ImportFileError, match="--mesh-units tol=m: there is no body 'tol'; did you mean 'tool'"):
         import_meshes_in_10_cm(mesh_units=("tol=m",))
 
 
 def test_mesh_unit_of_metres_is_not_questioned(tmp_path):
-    """Meshes 0.25 and 0.42 m long, written in metres: no other unit fits."""
+    """Meshes of an OBJ file, which says no unit, are 0.25 and 0.42 long: they can be metres only."""
     _axes, imported = written_scene(tmp_path, "openxr", "obj", exported=False)
     assert not examine_assumptions(imported()).questions
 
@@ -546,7 +557,10 @@ def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
 
 
 def test_stated_axes_of_poses_are_not_listed_as_a_guess(tmp_path):
-    """The option ``convention`` of the import says ROS; other guesses are listed."""
+    """The option ``convention`` of the import says that poses are in ROS axes.
+
+    Other guesses are listed on the first screen.
+    """
     _axes, imported = unity_poses_without_a_name(tmp_path, "obj")
     lines = doubts(replay.run(imported(convention="ros"), detectors="exact").document)
     assert lines

@@ -52,7 +52,7 @@ def test_pieces_that_miss_more_than_they_save_are_not_taken(two_beakers, missing
 
 @pytest.mark.slow
 def test_good_pieces_of_the_same_body_are_taken(two_beakers):
-    """The second beaker, whose own pieces are good, is cut; 2 % of false contact are good enough."""
+    """A rod stirs in each of two beakers; good pieces of the second are taken. 2 % of false contact are allowed."""
     assert piece_counts(fix_colliders(two_beakers, limits=Limits(false=0.02)))["second"] > 1
 
 

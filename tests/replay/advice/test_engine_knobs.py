@@ -29,7 +29,10 @@ def test_every_engine_setting_links_to_a_page_of_the_guide(name, choice):
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_every_later_choice_changes_settings_of_the_first(name, choice):
-    """The first row of an engine has all of its settings, as in a new project; others only those that differ."""
+    """A choice is a row of settings (knobs) of an engine: the first has all of them, as in a new project.
+
+    Later ones have only those that differ.
+    """
     first = engines()[name].choices[0]
     assert set(choice.knobs) <= set(first.knobs)
     if choice is not first:
@@ -40,9 +43,9 @@ def test_every_later_choice_changes_settings_of_the_first(name, choice):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_every_engine_setting_has_a_detector(name, choice):
-    """The detector that stands for a choice can be made for two cubes; the rate of the recording plays no role.
+    """A choice is a row of settings of an engine, with a detector that stands for it, which can be made for two cubes.
 
-    Skipped where it needs an engine that is not installed.
+    The rate of the recording plays no role here. Skipped where it needs an engine that is not installed.
     """
     if detector_row(choice.detector).engine:
         pytest.importorskip(detector_row(choice.detector).engine)
@@ -59,14 +62,20 @@ def knobs_of(name, choice):
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_no_engine_setting_asks_what_the_engine_does_not_report(name, choice):
-    """No engine reports contact of two triangle meshes, nor of meshes in continuous detection."""
+    """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
+
+    No engine reports contact of two triangle meshes, nor of meshes in continuous detection: none has such settings.
+    """
     assert not re.search("shape=mesh|continuous", choice.detector_text(frames_hz=1e9))
     assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
 
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_detector_of_a_choice_steps_as_often_as_the_engine(name, choice):
-    """The time step is in seconds; "90" in it stands for one over the 90 Hz of a headset."""
+    """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
+
+    The engine's time step is in seconds; one with "90" in it stands for the 90 Hz of a headset.
+    """
     knobs = knobs_of(name, choice)
     step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
     expected_hz = 90 if "90" in step else 1 / float(step)
@@ -75,7 +84,9 @@ def test_detector_of_a_choice_steps_as_often_as_the_engine(name, choice):
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_detector_of_a_choice_has_the_engines_pieces_and_margins(name, choice):
-    """16 convex pieces of a body, in the engine and in the detector; and the gap from which on contact is reported.
+    """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
+
+    Both have 16 convex pieces, or neither, and the same gap from which on contact is reported.
 
     A trigger (Unity) reports overlap without a gap, and does not push. MuJoCo adds the margins of both bodies.
     """

@@ -84,9 +84,10 @@ def measured_and_repeated(request):
 
 
 def test_sentence_of_a_measured_fix_has_figures_of_its_repetition(measured_and_repeated):
-    """A run advises pieces of the beaker for its detector ``subject``, with the change that it measured.
+    """A rod stirs in a beaker whose hull is full. A run advises convex pieces of it, with the change that it measured.
 
-    A second run has this advice as a detector ``fixed``: rows of both detectors in its ranking give the same text.
+    A second run has this advice as a detector ``fixed`` beside the hulls (``subject``): rows of both in its ranking
+    give the same text.
     """
     measured, repeated = measured_and_repeated
     fix = measured.answers[0].fix
@@ -132,7 +133,7 @@ def test_intervals_of_a_measured_fix_are_those_of_its_repetition(measured_and_re
 
 
 def test_document_of_a_run_has_the_measured_fix(measured_and_repeated):
-    """The document becomes summary.json; its answers are those that the caller of ``run`` gets."""
+    """A run measured a Fix of its detector. Its document, which becomes summary.json, has the answers of its result."""
     measured, _repeated = measured_and_repeated
     assert measured.answers[0].fix.measured
     assert measured.document.answers == measured.answers
@@ -194,14 +195,14 @@ def test_name_of_any_characters_is_accepted_as_a_spec():
 
 
 def test_without_time_nothing_is_measured():
-    """A Fix of hulls is advised without figures; measuring it within 0 s leaves the result as it is."""
+    """A rod stirs in a beaker whose hull is full. Pieces are advised without figures; 0 s leave the result as it is."""
     result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
     assert not result.answers[0].fix.measured
     assert measured_fixes(result, 0.0, Silent()) is result
 
 
 def test_fix_keeps_the_hull_of_a_mesh_with_holes():
-    """The beaker lacks one face, so that it has no inside, and cannot be cut: the Fix says why."""
+    """A rod stirs in a beaker that lacks one face, so that it has no inside and cannot be cut: the Fix says why."""
     mesh_with_hole = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
     fix = run(stirring_session(mesh_with_hole), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert not fix.measured
@@ -209,7 +210,7 @@ def test_fix_keeps_the_hull_of_a_mesh_with_holes():
 
 
 def test_bodies_that_are_not_cut_in_time_are_named(empty_piece_store, monkeypatch):
-    """The program that cuts bodies into pieces sleeps for a minute; 0.3 s are allowed."""
+    """A rod stirs in a beaker. The program that would cut it into pieces sleeps for a minute; 0.3 s are allowed."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     fix = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=0.3).answers[0].fix
     assert not fix.measured
@@ -217,7 +218,7 @@ def test_bodies_that_are_not_cut_in_time_are_named(empty_piece_store, monkeypatc
 
 
 def test_bodies_whose_cutter_fails_are_named_with_the_reason(empty_piece_store, monkeypatch):
-    """The program that cuts bodies into pieces ends with an error, not for lack of time."""
+    """A rod stirs in a beaker. The program that would cut it into pieces ends with an error, not for lack of time."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import sys; sys.exit(1)")
     fix = run(stirring_session(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert not fix.measured
@@ -262,7 +263,7 @@ def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, fractio
 
 @pytest.mark.slow
 def test_fix_advises_no_pieces_as_wrong_as_the_hull(empty_piece_store, monkeypatch):
-    """Each piece of the beaker is replaced by the hull of all of it, which is as wrong: no Fix is advised."""
+    """A rod stirs in a beaker, each piece of which is replaced by the hull of all: as wrong, so no Fix is advised."""
     beaker = revolved_mesh(BEAKER_OUTLINE, 12)
     result = compute(stirring_session(beaker), detectors="subject=hull50,exact")
     monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: hull_of(beaker.vertices))
@@ -343,7 +344,7 @@ def test_bodies_of_the_demo_come_cut(demo_meshes):
 
 
 def test_first_cut_of_a_fix_is_among_the_shipped_cuts():
-    """Bodies of the demo are shipped in 4, 8, 16 and 32 pieces."""
+    """A Fix tries up to 16 pieces first; bodies of the demo are shipped cut into up to 4, 8, 16 and 32."""
     assert measured_fix.FIRST_PIECE_COUNT == 16
 
 
@@ -401,7 +402,7 @@ def test_run_without_a_cutter_names_the_package_to_install(empty_piece_store, mo
 
 @pytest.mark.parametrize("frame_count", [16 * 96, 16 * 96 + 1, 9999])
 def test_pieces_are_timed_in_segments_spread_over_the_motion(frame_count):
-    """16 segments of 96 neighbouring frames are timed; the first frame and the last one are among them."""
+    """To measure a Fix, 16 segments of 96 neighbouring frames are timed, the first and the last frame among them."""
     frames = timed_frames(frame_count)
     assert len(frames) == 16 * 96
     assert (frames[0], frames[-1]) == (0, frame_count - 1)

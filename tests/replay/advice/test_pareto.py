@@ -55,7 +55,7 @@ def test_setting_of_a_single_pass_never_ties():
 
 
 def test_setting_of_a_single_pass_is_never_advised():
-    """ "once" misses nothing, in the shortest time, but was timed in a single pass; three others in seven."""
+    """The setting "once" misses nothing, in the shortest time, but was timed in a single pass; others in seven."""
     rows = [
         price_row("exact", ms=0.04, missed=0),
         price_row("a", ms=0.03, missed=1),

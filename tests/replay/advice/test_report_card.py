@@ -131,7 +131,7 @@ def test_reach_of_crossed_bars_has_closed_form(size, metres):
 
 
 def test_piece_equal_to_its_mesh_reaches_nowhere():
-    """A bar of 2 x 0.2 x 0.2 m in place of itself."""
+    """The reach is how far pieces stand out of a mesh; here a bar of 2 x 0.2 x 0.2 m stands in place of itself."""
     bar = box_mesh((2.0, 0.2, 0.2))
     assert reach(bar, [bar]) == 0.0
 
@@ -178,7 +178,7 @@ def test_report_card_measures_planted_overlap_and_slit():
 
 
 def test_single_piece_has_no_seams():
-    """A bar in place of itself."""
+    """A bar in place of itself: there is no second piece to overlap, or to leave a slit."""
     bar = box_mesh((0.4, 0.1, 0.1))
     card = shape_figures(bar, [bar])
     assert (card["overlap_mm"], card["slit_mm"], card["seams"]) == (0.0, 0.0, [])

@@ -104,7 +104,7 @@ def test_all_48_changes_of_axes_are_recognised():
 
 
 def test_change_of_unit_is_no_change_of_axes():
-    """A box that is 100 times as large, as centimetres taken for metres."""
+    """A box that is 100 times as large, as centimetres taken for metres: no matrix of axes does that (None)."""
     before = MeshData(BOX_WITHOUT_SYMMETRY.vertices, BOX_WITHOUT_SYMMETRY.faces)
     assert change_of_axes(before, MeshData(before.vertices * 100, before.faces)) is None
 

@@ -92,7 +92,10 @@ def test_spheres_are_false_where_they_alone_overlap(assembly):
 
 
 def test_detector_beside_an_oracle_of_intervals_has_a_single_offset(assembly):
-    """``Swept`` decides the way from frame to frame, not instants, which alone can be shifted."""
+    """A detector of 20 Hz is judged by ``Swept``, which decides the way from frame to frame.
+
+    Only instants can be shifted to other moments at which sampling starts, so there is one.
+    """
     figures = figures_of(assembly, "discrete[rate_hz=20]", oracle="support.planted_detectors:Swept")
     assert figures["offsets"] == 1
 

@@ -17,13 +17,13 @@ def test_tradeoff_tries_recorded_colliders():
 
 
 def test_tradeoff_tries_compounds_of_4_and_16_pieces():
-    """A compound is a body cut into convex pieces."""
+    """A compound is a body cut into convex pieces: up to 4 and up to 16, and no other number, are tried."""
     compounds = {setting.detector_text for setting in settings_list() if setting.settings.get("shape") == "compound"}
     assert compounds == {"collider[shape=compound,pieces=4]", "collider[shape=compound,pieces=16]"}
 
 
 def test_every_setting_has_a_label_of_its_own():
-    """A tradeoff tries 40 settings at least."""
+    """A tradeoff tries 40 settings at least, with as many labels."""
     labels = [setting.label for setting in settings_list()]
     assert len(labels) >= 40
     assert len(set(labels)) == len(labels)

@@ -92,7 +92,10 @@ def tradeoff_of_the_demo():
 
 @pytest.mark.slow
 def test_demo_sweep_tries_twelve_settings_in_twenty_seconds(tradeoff_of_the_demo):
-    """Unless other programs had over 5 % of the processor; three settings at least are on the front."""
+    """The tradeoff of the demo within 20 s tries 12 settings at least, of which 3 are on the front.
+
+    Unless other programs had over 5 % of the processor: then it tries any.
+    """
     _session, finished = tradeoff_of_the_demo
     if finished.about["processor_share"] > 0.95:
         assert len(finished.rows) >= 12
@@ -118,7 +121,10 @@ def test_figures_of_the_demo_sweep_are_those_of_a_run(tradeoff_of_the_demo):
 
 
 def test_settings_on_the_front_are_timed_in_more_passes(finished_tradeoff):
-    """A pass times all frames once; several give an interval (``mean_low``)."""
+    """A pass times all frames once: each of six settings has three at least, those on the front seven.
+
+    Several passes give an interval of the mean (``mean_low``).
+    """
     rows = finished_tradeoff.rows
     assert (PASSES_PER_SETTING, FRONT_PASSES) == (3, 7)
     assert min(row["passes"] for row in rows) >= 3
@@ -127,19 +133,25 @@ def test_settings_on_the_front_are_timed_in_more_passes(finished_tradeoff):
 
 
 def test_detector_of_all_frames_at_once_has_no_p99(finished_tradeoff):
-    """``between`` decides the way between frames, for all of them at once: no frame has a time of its own."""
+    """One of six settings, ``between``, decides the way between frames, for all of them at once.
+
+    So no frame has a time of its own.
+    """
     assert [row["label"] for row in finished_tradeoff.rows if row["p99_ms"] is None] == ["between"]
 
 
 def test_rows_of_a_tradeoff_are_sorted_by_loss(finished_tradeoff):
-    """A row for each setting that was tried; the least loss comes first."""
+    """A tradeoff has a row for each of six settings that were tried; the least loss comes first."""
     losses = [row["loss"] for row in finished_tradeoff.rows]
     assert len(losses) == len(TRIED_SETTINGS)
     assert losses == sorted(losses)
 
 
 def test_rows_of_a_tradeoff_mark_oracle_and_front(finished_tradeoff):
-    """``exact`` is the oracle, by which all are judged; the front lists labels."""
+    """``exact`` is the oracle, by which all six settings are judged.
+
+    Rows on the front are those whose label it lists.
+    """
     rows, front = finished_tradeoff.rows, finished_tradeoff.front
     assert front
     assert [row["label"] for row in rows if row["oracle"]] == ["exact"]
@@ -205,7 +217,10 @@ def test_time_limit_cuts_the_last_settings(bumped, monkeypatch):
 
 
 def test_time_limit_excludes_compiling(bumped, monkeypatch):
-    """Kernels compile for half an hour of the seconds on the clock: 20 s are enough for all settings then."""
+    """Six settings within 20 s of a clock that goes on by 1 s at each look, of which kernels compile for half an hour.
+
+    None is left out.
+    """
     finished, _end = limited_tradeoff(bumped, monkeypatch, compiling_seconds=1800.0)
     assert finished.cut == ()
 

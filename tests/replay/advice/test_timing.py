@@ -219,7 +219,7 @@ def test_pass_that_compiled_a_kernel_is_repeated():
     ],
 )
 def test_frames_sampled_at_a_rate_are_evenly_spaced(rate_hz, sampled):
-    """60 frames at 90 Hz, of which the first is always sampled."""
+    """A detector at this rate samples so many of 60 frames at 90 Hz, the first among them."""
     motion = unrotated_motion(np.zeros((60, 1, 3)), np.arange(60) / 90)
     samples = LiveFrames(motion, 10_000).samples(rate_hz)
     assert samples[0]

@@ -18,7 +18,7 @@ def test_guide_index_links_every_page_exactly_once():
 
 @pytest.mark.parametrize("topic", [INDEX_PAGE, *topics()])
 def test_page_starts_with_a_title(topic):
-    """A page of the guide is Markdown."""
+    """Every page of the guide is Markdown, and begins with a heading of the first level."""
     assert page(topic).startswith("# ")
 
 

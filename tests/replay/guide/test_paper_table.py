@@ -161,7 +161,7 @@ def test_printed_matrices_transform_meshes_once_transposed():
 
 @pytest.mark.slow
 def test_printed_translation_moves_points():
-    """``place_points`` without a rotation."""
+    """``place_points`` without a rotation moves points as the paper's matrix for rows of points does."""
     for paper in random_row_transforms():
         placed = place_points(paper.points, np.eye(3), paper.move)
         assert_equal(placed, apply_row(paper.points, paper.translation))
@@ -169,7 +169,10 @@ def test_printed_translation_moves_points():
 
 @pytest.mark.slow
 def test_printed_rotations_are_those_of_quaternions_about_an_axis():
-    """The paper's matrices act on rows, so the product's rotations are theirs transposed."""
+    """Rotations about one axis, by a quaternion.
+
+    The paper's matrices act on rows, so the product's are theirs transposed.
+    """
     for paper in random_row_transforms():
         for axis, matrix in enumerate(paper.rotations):
             rotation = rotation_from_quaternion(quaternion_about(np.eye(3)[axis], paper.angles[axis]))

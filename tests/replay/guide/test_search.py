@@ -162,7 +162,7 @@ def test_near_terms_are_spelled_like_the_query():
 
 
 def test_fillers_count_only_in_a_query_of_fillers():
-    """ "how" is left out beside other words, which count once and in small letters; alone it is the query."""
+    """The filler "how" is left out beside other words, which count once and in small letters; alone it is the query."""
     assert query_terms(["how", "undo", "Undo", "answers"]) == ["undo", "answers"]
     assert query_terms(["how"]) == ["how"]
 

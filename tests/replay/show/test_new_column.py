@@ -154,7 +154,10 @@ def faulty_run():
 
 
 def test_new_column_of_any_table_reaches_five_outputs(faulty_run, monkeypatch):
-    """A column whose cells name their table is added to the list of columns of each of six tables."""
+    """A column whose cells name their table is added to the list of columns of each of six tables.
+
+    Every output shows all six, without a change of its own.
+    """
     for table in TABLES:
         marker = replace(MARKER, of=lambda row, table=table: f"marker-cell-of-{table}")
         monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], marker))

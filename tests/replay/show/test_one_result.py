@@ -104,9 +104,10 @@ def written_run(request, tmp_path_factory):
 
 
 def test_tables_list_planted_misses_and_false_contacts(written_run):
-    """Expected are first frame and number of frames of each miss and false contact, by letters a frame.
+    """A run of a pair of cubes, whose contact and what the detector ``it`` reports follow planted letters, one a frame.
 
-    ``missed_by`` names the detector in the row of each contact that it missed whole.
+    Tables have first frame and number of frames of each miss and false contact; ``missed_by`` names the detector in the
+    row of each contact that it missed whole.
     """
     rows, expected = written_run.rows, written_run.expected
     assert [(row["episode"], row["first"], row["frames"]) for row in rows["misses"]] == expected.misses
@@ -115,7 +116,7 @@ def test_tables_list_planted_misses_and_false_contacts(written_run):
 
 
 def test_files_and_json_have_the_rows_of_the_tables(written_run):
-    """Each table in memory has a Parquet file; JSON has the misses and false contacts of the detector ``it``."""
+    """The tables of a run have a Parquet file each; JSON has misses and false contacts of the detector ``it``."""
     rows, result = written_run.rows, written_run.result
     for name, table in result.tables.items():
         assert pq.read_table(written_run.folder / f"{name}.parquet").select(table.head).to_pylist() == rows[name]
@@ -123,7 +124,10 @@ def test_files_and_json_have_the_rows_of_the_tables(written_run):
 
 
 def test_summary_counts_planted_contacts(written_run):
-    """``summary.json`` has the counts that are made by hand from letters a frame."""
+    """Contact of a pair of cubes, and what the detector ``it`` reports, follow planted letters, one a frame.
+
+    ``summary.json`` has the counts that are made of these by hand.
+    """
     audit = json.loads((written_run.folder / "summary.json").read_text())["audit"]["it"]
     expected = written_run.expected
     for name in ("contacts", "contacts_missed", "late_or_cut_short", "contacts_undecided"):
@@ -136,9 +140,10 @@ def test_summary_counts_planted_contacts(written_run):
 
 
 def test_rankings_count_planted_contacts(written_run):
-    """Contacts missed, late or cut short and, where there are any, undecided, in the row of the detector ``it``.
+    """Contact of a pair of cubes, and what the detector ``it`` reports, follow planted letters, one a frame.
 
-    The terminal (first screen and tables) and the page have all, the notebook the first two.
+    Its row in the ranking has contacts missed, late or cut short and, where there are any, undecided; the terminal
+    (first screen and tables) and the page have all, the notebook the first two.
     """
     expected = written_run.expected
     counts = [expected.contacts_missed, expected.late_or_cut_short]
@@ -156,7 +161,7 @@ def test_rankings_count_planted_contacts(written_run):
 
 
 def test_headline_is_the_same_sentence_in_every_output(written_run):
-    """Terminal, page, picture, Markdown and notebook; tags of the page and line ends are left out."""
+    """The headline of a run in five outputs, without tags of the page and line ends."""
     run = written_run
     for text in (run.screen, run.page, run.picture, run.markdown, run.notebook):
         assert run.headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())

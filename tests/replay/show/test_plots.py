@@ -297,7 +297,7 @@ def test_curve_of_equal_values_lies_on_the_lower_axis():
 
 
 def test_interval_of_a_single_value_begins_its_axis():
-    """The value and both ends are 1, so its axis begins there, at x = 8."""
+    """A plot of an interval whose value and both ends are 1: the axis begins there, at x = 8 of 400 units."""
     row = IntervalRow("a", value=1.0, lower=1.0, upper=1.0, label="1")
     (dot,) = interval_plot([row], "", "ms").dots
     x, _y = dot.at

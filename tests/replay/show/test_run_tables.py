@@ -105,7 +105,10 @@ def test_quantiles_and_budget_fraction_are_over_samples(result_of_two_contacts):
 
 
 def test_detector_without_a_rate_samples_every_frame(result_of_two_contacts):
-    """12 frames take 22, 2, 2, 2, 12 ms, then 2 ms each: their median is 2 ms."""
+    """A detector took 22, 2, 2, 2 and 12 ms for its first frames, then 2 ms for each of seven more.
+
+    The median is 2 ms.
+    """
     detection = replace(result_of_two_contacts.detections["slow"], seconds=TWELVE_FRAMES)
     times = sample_times(detection, rate_hz=None)
     assert times.samples == 12
@@ -113,7 +116,10 @@ def test_detector_without_a_rate_samples_every_frame(result_of_two_contacts):
 
 
 def test_cost_table_shows_median_and_samples_over_budget(result_of_two_contacts):
-    """Samples of 22, 12 and 2 ms: a median of 12 ms, and two of three over the budget of 11.1 ms."""
+    """A detector of 25 Hz took 22, 12 and 2 ms for its samples: a median of 12 ms.
+
+    Two of three are over the budget of a frame, 11.1 ms.
+    """
     detection = replace(result_of_two_contacts.detections["slow"], seconds=TWELVE_FRAMES)
     detector = result_of_two_contacts.document.detectors["slow"]
     seconds = structs.replace(detector.seconds, sample_times=sample_times(detection, rate_hz=25.0))

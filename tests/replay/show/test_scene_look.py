@@ -45,7 +45,7 @@ def test_closest_picture_names_its_two_bodies():
 
 
 def test_closest_picture_without_pairs_is_about_all_bodies():
-    """Then no two bodies are the closest."""
+    """The third picture of a recording is of the closest moment; without pairs it is about all bodies, ()."""
     *_, closest = moments_to_show(assembly_of([1], pairs=[]), closest_frame=2, closest_pair=0)
     assert closest.bodies == ()
 

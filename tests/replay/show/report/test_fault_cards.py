@@ -104,7 +104,7 @@ def test_lanes_of_a_card_reach_beyond_its_fault(end, lane_start, lane_end):
     ],
 )
 def test_commands_name_the_detector_if_several_ran(detectors, command):
-    """The command that shows a fault: miss 2 of ``hull``."""
+    """The card of a fault on a page has the command that shows it in the viewer: miss 2 of the detector ``hull``."""
     assert card(view_of_detectors(*detectors), fault_of(2)).command == command
 
 
@@ -116,7 +116,7 @@ def test_commands_name_the_detector_if_several_ran(detectors, command):
     ],
 )
 def test_address_names_the_detector_unless_it_is_the_first(detectors, names_hull):
-    """The address of a fault on the page: miss 2 of ``hull``, one of two detectors."""
+    """A card has an address, by which links lead to its fault: here miss 2 of ``hull``, one of two detectors."""
     assert ("hull" in card(view_of_detectors(*detectors), fault_of(2)).address) == names_hull
 
 
@@ -136,7 +136,7 @@ def test_only_cards_with_a_picture_have_lanes_and_a_still(options, picture, lane
 
 
 def test_card_of_a_run_without_stills_has_no_picture():
-    """A run folder read back, for example, draws none: ``still`` of its view is None."""
+    """A page draws the picture of a fault by the function ``still`` of its view; here there is none (None)."""
     view = view_of_detectors("hull")
     view.still = None
     assert card(view, fault_of(2)).picture == ""
@@ -150,5 +150,5 @@ def test_card_of_a_run_without_stills_has_no_picture():
     ],
 )
 def test_card_explains_a_fault_or_names_its_cause(why, text):
-    """``why``: the sentence of the fault; "": nobody examined it, which is its cause then."""
+    """A card prints the sentence that explains its fault (``why``); without one, that nobody examined it."""
     assert card(view_of_detectors("hull"), fault_of(1, why=why)).why == text

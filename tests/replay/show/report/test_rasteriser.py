@@ -37,7 +37,10 @@ def test_points_are_projected_to_columns_and_rows():
 
 
 def test_point_behind_the_eye_is_projected_at_the_near_plane():
-    """The eye is at a height of 2 m and looks down; the point is at 3 m."""
+    """The eye is at a height of 2 m and looks down.
+
+    A point at 3 m counts as if it were on the near plane before the eye.
+    """
     ((_column, _row, inverse_depth),) = VIEW.pixels(np.array([[0.0, 0.0, 3.0]]))
     assert inverse_depth == pytest.approx(1.0 / NEAR_PLANE_M)
 
@@ -94,9 +97,9 @@ def test_surface_reaching_behind_the_eye_is_drawn_before_it():
 
 
 def test_light_falls_on_faces_by_their_angle_to_it():
-    """A red square that faces the eye: half of its colour, and half times the cosine to the light (-0.35, 0.6, 0.72).
+    """A red square in the middle faces the eye: half of its colour, and half times the cosine to the light.
 
-    The background is white.
+    The light comes from (-0.35, 0.6, 0.72), of which 0.72 is towards the eye. The background is white.
     """
     picture, _number = draw_picture(VIEW, [SQUARE_2_M_AWAY], [], [], WHITE)
     brightness = 0.5 + 0.5 * 0.72 / np.linalg.norm([-0.35, 0.6, 0.72])
@@ -109,7 +112,10 @@ RED_GLASS, BLUE_GLASS = Shape(square(0.05), RED, 0.3), Shape(square(0.05, height
 
 
 def test_glass_is_mixed_by_its_alpha():
-    """Red glass of alpha 0.3 before white: green and blue are 0.7 of it."""
+    """A small square of red glass, alpha 0.3, in the middle of a white picture: its green and blue are 0.7 of white.
+
+    The middle is the pixel in row 15 and column 20.
+    """
     picture, _number = draw_picture(VIEW, [], [RED_GLASS], [], WHITE)
     assert picture[15, 20] == pytest.approx([1.0, 0.7, 0.7], abs=1e-3)
 
@@ -132,7 +138,7 @@ def test_glass_behind_an_opaque_shape_is_hidden():
 def test_glass_viewed_from_aside_is_denser():
     """A pane of red glass, alpha 0.2, that rises by 60 degrees, so that the cosine to the eye is 0.5.
 
-    Its alpha is multiplied by 1 + 3 * (1 - 0.5) ** 3 = 1.375; the background is white.
+    Its alpha is multiplied by 1 + 3 * (1 - 0.5) ** 3 = 1.375; the background is white. The pixel is that in the middle.
     """
     flat = square(0.05)
     pane = np.stack([flat[..., 0], 0.5 * flat[..., 1], np.sqrt(0.75) * flat[..., 1]], axis=-1)

@@ -61,7 +61,10 @@ def test_spans_of_another_pair_are_its_own():
 
 
 def test_spans_without_a_pair_are_those_of_all():
-    """Three common spans of cup and rod, and one of cup and hand; the false one is of cup and hand."""
+    """Contacts of detector and reference overlap at 1-2, 3-4 and 4.5-4.6 s (cup and rod), and 8.2-9 s (cup and hand).
+
+    The only false contact of ``hull`` is of cup and hand, from 9 to 9.5 s.
+    """
     spans_of_kind = spans(VIEW, "hull")
     assert sorted(spans_of_kind["right"]) == [(1, 2), (3, 4), (4.5, 4.6), (8.2, 9)]
     assert spans_of_kind["false"] == [(9, 9.5)]
@@ -141,5 +144,5 @@ def test_first_sentence_without_detectors_is_the_weightiest_result():
 
 
 def test_first_sentence_without_results_counts_events_by_name():
-    """The only event is no result of an experiment."""
+    """A run without detectors whose only event, called "other", is no result of an experiment."""
     assert first_sentence([event_named("other", 0)]) == "other: 1"

@@ -241,7 +241,10 @@ def test_choice_of_a_detector_hides_faults_of_others(page):
 
 
 def test_search_hides_faults_without_the_term(page):
-    """ "B07" stands, in small letters, in the faults of one of nine pairs; without words all faults come back."""
+    """The search field takes "B07", which stands, in small letters, in the faults of one of nine pairs.
+
+    Once it is empty again, all faults come back.
+    """
     with_word = choose(page, "words", "B07")
     all_faults = choose(page, "words", "")
     assert with_word
@@ -255,7 +258,7 @@ def faults_in_time(page, detector):
 
 
 def test_keys_j_and_k_lead_through_faults_in_time(page):
-    """j opens the next fault of the first detector, k the one before; each is visible as it is opened."""
+    """Key j opens the next fault of the first detector in order of time, k the one before; an open fault is visible."""
     faults = faults_in_time(page, worst_detector(page))
     visited = []
     for _ in faults:
@@ -279,7 +282,7 @@ def test_search_field_takes_keys_as_text(page):
 
 
 def test_question_mark_opens_help_and_escape_closes_it(page):
-    """The help is the only dialog of the page."""
+    """The help is the only dialog of the report."""
     press_key(page, "?")
     assert page.ask("document.querySelector('dialog').open")
     press_key(page, "Escape")
@@ -351,7 +354,10 @@ def saved_files(page):
 
 
 def test_timeline_and_plot_are_saved_as_svg_and_png(saved_files):
-    """Two of each. A PNG of over 4 kB is not empty; an SVG needs no style sheet of the page (no ``class``)."""
+    """Buttons beside the timeline and the plot save each as SVG and as PNG: two files of each type.
+
+    A PNG of over 4 kB is not empty; an SVG needs no style sheet of the page (no ``class``).
+    """
     png_files = [content for kind, content in saved_files if kind == "image/png"]
     svg_files = [content for kind, content in saved_files if kind == "image/svg+xml"]
     assert (len(png_files), len(svg_files)) == (2, 2)
@@ -364,7 +370,7 @@ def test_timeline_and_plot_are_saved_as_svg_and_png(saved_files):
 
 
 def test_faults_are_saved_as_a_csv(saved_files, page):
-    """The file has a line of headings, and one for each fault on the page."""
+    """A button beside the list of faults saves it: a line of headings, and one for each fault on the page."""
     (content,) = [content for kind, content in saved_files if kind == "text/csv"]
     fault_count = page.ask("document.querySelectorAll('.fault').length")
     assert len(content.decode("utf-8-sig").splitlines()) == 1 + fault_count
@@ -426,7 +432,7 @@ def page_with_many_faults():
 
 
 def test_page_of_two_thousand_faults_has_at_most_a_megabyte(page_with_many_faults):
-    """Each fault is a card or a line."""
+    """The text of a report; each of its 2,000 faults is a card or a line."""
     cards, lines = page_with_many_faults.count('class="card fault"'), page_with_many_faults.count('class="fault"')
     assert cards + lines == FAULT_COUNT
     assert len(page_with_many_faults.encode()) <= 1_000_000

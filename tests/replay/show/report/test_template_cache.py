@@ -32,13 +32,16 @@ def rendered(template="{{ 2 + number }}"):
 
 
 def test_compiled_template_is_used_again(cache_folder):
-    """The template ``2 + number`` gives 5; it is compiled the first time only."""
+    """The template ``2 + number`` gives "5" for 3. It is compiled the first time (1 template), not the second (0)."""
     assert rendered() == ("5", 1)
     assert rendered() == ("5", 0)
 
 
 def test_damaged_code_of_a_template_is_compiled_again(cache_folder):
-    """Nine bytes are cut off the only file of compiled code."""
+    """The template ``2 + number`` was compiled; then nine bytes are cut off the only file of compiled code.
+
+    For 3 it gives "5", and one template is compiled once more.
+    """
     rendered()
     (file,) = cache_folder.iterdir()
     file.write_bytes(file.read_bytes()[:-9])
@@ -46,13 +49,13 @@ def test_damaged_code_of_a_template_is_compiled_again(cache_folder):
 
 
 def test_changed_template_is_compiled_again(cache_folder):
-    """The same file of the template adds 2 to 3 first, then 3 to 3."""
+    """The same file of the template adds 2 to 3 first, then 3 to 3; each time one template is compiled."""
     assert rendered("{{ 2 + number }}") == ("5", 1)
     assert rendered("{{ 3 + number }}") == ("6", 1)
 
 
 def test_page_is_rendered_without_a_writable_template_cache(cache_folder):
-    """A file stands where the folder of compiled code would be: the template is compiled each time."""
+    """A file stands where the folder of compiled code would be: the template is compiled each time (1)."""
     cache_folder.write_text("no folder")
     assert rendered() == ("5", 1)
     assert rendered() == ("5", 1)

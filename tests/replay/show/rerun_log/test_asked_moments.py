@@ -43,7 +43,10 @@ def test_number_of_a_fault_leads_to_its_moment(recording):
     ],
 )
 def test_unknown_number_of_a_fault_is_refused(recording, requested, message):
-    """The recording has far fewer than 999 false contacts, and no detector is called nobody."""
+    """A fault is requested by its number, as a miss or a false contact, and by its detector (``by``, "": any).
+
+    The recording has far fewer than 999 false contacts, and no detector is called nobody.
+    """
     with pytest.raises(RunFolderError, match=message):
         target_ns(recording, **requested)
 
@@ -81,7 +84,7 @@ def write_recording_with_moments(file, **columns):
 
 
 def test_moments_of_a_recording_are_read_from_json(tmp_path):
-    """The form that the tests below damage: one text, a list of moments."""
+    """A recording has its moments as one text, JSON: here miss 1 of ``hull``, 5 ns after the session began."""
     write_recording_with_moments(tmp_path / "run.rrd", moments=json.dumps([BOOKMARK]))
     (bookmark,) = read_bookmarks(tmp_path / "run.rrd")
     assert (bookmark.label, bookmark.kind, bookmark.number, bookmark.session_ns) == ("hull", "miss", 1, 5)

@@ -115,7 +115,10 @@ users_and_aspects = pytest.mark.parametrize(
 
 @users_and_aspects
 def test_overview_is_14_degrees_aside_and_22_above_the_user(user, aspect):
-    """The user is 5 m from the middle of four points, in the horizontal direction (x, z)."""
+    """The user is 5 m from the middle of four points, in the horizontal direction (x, z) from there.
+
+    ``back`` is the direction from the points to the eye; angles are degrees about the upright axis, and upwards.
+    """
     back = overview_of_points(user, aspect).back
     degrees_aside = np.degrees(np.arctan2(back[0], back[2]) - np.arctan2(*user)) % 360.0
     degrees_up = np.degrees(np.arcsin(back[1]))
@@ -145,7 +148,7 @@ def test_overview_without_points_sees_all_bodies():
 
 
 def test_overview_without_any_pose_sees_the_origin_from_20_cm():
-    """A recording without bodies."""
+    """A recording without bodies, and no points to see."""
     no_body = SimpleNamespace(bodies=[], motion=Motion([0.0], np.zeros((1, 0, 3)), np.zeros((1, 0, 3, 3))))
     eye = camera.overview(no_body, Scene(), np.zeros((0, 3)), 0)
     assert eye.target == (0.0, 0.0, 0.0)

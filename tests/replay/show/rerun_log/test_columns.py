@@ -28,14 +28,17 @@ def test_values_that_rerun_drops_are_an_error():
 
 @pytest.mark.slow
 def test_a_long_session_is_strided_but_for_its_moments(demo):
-    """270 frames with room for 100: every third is drawn, and frames 100 and 200, which are moments of misses."""
+    """A clock chooses the frames that are drawn, of 270 at most 100: every third.
+
+    Frames 100 and 200, which are moments of misses, are drawn in any case.
+    """
     drawn_frames = RecordingClock.of(demo.assembly, [200, 100], limit=100).drawn_frames.tolist()
     assert drawn_frames == sorted({*range(0, 270, 3), 100, 200})
 
 
 @pytest.mark.slow
 def test_session_within_the_limit_is_drawn_frame_by_frame(demo):
-    """270 frames with room for 270."""
+    """A clock chooses the frames that are drawn, of 270 at most 270: all."""
     assert RecordingClock.of(demo.assembly, limit=270).drawn_frames.tolist() == list(range(270))
 
 

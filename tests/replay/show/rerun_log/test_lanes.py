@@ -231,5 +231,5 @@ def test_lanes_need_room_for_themselves_and_a_ruler(lanes):
 
 
 def test_no_lanes_need_no_room():
-    """Then there is no ruler either."""
+    """Without lanes there is no ruler of time either."""
     assert height_of_lanes(0) == 0

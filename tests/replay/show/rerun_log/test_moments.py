@@ -99,7 +99,10 @@ def test_picture_opens_at_the_fault_of_the_answer(number, frame):
 
 
 def test_picture_without_fault_opens_at_the_longest_contact():
-    """Contacts from frames 1 to 2, 4 to 9 and 20 to 21; the moment of each is its first frame."""
+    """Nothing is wrong in a run.
+
+    Its moments are contacts of frames 1 to 2, 4 to 9 and 20 to 21, at their first frame.
+    """
     frames = [(1, 2), (4, 9), (20, 21)]
     moments = {(first, 0): contact_in(first, last) for first, last in frames}
     assert leading_moment(result_with_answer(None), moments) == (4, 0)
@@ -204,5 +207,5 @@ def test_picture_with_rows_but_no_bookmarks_is_of_another_version(monkeypatch, t
     ],
 )
 def test_picture_without_moments_has_no_bookmarks(has_rows, texts, monkeypatch, tmp_path):
-    """A run that compares nothing has no moments."""
+    """A run that compares nothing has no moments: its recording may lack rows of them and the text with bookmarks."""
     assert read_bookmarks_of(monkeypatch, tmp_path, has_rows=has_rows, texts=texts) == []

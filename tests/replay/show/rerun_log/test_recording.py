@@ -49,14 +49,20 @@ def run_without_detection(demo):
 
 
 def test_run_without_detection_draws_the_room(run_without_detection, drawn):
-    """The scene is called taps, and one of its bodies is a rod."""
+    """A run as if nothing had been computed but its effects.
+
+    The scene, called taps, is drawn with bodies such as the rod.
+    """
     picture = drawn(run_without_detection)
     assert "/world/rod" in picture.entities
     assert "# taps" in recording_text(picture.path)
 
 
 def test_run_without_reference_draws_lanes_of_its_contacts(run_without_detection, demo, drawn):
-    """The only detector is called hybrid; the lane of the second pair, beaker and rod, has its contact."""
+    """A run of one detector, ``hybrid``, without a reference.
+
+    The lane of its second pair, beaker and rod, has contact.
+    """
     run = replace(run_without_detection, detections={ORACLE: demo.detections[ORACLE]})
     picture = drawn(run)
     assert "/world/beaker/mesh" in picture.entities
@@ -83,7 +89,10 @@ def strided_picture(demo, drawn, monkeypatch):
 
 
 def test_above_an_hour_poses_are_strided_but_for_moments(strided_picture):
-    """Every third of 270 frames is to be drawn, and that of the only miss; a few rows more stand around it."""
+    """The limit of drawn frames is lowered to 90 of 270: every third has poses, and that of the only miss.
+
+    A few rows more stand around it.
+    """
     run, picture = strided_picture
     (miss,) = run.misses[SUBJECT]
     frames_with_a_pose = {frame for _ns, frame, _pose in picture.column("world/rod", "Transform3D:translation")}
@@ -92,7 +101,10 @@ def test_above_an_hour_poses_are_strided_but_for_moments(strided_picture):
 
 
 def test_above_an_hour_lanes_have_every_change(strided_picture):
-    """Every third of 270 frames is to be drawn; the lane of beaker and rod changes wherever the outcome does."""
+    """The limit of drawn frames is lowered to 90 of 270.
+
+    The lane of beaker and rod changes wherever the outcome does.
+    """
     run, picture = strided_picture
     outcome = run.comparisons[SUBJECT].outcome[:, 0].astype(int)
     changes = int(np.count_nonzero(np.diff(outcome)))

@@ -116,7 +116,10 @@ def test_clock_counts_from_the_session_not_from_the_window(clock_of_window):
 
 
 def test_clock_draws_strided_frames_and_all_moments(clock_of_window):
-    """Three frames with room for two: every second is drawn, 0 and 2, and the moments, 1 and 2, each once."""
+    """A clock of three frames with room to draw two.
+
+    Every second is drawn, 0 and 2, and moments, 1 and 2, each once.
+    """
     assert clock_of_window.moments.tolist() == [1, 2]
     assert clock_of_window.drawn_frames.tolist() == [0, 1, 2]
 

@@ -243,7 +243,10 @@ def test_faces_of_missed_contacts_are_painted_while_missed(run_name, runs, drawn
 
 
 def test_run_without_misses_paints_no_missed_faces(runs, drawn):
-    """Hulls of bodies contain these, so that a detector of hulls misses no contact."""
+    """A detector of convex hulls misses no contact, since hulls contain their bodies.
+
+    No face is drawn as missed or late.
+    """
     run = runs["hulls"]
     assert [miss for misses in run.misses.values() for miss in misses] == []
     assert [path for path in drawn(run).entities if path.endswith(("missed_faces", "late_faces"))] == []
@@ -287,7 +290,7 @@ def test_picture_opens_with_bodies_posed_as_in_the_headline(runs, drawn):
 
 
 def test_contacts_within_the_budget_are_all_drawn(demo):
-    """The run of taps has far fewer contacts than the product's limit."""
+    """A rod taps a beaker in 270 frames: far fewer contacts than the most that are drawn."""
     face_sets = demo.detections[demo.oracle].face_sets
     drawn_numbers, _frames = drawn_contacts(RecordingClock.of(demo.assembly), face_sets)
     assert drawn_numbers.tolist() == [*range(len(face_sets.frame))]

@@ -97,7 +97,7 @@ def test_reply_of_another_program_on_the_port_is_rejected():
 
 
 def test_reply_of_the_running_server_is_taken():
-    """It sends 100 bytes."""
+    """The server that was started still runs, and sends 100 bytes."""
     with server(send_all) as url:
         assert fetch_within(5, url) == b"x" * 100
 
@@ -154,7 +154,10 @@ def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
 
 
 def test_run_without_detectors_has_the_leading_moment_alone(monkeypatch, tmp_path):
-    """The only moment is an event of an effect; "layout" resets the views."""
+    """The only moment of a recording, an event of an effect, leads: "" goes there, "layout" resets the views.
+
+    No fault has an address.
+    """
     event = Bookmark("", "event", number=3, session_ns=7, leads=True)
     monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: [event])
     assert moment_commands(tmp_path, []).keys() == {"", "layout"}

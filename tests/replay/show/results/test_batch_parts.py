@@ -77,7 +77,10 @@ def test_folder_of_a_batch_table_is_readable_by_any_engine(batch):
 
 
 def test_rows_of_a_deleted_run_folder_are_left_out(batch):
-    """Run 3 of 12 is deleted; the tables of the batch still have its rows."""
+    """A batch of 12 runs has its tables in few files too.
+
+    The folder of run 3 is deleted, these files still have its rows.
+    """
     shutil.rmtree(batch / "run003")
     assert set(read(batch)["metrics"]["run"].to_pylist()) == {*RUNS} - {"run003"}
 
@@ -97,7 +100,10 @@ def test_rows_of_a_renewed_run_folder_are_read_from_it(batch):
 
 
 def test_batch_tables_of_unchanged_runs_are_not_rewritten(batch):
-    """The tables of the same 12 runs are written again, with the same settings."""
+    """A batch of 12 runs has its tables in few files, 5 runs a file; they are written again, with the same settings.
+
+    No file is touched.
+    """
     before = times_of_files(batch)
     write_batch_tables(batch, dict.fromkeys(RUNS, "settings"))
     assert before
@@ -105,7 +111,10 @@ def test_batch_tables_of_unchanged_runs_are_not_rewritten(batch):
 
 
 def test_only_files_of_changed_runs_of_a_batch_are_rewritten(batch):
-    """12 runs, 5 a file, are three files of each table; without run 11 the third of each has another name."""
+    """The tables of a batch of 12 runs, 5 runs a file, are three files of each table.
+
+    Without run 11, the last, they are written again: the third file of each table gets another name, others stay.
+    """
     before = times_of_files(batch)
     shutil.rmtree(batch / "run011")
     write_batch_tables(batch, dict.fromkeys(RUNS[:-1], "settings"))

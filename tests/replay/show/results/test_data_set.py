@@ -148,7 +148,7 @@ def database_of(tables):
 
 
 def test_every_question_of_the_guide_is_recounted():
-    """A question that is added to the page needs a recount here."""
+    """The page *many-sessions* of the guide has questions in SQL; each is answered by a recount in Python here."""
     assert QUESTIONS.keys() == RECOUNTS.keys()
 
 
@@ -216,7 +216,7 @@ def test_rows_of_the_data_set_name_run_and_student(name, tables):
 
 
 def test_session_digest_of_a_run_is_equal_in_all_tables(tables):
-    """A digest is 16 hexadecimal digits over the poses of a session, so four sessions have four."""
+    """Every row names its session by a digest, 16 hexadecimal digits over its poses; four sessions have four."""
     digests = {}
     for table in tables.values():
         for row in table.to_pylist():
@@ -241,7 +241,10 @@ def test_rows_name_the_task_and_stage_at_their_begin(name, kind, tables):
 
 
 def test_metrics_name_all_tasks_and_stages_of_a_session(tables):
-    """A row of metrics is about a whole session; "four" has neither tasks nor stages."""
+    """A row of metrics is about a whole session.
+
+    Three have the tasks "stir" and "pour" in two stages, "four" has none.
+    """
     for row in tables["metrics"].to_pylist():
         has_none = row["run"] == run_path("four")
         assert (row["task"], row["stage"]) == ((None, None) if has_none else ("stir + pour", "first + second"))
@@ -254,7 +257,7 @@ def events_file(result_by_name, tmp_path):
 
 
 def test_newer_table_of_a_data_set_is_refused(events_file, tmp_path):
-    """The schema of one table of a run says the next version."""
+    """The table of events of the only run in a folder says the next version of its schema."""
     newer = SCHEMA.replace("2", "3")
     pq.write_table(pq.read_table(events_file).replace_schema_metadata({"schema": newer}), events_file)
     with pytest.raises(RunFolderError, match=rf"events.parquet has schema '{newer}', this version reads up to"):
@@ -262,7 +265,7 @@ def test_newer_table_of_a_data_set_is_refused(events_file, tmp_path):
 
 
 def test_table_with_a_column_of_another_type_is_refused(events_file, tmp_path):
-    """Stamps of one table are texts, not integers."""
+    """Stamps in the table of events of the only run in a folder are texts, not integers."""
     events = pq.read_table(events_file)
     texts = pa.array(["noon"] * len(events))
     pq.write_table(events.set_column(events.column_names.index("stamp_ns"), "stamp_ns", texts), events_file)
@@ -271,14 +274,14 @@ def test_table_with_a_column_of_another_type_is_refused(events_file, tmp_path):
 
 
 def test_damaged_table_of_a_data_set_is_named(events_file, tmp_path):
-    """The file of one table is a single byte; a folder may be named by a text too."""
+    """The file of events of the only run in a folder is a single byte; the folder may be named by a text too."""
     events_file.write_bytes(b"x")
     with pytest.raises(RunFolderError, match=r"one/events.parquet is damaged; run its session again$"):
         read(str(tmp_path))
 
 
 def test_metrics_name_the_reference(tables):
-    """All four runs were compared with ``exact``."""
+    """All four runs of the data set were compared with ``exact``."""
     assert set(tables["metrics"]["oracle"].to_pylist()) == {"exact"}
 
 
@@ -325,7 +328,7 @@ def test_single_run_folder_is_read_as_a_data_set(result_by_name, tmp_path):
 
 
 def test_table_of_more_rows_than_bytes_hold_is_refused(result_by_name, tmp_path, monkeypatch):
-    """The limit of rows a byte is lowered to 0.001, so that any table claims too many."""
+    """A damaged file may claim any number of rows; here the most rows a byte are lowered to 0.001, which all exceed."""
     run_folder = write_run_folder(result_by_name["one"], tmp_path / "one")
     monkeypatch.setattr("replay.show.results.parquet.MOST_ROWS_PER_BYTE", 0.001)
     with pytest.raises(RunFolderError, match="rows that it does not hold"):

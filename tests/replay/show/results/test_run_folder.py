@@ -79,14 +79,14 @@ def broken_drawing(replace_drawing):
 
 
 def test_failed_run_folder_leaves_nothing_behind(result_of_two_contacts, tmp_path, broken_drawing):
-    """Drawing the picture fails half way, into a new folder."""
+    """The picture of a run fails half way as it is drawn ("no ink"), into a new folder."""
     with pytest.raises(ValueError, match="no ink"):
         write_run_folder(result_of_two_contacts, tmp_path / "run", picture=True)
     assert file_names(tmp_path) == []
 
 
 def test_failed_run_folder_leaves_an_earlier_run_untouched(result_of_two_contacts, tmp_path, broken_drawing):
-    """A run is written without a picture; then drawing one over it, on request (``force``), fails half way."""
+    """A run is written without a picture, then over it, on request (``force``), one whose picture fails ("no ink")."""
     write_run_folder(result_of_two_contacts, tmp_path / "run")
     before = (tmp_path / "run" / "summary.json").read_bytes()
     with pytest.raises(ValueError, match="no ink"):
@@ -163,7 +163,10 @@ def test_unwritable_path_is_a_clear_error(result_of_two_contacts, tmp_path):
 
 
 def test_a_run_folder_reads_back(result_of_two_contacts, tmp_path):
-    """The reference was ``hybrid``; the detector ``slow`` has a single miss, and numbers begin with 1."""
+    """A run is written and read.
+
+    Its reference was ``hybrid``, and the only miss of its detector ``slow`` is number 1.
+    """
     folder = read_run_folder(write_run_folder(result_of_two_contacts, tmp_path / "run"))
     assert folder.document.oracle == "hybrid"
     assert [row["number"] for row in folder.rows("misses")] == [1]

@@ -119,7 +119,7 @@ def test_no_text_becomes_a_formula_in_csv(text, tmp_path):
 
 @pytest.mark.parametrize("text", FORMULAS)
 def test_no_text_becomes_a_formula_or_link_in_a_workbook(text, tmp_path):
-    """The text is a heading and a cell of a sheet."""
+    """A text that Excel might take for a formula is a heading and a cell of a sheet: neither is a formula or a link."""
     openpyxl = pytest.importorskip("openpyxl")
     table = pa.table({text or "name": [text, "x"], "number": [-1.5, 2.0]})
     assert write_tables({"t": table}, tmp_path, form="xlsx") == []
@@ -205,7 +205,7 @@ def test_result_gives_pandas_frames_of_its_tables(run_with_formula_name):
 
 
 def test_result_gives_polars_frames_of_its_tables(run_with_formula_name):
-    """Skipped where polars is not installed."""
+    """``to_polars`` of a result; skipped where polars is not installed."""
     polars = pytest.importorskip("polars")
     assert isinstance(run_with_formula_name.to_polars("episodes"), polars.DataFrame)
 
