@@ -87,7 +87,10 @@ def test_worst_figure_of_the_worst_detector_is_marked(audit, kind, marked_column
 
 
 def test_only_the_worst_of_two_wrong_detectors_is_marked():
-    """The reference (exact) has 3 contacts, of which one detector misses 2, the other 1."""
+    """The reference (exact) has 3 contacts, of which one detector misses 2, the other 1.
+
+    A row that ``leads`` stands in the colour of the error it names; an empty text means no colour.
+    """
     rows = comparison_of(run_of(misses_2={"contacts_missed": 2}, misses_1={"contacts_missed": 1})).ranking
     assert [(row.rank.label, row.leads) for row in rows] == [("misses_2", "missed"), ("misses_1", ""), ("exact", "")]
 
