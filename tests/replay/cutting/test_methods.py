@@ -5,18 +5,18 @@ from cdcore import TriangleMesh
 from replay.cutting.methods import method_of
 
 CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 12)
+"""A body of revolution with a floor and a wall of 2 mm, of (radius, height) in metres, with 12 sides."""
 
 
 @pytest.mark.parametrize(
-    ("name", "mesh", "method"),
+    ("requested", "mesh", "method"),
     [
-        ("auto", CUP, "sectors"),
-        ("auto", TriangleMesh(CUP.vertices, CUP.faces[1:]), "vhacd"),
-        ("auto", box_mesh((1.0, 2.0, 3.0)), "vhacd"),
-        ("coacd", CUP, "coacd"),
+        pytest.param("auto", CUP, "sectors", id="round"),
+        pytest.param("auto", TriangleMesh(CUP.vertices, CUP.faces[1:]), "vhacd", id="round, a face missing"),
+        pytest.param("auto", box_mesh((1.0, 2.0, 3.0)), "vhacd", id="not round"),
+        pytest.param("coacd", CUP, "coacd", id="round, another method requested"),
     ],
-    ids=["round", "round and open", "not round", "named"],
 )
-def test_only_closed_round_bodies_are_cut_in_sectors_by_themselves(name, mesh, method):
-    """``auto`` chooses the method by the body; a cup is round and closed, and open without its first face."""
-    assert method_of(name, mesh) == method
+def test_only_closed_round_bodies_are_cut_in_sectors_by_themselves(requested, mesh, method):
+    """``auto`` chooses the method of cutting a body into convex pieces by the body."""
+    assert method_of(requested, mesh) == method

@@ -18,16 +18,34 @@ SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
 
 @pytest.fixture
 def store(request, tmp_path):
-    """A folder of a store, with two sessions in it."""
+    """The address of a store with the session files s0 and s1 in its folder sessions; both are in tmp_path, too.
+
+    A store is a place that is reached by a URL: in memory, on a disk, or S3.
+    """
     pytest.importorskip("upath")
     root = request.getfixturevalue(request.param) if request.param == "s3" else request.param.format(tmp_path)
-    path_of_place(root).fs.makedirs(path_of_place(root).path + "/sessions", exist_ok=True)
-    for k in range(2):
-        write_session(
-            unit_cubes_on_x({"a": [0.0] * 9, "b": list(np.linspace(3, 0.8 + 0.1 * k, 9))}), tmp_path / f"s{k}.mcap"
-        )
-        path_of_place(root).fs.put_file(str(tmp_path / f"s{k}.mcap"), path_of_place(f"{root}/sessions/s{k}.mcap").path)
+    file_system = path_of_place(root).fs
+    file_system.makedirs(path_of_place(root).path + "/sessions", exist_ok=True)
+    for name, nearest in (("s0", 0.8), ("s1", 0.9)):
+        session = unit_cubes_on_x({"a": [0.0] * 9, "b": list(np.linspace(3, nearest, 9))})
+        write_session(session, tmp_path / f"{name}.mcap")
+        file_system.put_file(str(tmp_path / f"{name}.mcap"), path_of_place(f"{root}/sessions/{name}.mcap").path)
     return root
+
+
+def sessions_of(store):
+    """Addresses of both sessions of a store."""
+    return [f"{store}/sessions/s0.mcap", f"{store}/sessions/s1.mcap"]
+
+
+@pytest.fixture
+def local_digest(tmp_path):
+    """Returns the digest of the runs of both sessions from this disk to this disk."""
+
+    def digest():
+        return run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS).digest
+
+    return digest
 
 
 @pytest.fixture(scope="module")
@@ -45,18 +63,22 @@ def s3():
     server.stop()
 
 
-def test_unreadable_url_is_refused_with_the_package_to_install(monkeypatch):
-    """A store of an unknown kind, and a known one (s3) where the package ``upath`` is not installed."""
+def test_url_of_an_unknown_store_is_refused():
+    """There is no store of the kind nonsense; a folder would do."""
     pytest.importorskip("upath")
     with pytest.raises(PlaceError, match=r"nonsense://a cannot be reached .*or name a folder"):
         path_of_place("nonsense://a")
+
+
+def test_url_without_the_package_for_urls_names_what_to_install(monkeypatch):
+    """``None`` in sys.modules makes the import of ``upath`` fail."""
     monkeypatch.setitem(sys.modules, "upath", None)
     with pytest.raises(PlaceError, match=r"s3://a cannot be reached .*pip install \"vrlab-replay\[cluster\]\""):
         path_of_place("s3://a")
 
 
 def test_url_without_its_store_package_is_refused_with_a_hint(monkeypatch):
-    """A store other than s3 needs a package of its own, which the extra of this program does not bring."""
+    """A store other than s3, here Google's, needs a package that no extra of this program brings (``gcsfs``)."""
     pytest.importorskip("upath")
     monkeypatch.setitem(sys.modules, "gcsfs", None)
     with pytest.raises(PlaceError, match=r"gs://a/b cannot be reached .*install what fsspec needs for it"):
@@ -64,25 +86,29 @@ def test_url_without_its_store_package_is_refused_with_a_hint(monkeypatch):
 
 
 def test_path_of_this_machine_is_a_plain_path():
-    assert type(path_of_place("runs/a")) is type(Path("runs/a"))
+    """A text without a URL's scheme is a path of pathlib."""
+    path = path_of_place("runs/a")
+    assert path == Path("runs/a")
+    assert type(path) is type(Path("runs/a"))
 
 
-REMOTE = SimpleNamespace(fs=None)
+PATH_IN_A_STORE = SimpleNamespace(fs=None)
+"""Stands for the path of a URL: it has a file system of its own."""
 """What the path of a URL looks like: it has a file system."""
 
 
 @pytest.mark.parametrize(
-    ("address", "error", "raised"),
+    ("path", "error", "raised"),
     [
-        (REMOTE, OSError("no network"), PlaceError),
-        (REMOTE, OutputError("exists"), OutputError),
-        (Path("runs"), OSError("disk full"), OSError),
-        (Path("runs"), OutputError("exists"), OutputError),
+        pytest.param(PATH_IN_A_STORE, OSError("no network"), PlaceError, id="system's error, store"),
+        pytest.param(PATH_IN_A_STORE, OutputError("exists"), OutputError, id="own error, store"),
+        pytest.param(Path("runs"), OSError("disk full"), OSError, id="system's error, disk"),
+        pytest.param(Path("runs"), OutputError("exists"), OutputError, id="own error, disk"),
     ],
 )
-def test_only_foreign_errors_of_a_store_are_replaced(address, error, raised):
-    """An OSError becomes a PlaceError for a path of a store, and stays for a path of a disk; errors of ours stay."""
-    with pytest.raises(raised) as caught, store_errors(address):
+def test_only_foreign_errors_of_a_store_are_replaced(path, error, raised):
+    """An OSError becomes a PlaceError for a path in a store, and stays for one of a disk; errors of ours stay."""
+    with pytest.raises(raised) as caught, store_errors(path):
         raise error
     assert type(caught.value) is raised
 
@@ -92,63 +118,94 @@ STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytes
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
-def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
-    """Runs of sessions in a store have the same files and digest as on disk, and summary.json is put there last.
+def test_store_runs_have_the_digest_of_local_runs(store, local_digest, tmp_path):
+    """Runs of sessions in a store, written to the store, have the same files and digest as on disk."""
+    batch = run_batch(sessions_of(store), f"{store}/runs", settings=SETTINGS)
+    assert batch.kept == ()
+    assert batch.digest == local_digest() != ""
+    files_here = {path.name for path in (tmp_path / "here" / "s0").iterdir()}
+    assert {path.name for path in path_of_place(f"{store}/runs/s0").iterdir()} == files_here
 
-    A run without that file counts as broken off and is made again; other settings are refused.
-    """
-    given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
-    here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
-    existing = run_batch(given, f"{store}/runs", settings=SETTINGS)
-    assert here.digest == existing.digest != "" and existing.kept == ()
-    names = {path.name for path in (tmp_path / "here" / "s0").iterdir()}
-    assert {path.name for path in path_of_place(f"{store}/runs/s0").iterdir()} == names
-    put = [name for name in getattr(path_of_place(store).fs, "store", ()) if "/runs/s0/" in name]
-    assert put[-1:] in ([], ["/laboratory/runs/s0/summary.json"])
-    path_of_place(f"{store}/runs/s1/summary.json").unlink()  # as if killed before the last file was there
-    again = run_batch(given, f"{store}/runs", settings=SETTINGS)
-    assert again.kept == ("s0",) and again.digest == here.digest
-    with pytest.raises(OutputError, match="other settings"):
-        run_batch(given, f"{store}/runs", settings={**SETTINGS, "seed": 1})
+
+def test_summary_is_the_last_file_that_is_put_into_a_store(tmp_path):
+    """Without summary.json a run counts as broken off; a store in memory lists files in the order of their writing."""
+    pytest.importorskip("upath")
+    write_session(unit_cubes_on_x({"a": [0.0] * 3, "b": [3.0, 2.0, 0.9]}), tmp_path / "s0.mcap")
+    run_batch([tmp_path / "s0.mcap"], "memory://order", settings=SETTINGS)
+    files = [name for name in path_of_place("memory://order").fs.store if name.startswith("/order/s0/")]
+    assert files[-1] == "/order/s0/summary.json" and len(files) > 1
 
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
-def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
-    """The store has no session "gone": a batch reports it and does s0, a single run ends with code 1 and no folder."""
-    batch = run_batch(
-        [f"{store}/sessions/{name}.mcap" for name in ("s0", "gone")], tmp_path / "runs", settings=SETTINGS
-    )
-    assert batch.done == ("s0",) and "gone.mcap cannot be reached" in batch.failed["gone"]
-    assert main(["run", f"{store}/sessions/gone.mcap", "-o", str(tmp_path / "one")]) == 1
-    assert "gone.mcap cannot be reached" in capsys.readouterr().err and not (tmp_path / "one").exists()
+def test_run_in_a_store_without_its_summary_is_made_again(store):
+    """The summary of s1 is removed, as if its run was killed before the last file was there; s0 is kept."""
+    first = run_batch(sessions_of(store), f"{store}/runs", settings=SETTINGS)
+    path_of_place(f"{store}/runs/s1/summary.json").unlink()
+    again = run_batch(sessions_of(store), f"{store}/runs", settings=SETTINGS)
+    assert again.kept == ("s0",)
+    assert again.digest == first.digest
+    with pytest.raises(OutputError, match="other settings"):
+        run_batch(sessions_of(store), f"{store}/runs", settings={**SETTINGS, "seed": 1})
+
+
+@pytest.mark.sampled(2)
+@pytest.mark.parametrize("store", STORES, indirect=True)
+def test_missing_store_session_fails_alone_by_name(store, tmp_path):
+    """The store has no session "gone": a batch reports it and does s0."""
+    sessions = [f"{store}/sessions/s0.mcap", f"{store}/sessions/gone.mcap"]
+    batch = run_batch(sessions, tmp_path / "runs", settings=SETTINGS)
+    assert batch.done == ("s0",)
+    assert "gone.mcap cannot be reached" in batch.failed["gone"]
+
+
+@pytest.mark.sampled(2)
+@pytest.mark.parametrize("store", STORES, indirect=True)
+def test_run_of_a_missing_store_session_makes_no_folder(store, tmp_path, capsys):
+    """The command ends with code 1 and names the file."""
+    assert main(["run", f"{store}/sessions/gone.mcap", "-o", str(tmp_path / "run")]) == 1
+    assert "gone.mcap cannot be reached" in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("store", STORES, indirect=True)
-def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
-    """run (one session, again, with --force, a whole folder), info and doctor, with sessions and runs in a store."""
-    text = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
-    assert main(["run", *text, f"{store}/one"]) == 0
-    assert f"{path_of_place(f'{store}/one')}/report.html" in capsys.readouterr().out
-    assert read_run_folder(path_of_place(f"{store}/one")).document.session.recording.bytes > 0
-    assert main(["run", *text, f"{store}/one"]) == 1
-    assert "replace it with --force" in capsys.readouterr().err
-    assert main(["run", *text, f"{store}/one", "--force"]) == 0 and path_of_place(f"{store}/one/summary.json").is_file()
-    for verb in ("info", "doctor"):
-        assert main([verb, f"{store}/sessions/s0.mcap"]) == 0
-        assert "s0.mcap" in capsys.readouterr().out
-        assert main([verb, f"{store}/sessions/gone.mcap"]) == 1
-        assert "gone.mcap cannot be reached" in capsys.readouterr().err
-    assert main(["run", f"{store}/sessions", "-o", f"{store}/class", "--detectors", "hybrid", "--no-picture"]) == 0
-    assert "2 of 2 sessions are in" in capsys.readouterr().out
+def test_command_run_takes_urls_for_session_and_run_folder(store, capsys):
+    """A run folder that is there is replaced by --force alone."""
+    out = f"{store}/run"
+    command = ["run", f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o", out]
+    assert main(command) == 0
+    assert f"{path_of_place(out)}/report.html" in capsys.readouterr().out
+    assert read_run_folder(path_of_place(out)).document.session.recording.bytes > 0
+    assert main(command) == 1
+    assert "replace it with --force" in " ".join(capsys.readouterr().err.split())
+    assert main([*command, "--force"]) == 0
+    assert path_of_place(f"{out}/summary.json").is_file()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("store", STORES, indirect=True)
+def test_command_run_takes_the_url_of_a_folder_of_sessions(store, capsys):
+    """Both sessions of the store are run into a folder of the store."""
+    command = ["run", f"{store}/sessions", "-o", f"{store}/class", "--detectors", "hybrid", "--no-picture"]
+    assert main(command) == 0
+    assert "2 of 2 sessions are in" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", ["info", "doctor"])
+@pytest.mark.parametrize("store", STORES, indirect=True)
+def test_commands_that_read_a_session_take_its_url(store, verb, capsys):
+    """The session s0 is in the store, "gone" is not: exit code 1."""
+    assert main([verb, f"{store}/sessions/s0.mcap"]) == 0
+    assert "s0.mcap" in capsys.readouterr().out
+    assert main([verb, f"{store}/sessions/gone.mcap"]) == 1
+    assert "gone.mcap cannot be reached" in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("store", ["file://{}/far", "s3"], indirect=True)
-def test_workers_of_a_cluster_fetch_and_put_by_themselves(store, tmp_path):
+def test_workers_of_a_cluster_fetch_and_put_by_themselves(store, local_digest):
     """Two processes run the sessions of a store into the store; the digest is that of runs on this disk."""
-    given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
-    here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
-    existing = run_batch(given, f"{store}/runs", settings=SETTINGS, jobs=2)
-    assert here.digest == existing.digest != ""
+    batch = run_batch(sessions_of(store), f"{store}/runs", settings=SETTINGS, jobs=2)
+    assert batch.digest == local_digest() != ""
