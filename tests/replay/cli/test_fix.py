@@ -129,7 +129,7 @@ def test_page_is_written_without_an_engine(folder_with_csv, capsys):
     """`replay fix` without an engine writes a page that compares colliders, and no files for an engine.
 
     A folder that somebody named (mine) is not written over (1). The usual folder, fix-page, is: its page is another one
-    afterwards.
+    afterwards. ``--max-false 1`` allows any fraction of false contact.
     """
     main(IMPORT)
     command = ["fix", "own.mcap", "--max-false", "1"]

@@ -47,9 +47,10 @@ def lacking(kind, row):
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_every_row_of_the_effect_catalogue_is_complete(kind):
-    """A row of the catalogue describes a kind of effect: it lacks no part that ``lacking`` looks for.
+    """A row of the catalogue describes a kind of effect: a sentence, sources, a trigger or a detector, and a module.
 
-    The spec that is made of it has the same text and fields, and the other effects that it names are effects.
+    Each of its fields has a meaning, a unit and an example; ``lacking`` lists what is missing. The spec that is made of
+    the row has the same text and fields, and the other effects that it names are effects.
     """
     row = CATALOGUE[kind]
     assert lacking(kind, row) == []

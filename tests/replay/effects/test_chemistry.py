@@ -149,7 +149,7 @@ def test_dissolved_and_remaining_solid_sum_to_the_initial_mass():
 
 @pytest.mark.parametrize("fraction", [0.0, 0.25])
 def test_a_decanted_liquid_leaves_its_solid(fraction):
-    """Glass a is emptied into b, and then b into c, with a declared ``fraction`` of its solid.
+    """Glass a is emptied into b in frames 2 to 4, and then b into c in 5 to 7, with a ``fraction`` of its solid.
 
     20 mL of 0.1 mol/L of silver and of chloride make 2 mmol of AgCl, 143.32 g/mol: 0.28664 g.
     """

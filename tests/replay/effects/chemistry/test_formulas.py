@@ -192,7 +192,7 @@ def test_unbalanced_equation_is_refused_with_atoms_of_both_sides(equation, count
     "formula", ["C4H11NO3", "C4H12NO3Cl", "C6H14N2O2", "C6H12N4", "Ca(C3H5O3)2", "NaC3H5O3", "C8H18N2O4S"]
 )
 def test_molecules_are_not_read_as_salts_of_equal_composition(formula):
-    """TRIS, C4H11NO3, has the atoms of trimethylammonium hydrogencarbonate, which it is not."""
+    """TRIS, C4H11NO3, has the atoms of trimethylammonium hydrogencarbonate, which it is not: it has no ions (None)."""
     assert components_of(formula) is None
 
 

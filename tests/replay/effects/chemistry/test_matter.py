@@ -30,7 +30,10 @@ def mixed_at(contents, times=TIMES, volume_ml=FILLING):
     ids=["contents not known", "solid in 5 mL of water", "empty"],
 )
 def test_vessel_without_a_dry_solid_is_always_mixed(contents):
-    """A millilitre of water comes at each of the first four times, and none until the fifth: mixed throughout."""
+    """A vessel is mixed at a time where no dry solid is still to be wetted by water that comes in.
+
+    A millilitre comes at each of the first four of five times; none of these vessels has a dry solid at first.
+    """
     assert mixed_at(contents) == [True] * 5
 
 

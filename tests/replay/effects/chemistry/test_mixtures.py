@@ -143,6 +143,12 @@ def test_a_refused_mixture_names_the_remedy(row):
         assert mixed(plain)["pH"] == pytest.approx(row["without_keys"]["pH"], abs=0.1)
 
 
+def pour_into_b(ledger, source, frames, millilitres):
+    """Pours so much from a vessel into b, evenly over frames of 0.1 s."""
+    volume_ml = np.full((len(frames), 1), millilitres / len(frames))
+    ledger.flow(frames, 0.1 * frames, [(source, "b")], volume_ml, over=np.zeros(1, dtype=bool))
+
+
 def phreeqc_in_steps(steps):
     """Mol of CO2 that PHREEQC lets leave when 15 mmol of HCl come in so many steps to 5 mmol of BaCO3 in 100 mL.
 
@@ -167,9 +173,10 @@ def phreeqc_in_steps(steps):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize(("steps", "leaves"), [(1, False), (3, True), (5, True), (50, True)])
 def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
-    """50 mL of acid come in so many steps to 100 mL with barium carbonate; as much CO2 leaves as by PHREEQC in steps.
+    """Glass a, 50 mL, is poured into b at once, which makes 100 mL with barium carbonate; then 50 mL of acid from c.
 
-    All at once the CO2 stays dissolved in 150 mL; in 3 steps 0.44 mmol leave while there are only 133 mL.
+    They come in so many ``steps``, and as much CO2 leaves as by PHREEQC in steps. All at once it stays dissolved in
+    150 mL; in 3 steps 0.44 mmol leave while there are only 133 mL.
     """
     row = next(row for row in MIXTURES if row["name"] == "BaCl2 + Na2CO3, then HCl")
     scene = scene_of(row)
@@ -177,9 +184,8 @@ def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
     recipe = recipe_of({kind: step.declared for kind, step in plan(scene).steps.items()}, contents)
     ledger = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
     ledger.begin(0.0)
-    ledger.flow(np.array([1]), np.array([0.1]), [("a", "b")], np.array([[50.0]]), np.zeros(1, dtype=bool))
-    frames = np.arange(2, 2 + steps)
-    ledger.flow(frames, 0.1 * frames, [("c", "b")], np.full((steps, 1), 50.0 / steps), np.zeros(1, dtype=bool))
+    pour_into_b(ledger, "a", frames=np.array([1]), millilitres=50.0)
+    pour_into_b(ledger, "c", frames=np.arange(2, 2 + steps), millilitres=50.0)
     gone_mol = ledger.amounts[ledger.at["b"], ledger.column["CO2(g)"]]
     assert gone_mol == pytest.approx(phreeqc_in_steps(steps), rel=0.01, abs=1e-9)
     hardly_any_mol = 1e-4
@@ -200,7 +206,7 @@ def test_tabled_mixtures_are_reproduced_by_phreeqc(row):
 def test_complex_has_the_activity_of_its_metal_at_equal_charge():
     """PHREEQC's data base minteq.v4 has an ion size of 6 for copper(II) and iron(III), and none for their complexes.
 
-    The text of data for PHREEQC gives 6 to complexes of the ion's charge too; others have 5 or what Davies' law has.
+    The product's text of data for PHREEQC, in which a size is "-gamma", gives 6 to complexes of the ion's charge too.
     """
     copper, iron = (phreeqc_data(mixture_of(database_of(), ions, ())) for ions in (["Cu^2+", "NH3"], ["Fe^3+", "NO3-"]))
     assert copper.count("-gamma 6 0\n") == 6, "the ion, Cu2(OH)2^2+ and four ammines"

@@ -15,6 +15,11 @@ PRODUCTS = [
 ]  # fmt: skip
 
 
+def phases_of_phreeqc():
+    """Solids and gases by PHREEQC's data, in a scene without solubilities of its own and without rates."""
+    return Phases(database_of(), {}, frozenset())
+
+
 @pytest.mark.parametrize(("formula", "log_product", "counts"), PRODUCTS)
 def test_salt_falls_out_below_a_tenth_mol_by_its_product(formula, log_product, counts):
     """``counts``: ions of each kind in a unit; its solubility s follows from product = (n1 s)^n1 (n2 s)^n2, mol/kg.
@@ -22,22 +27,22 @@ def test_salt_falls_out_below_a_tenth_mol_by_its_product(formula, log_product, c
     ``log_product``: log10 of the solubility product in PHREEQC's data.
     """
     molal = (10.0**log_product / prod(count**count for count in counts)) ** (1.0 / sum(counts))
-    assert Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula) == (molal < 0.1)
+    assert phases_of_phreeqc().is_sparingly_soluble(formula) == (molal < 0.1)
 
 
 @pytest.mark.parametrize("formula", ["CdI2", "Sn(SO4)2", "NaCl", "Na+", "SnSO4"])
 def test_salt_of_dissolved_molecules_or_hydrolysed_ions_stays(formula):
-    """CdI2 stands dissolved as a molecule; tin(IV) as its hydroxide, from which its bare ion comes.
+    """Salts that stay dissolved: CdI2 stands as a molecule; tin(IV) as its hydroxide, from which its bare ion comes.
 
     Of SnSO4 18.8 g dissolve in 100 g of water (CRC Handbook), far more than by PHREEQC's constant.
     """
-    assert not Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula)
+    assert not phases_of_phreeqc().is_sparingly_soluble(formula)
 
 
 @pytest.mark.parametrize("formula", ["MgNH4PO4", "MgNH4PO4.6H2O", "CaHPO4"])
 def test_salts_that_hold_protons_fall_out_of_school_solutions(formula):
     """Struvite, its hydrate, calcium hydrogenphosphate: under 0.1 mol/kg dissolves, though their ions hold protons."""
-    assert Phases(database_of(), {}, frozenset()).is_sparingly_soluble(formula)
+    assert phases_of_phreeqc().is_sparingly_soluble(formula)
 
 
 def test_solid_is_phreeqcs_or_a_salt_with_its_solubility():
@@ -72,7 +77,7 @@ def test_process_that_only_dissolves_a_solid_is_slow(changes, column):
 
     ``column``: the solid that it only dissolves; none ("") where acid takes part, or the solid falls out.
     """
-    phases = Phases(database_of(), {}, frozenset())
+    phases = phases_of_phreeqc()
     assert phases.dissolves_slowly(changes) == column
     assert set(phases.slow) == ({column} if column else set())
 

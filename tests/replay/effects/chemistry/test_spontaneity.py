@@ -145,21 +145,22 @@ def test_equilibrium_of_potentials_takes_at_most_five_queries_a_row():
     effects = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect("reaction", {"equation": ENERGIES[0][0]}))
     scene = Scene(bodies=bodies, effects=effects)
     tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
-    book = recipe_of(tables, contents_of_scene(scene, "scene.toml")).ledger(0.0, UNFOLLOWED_WARMTH)
-    book.begin(0.0)
-    frames = np.arange(1, 61)
-    book.flow(frames, 0.01 * frames, [("burette", "flask")], np.full((60, 1), 0.02), np.zeros(1, dtype=bool))
-    book.end(61, 0.7)
-    assert book.solver.queries < 5 * 61
-    amounts = book.history("flask").amounts[1:]
-    components = book.solver.mixture.components
-    totals, water = amounts[:, [book.column[name] for name in components]], amounts[:, book.column["H2O"]]
-    equilibria = book.solver.equilibrium(totals, water, np.full(len(amounts), 25.0))
-    activity = dict(zip(components, equilibria.log_activity.T, strict=True))
-    quotient = activity["Fe^3+"] - activity["Fe^2+"] - activity["Ag+"]
-    assert np.ptp(quotient) < 1e-5
+    ledger = recipe_of(tables, contents_of_scene(scene, "scene.toml")).ledger(0.0, UNFOLLOWED_WARMTH)
+    ledger.begin(0.0)
+    steps = 60
+    frames, volume_ml = np.arange(1, 1 + steps), np.full((steps, 1), 0.02)
+    ledger.flow(frames, 0.01 * frames, [("burette", "flask")], volume_ml, over=np.zeros(1, dtype=bool))
+    ledger.end(steps + 1, 0.7)
+    assert ledger.solver.queries < 5 * (steps + 1)
+    _at_start, *rows = ledger.history("flask").amounts
+    amounts, components = np.array(rows), ledger.solver.mixture.components
+    totals, water = amounts[:, [ledger.column[name] for name in components]], amounts[:, ledger.column["H2O"]]
+    equilibria = ledger.solver.equilibrium(totals, water, np.full(len(amounts), 25.0))
+    log_activity = dict(zip(components, equilibria.log_activity.T, strict=True))
+    log_quotient = log_activity["Fe^3+"] - log_activity["Fe^2+"] - log_activity["Ag+"]
+    assert np.ptp(log_quotient) < 1e-5
     # Potentials and free energies, of which the constant is computed, differ by 0.06.
-    assert quotient[0] == pytest.approx((0.7996 - 0.771) / 0.05916, abs=0.1)
+    assert log_quotient[0] == pytest.approx((0.7996 - 0.771) / 0.05916, abs=0.1)
 
 
 @pytest.mark.parametrize(("base", "events"), [("NH3", 1), ("NaOH", 0)])
