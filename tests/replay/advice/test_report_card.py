@@ -125,7 +125,11 @@ def test_volumes_of_open_meshes_are_not_known(open_body):
     ],
 )
 def test_reach_of_crossed_bars_has_closed_form(size, metres):
-    """A bar of 2 x 0.2 x 0.2 m, and in its place itself and a box about the same middle, which stands out twice."""
+    """The reach is how far pieces stand out of a mesh at most, in metres.
+
+    The mesh is a bar of 2 x 0.2 x 0.2 m; its pieces are the bar itself and a box about the same middle, which stands
+    out on two opposite sides.
+    """
     bar = box_mesh((2.0, 0.2, 0.2))
     assert reach(bar, [bar, box_mesh(size)]) == pytest.approx(metres, rel=1e-6)
 
@@ -139,9 +143,10 @@ def test_piece_equal_to_its_mesh_reaches_nowhere():
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("sides", [5, 12, 40])
 def test_reach_of_a_plugged_tube_is_the_inscribed_radius(sides):
-    """A tube without floor, inner radius 30 mm, and a plug that fills it.
+    """The mesh is a tube without floor, inner radius 30 mm; its only piece is a plug, as wide as the tube outside.
 
-    The middle of an end of the plug is farthest from the wall, which is nearest in the middle of a side.
+    The reach is how far the plug stands beyond the wall at most. The middle of an end of the plug is farthest from the
+    wall, which is nearest in the middle of a side.
     """
     wall = [(0.03, 0), (0.035, 0), (0.035, 0.4), (0.03, 0.4), (0.03, 0)]
     tube, plug = revolved_mesh(wall, sides), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.4), (0, 0.4)], sides)

@@ -67,8 +67,8 @@ def test_tables_of_a_run_equal_their_snapshot(name, tmp_path, snapshot, monkeypa
     assert "\n".join(lines) == snapshot
 
 
-def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
-    """The table of frames is made whole, then in pieces of two rows: half as many, which join to the whole."""
+def test_long_frame_table_is_made_in_pieces_of_all_rows(monkeypatch):
+    """The table of frames is made whole, then in pieces of two rows: their rows are those of the whole, in order."""
     result = run_with_steady_times("several")
     (whole,) = tables.frame_table(result)
     rows_a_piece = 2
