@@ -25,8 +25,8 @@ def lattice_pairs(seed, size):
 def test_two_exact_tests_of_triangles_agree(size, scale):
     """120 random triangle pairs on a lattice of ``size`` points a side, where many touch exactly.
 
-    The oracle decides in whole numbers (``meet_exactly``), or filters in floats before (``meet``); its equal shares no
-    code with it: separating axes in integers.
+    The oracle of other tests decides in whole numbers (``meet_exactly``), or filters in floats before (``meet``).
+    Beside it stand separating axes in integers, which share no code with it.
     """
     pairs = lattice_pairs(seed=size, size=size) * scale
     expected = [bool(meets_by_axes(pair)) for pair in pairs]

@@ -61,9 +61,10 @@ def effect_run(name, kind):
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize("kind", DECLARED)
 def test_effect_at_its_limits_answers_with_finite_numbers(kind, name):
-    """A hand (a cube of 1 m) and a pot at rest, as a row of WORLDS says: numbers are finite and times ascend.
+    """A hand (a cube of 1 m) and a pot at rest, tracked as a row of WORLDS says, never or in a single frame, for
+    instance.
 
-    No frame is counted twice, and nothing is broken or grasped.
+    Numbers are finite and times ascend, no frame is counted twice, and nothing is broken or grasped.
     """
     run, frames = effect_run(name, kind), len(WORLDS[name][0])
     for event in run.events:

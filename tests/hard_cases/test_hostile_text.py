@@ -134,7 +134,9 @@ def marks_of_scripts(page, folder):
 
 @pytest.mark.slow
 def test_browser_runs_each_script_of_a_raw_page(tmp_path):
-    """A page with all of SCRIPTS as they are; each leaves a mark of its own, so that tests would notice any of them."""
+    """A page with eight scripts (SCRIPTS) as they are; each leaves a mark of its own, so that tests would notice any of
+    them.
+    """
     numbered = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
     page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(numbered)}</body></html>"
     assert sorted(marks_of_scripts(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]

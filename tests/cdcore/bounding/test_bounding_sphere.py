@@ -49,7 +49,10 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @example(shift_mesh(box_mesh(), [1e6, -1e6, 1e6]))
 @example(beaker_mesh())
 def test_every_ball_holds_all_used_vertices_and_best_is_smallest(mesh):
-    """Of random triangles, of three equal points, of a box 1,700 km from its origin, and of a beaker."""
+    """Meshes are random triangles, three equal points, a box 1,700 km from its origin, and a beaker.
+
+    Each construction (BUILDERS) gives a ball that holds all vertices used; ``sphere_best`` takes the smallest of them.
+    """
     balls = [build(mesh) for build in BUILDERS]
     assert all(holds(ball, mesh.referenced_vertices) for ball in balls)
     assert sphere_best(mesh).radius == min(ball.radius for ball in balls)
@@ -79,13 +82,13 @@ TRIANGLE = TriangleMesh([[np.cos(angle), np.sin(angle), 0.0] for angle in np.rad
     ("regular", "minimal"),
     [pytest.param(TETRAHEDRON, np.sqrt(3), id="tetrahedron"), pytest.param(TRIANGLE, 1.0, id="triangle")],
 )
-@pytest.mark.parametrize("place", [[0.0, 0.0, 0.0], [1000.0, -200.0, 30.0]], ids=["origin", "1 km away"])
-def test_tight_balls_are_within_two_percent_of_minimal(regular, minimal, place, build):
+@pytest.mark.parametrize("offset", [[0.0, 0.0, 0.0], [1000.0, -200.0, 30.0]], ids=["origin", "1 km away"])
+def test_tight_balls_are_within_two_percent_of_minimal(regular, minimal, offset, build):
     """The smallest ball round a regular figure goes through its corners: a tetrahedron of (+-1, +-1, +-1) has the
     radius root of 3, a triangle with its corners on the unit circle 1.
     """
     rounding = 1e-12
-    radius = build(shift_mesh(regular, place)).radius
+    radius = build(shift_mesh(regular, offset)).radius
     assert minimal * (1 - rounding) <= radius <= 1.02 * minimal
 
 

@@ -65,7 +65,9 @@ def poses_of_both(rng, distance, count=500):
 @pytest.mark.parametrize("distance", [0.0, 1e3, 1e6], ids="{:g} m from the origin".format)
 @pytest.mark.parametrize("kind", OFFSETS)
 def test_boxes_that_touch_in_their_bodies_may_meet(kind, distance):
-    """Two cubes of 1 m in 500 poses; the second stands beside the first in the axes of its body, touching it."""
+    """Two cubes of 1 m in 500 poses; the second stands beside the first in the axes of its body, so that they share
+    part of a face, part of an edge or a corner (``kind``).
+    """
     positions, rotations = poses_of_both(np.random.default_rng(1), distance)
     boxes = [box_best(box_mesh()), box_best(box_mesh(centre=OFFSETS[kind]))]
     assert may_meet(boxes, positions, rotations).all()
@@ -74,7 +76,9 @@ def test_boxes_that_touch_in_their_bodies_may_meet(kind, distance):
 @pytest.mark.parametrize("distance", [0.0, 1e3, 1e6], ids="{:g} m from the origin".format)
 @pytest.mark.parametrize("kind", OFFSETS)
 def test_boxes_that_touch_by_their_poses_may_meet(kind, distance):
-    """Two cubes of 1 m about the origins of their bodies in 500 poses; the second body stands so that they touch."""
+    """Two cubes of 1 m about the origins of their bodies in 500 poses; the second body stands so that they share part
+    of a face, part of an edge or a corner (``kind``).
+    """
     positions, rotations = poses_of_both(np.random.default_rng(1), distance)
     positions[:, 1] += rotations[:, 1] @ OFFSETS[kind]
     assert may_meet([box_best(box_mesh())] * 2, positions, rotations).all()
@@ -83,7 +87,9 @@ def test_boxes_that_touch_by_their_poses_may_meet(kind, distance):
 @pytest.mark.parametrize("distance", [0.0, 1e3, 1e6], ids="{:g} m from the origin".format)
 @pytest.mark.parametrize("kind", OFFSETS)
 def test_boxes_10_micrometres_from_each_other_do_not_meet(kind, distance):
-    """Two cubes of 1 m in 500 poses, 10 micrometres apart."""
+    """Two cubes of 1 m in 500 poses; they would share part of a face, part of an edge or a corner (``kind``), but for a
+    shift of the second by 1e-5 (CLOSE) of its offset of 1 m.
+    """
     positions, rotations = poses_of_both(np.random.default_rng(1), distance)
     boxes = [box_best(box_mesh()), box_best(box_mesh(centre=np.array(OFFSETS[kind]) * (1 + CLOSE)))]
     assert not may_meet(boxes, positions, rotations).any()

@@ -93,8 +93,8 @@ def shapes():
 @pytest.mark.parametrize("case", shapes())
 @pytest.mark.parametrize("inner_first", [True, False], ids=["inner first", "outer first"])
 def test_body_with_a_component_inside_is_contained(case, inner_first):
-    """``shapes``: two meshes at rest without contact, and whether a part of the first is inside the solid of the
-    second.
+    """Two meshes at rest without contact, and whether a component of the first is inside the solid of the second: a
+    ball in a box is, a rod in the cavity of a beaker is not (``shapes``).
 
     Either of them may be the first of the pair.
     """
@@ -204,5 +204,5 @@ def test_winding_numbers_decide_containment_where_ray_parity_cannot(components, 
 
 
 def test_containment_that_is_switched_off_marks_nothing():
-    """A ball of 0.1 m in the middle of a box of 1 m, which it does not touch."""
+    """A ball of 0.1 m in the middle of a box of 1 m, which it does not touch: no frame is marked as contained."""
     assert not contained_frames(ball_mesh(0.1), box_mesh(), enabled=False).any()

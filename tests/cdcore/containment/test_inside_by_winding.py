@@ -118,7 +118,8 @@ def verdicts_of(name, mesh, positions, live=False, **settings):
 @pytest.mark.parametrize("name", damaged())
 @pytest.mark.parametrize("wound", ["outwards", "inwards"])
 def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
-    """Cubes of 1 cm at 150 random places in and around a block or two, whose mesh may lack faces, draw some twice, etc.
+    """Cubes of 1 cm at 150 random places in and around a block of 20 x 12 x 12 cm or two, whose mesh may lack faces,
+    draw some twice, etc.
 
     Clear is none that overlaps a block, and every one beside the bounds of the mesh; any other is clear or undecided.
     Where faces are missing at most a tenth is undecided, else nothing. Frame by frame (live) the verdicts are the same.
@@ -338,9 +339,14 @@ def test_sheet_in_the_plane_of_a_diagonal_is_inside():
     ],
 )
 def test_side_of_a_component_follows_each_of_its_points(point_side, away_from_holes, at_hole):
-    """A component away from holes is on the side of each of its points; at a hole it may reach through."""
-    assert side_of_component(UNCERTAIN, point_side, False) == away_from_holes
-    assert side_of_component(MAY_REACH, point_side, True) == at_hole
+    """A component is on the side of a point of it; until then it is UNCERTAIN, or at a hole it MAY_REACH through it.
+
+    There a point outside does not say that all of it is.
+    """
+    is_at_hole = False
+    assert side_of_component(UNCERTAIN, point_side, is_at_hole) == away_from_holes
+    is_at_hole = True
+    assert side_of_component(MAY_REACH, point_side, is_at_hole) == at_hole
 
 
 def test_worse_of_two_states_does_not_depend_on_their_order():

@@ -34,9 +34,10 @@ def verdict_names(detection):
 
 
 def test_tunnelling_ball_is_detected_with_its_time():
-    """From 5 cm above to 5 cm below the plate in the step from frame 1 to 2, at 90 Hz: no frame has contact.
+    """A ball of radius 1 cm falls from 5 cm above to 5 cm below a plate, in the step from frame 1 to 2, at 90 Hz: no
+    frame has contact.
 
-    The ball touches after (5 cm - TOUCH) of 10 cm of that step.
+    The ball touches at a height of 1.1 cm (TOUCH), after (5 - 1.1) of 10 cm of that step.
     """
     motion = ball_over_plate([0.1, 0.05, -0.05, -0.1])
     assert (create_detector("exact", (BALL, PLATE)).detect(motion).verdict == Verdict.CLEAR).all()
@@ -67,7 +68,8 @@ def test_slow_approach_far_out_gets_a_wider_true_bound(away):
 
 
 def test_only_the_start_of_a_contact_has_a_time():
-    """The ball touches the plate in frames 1 and 2 of 5, at 90 Hz, and leaves it on its path to frame 3.
+    """A ball touches a plate in frames 1 and 2 of 5, at 90 Hz (at the height TOUCH), and leaves it on its path to frame
+    3.
 
     The time of impact of the pair, by frame and pair, is the end of the interval to frame 1.
     """
@@ -79,7 +81,7 @@ def test_only_the_start_of_a_contact_has_a_time():
 
 
 def test_contact_in_the_first_frame_begins_at_its_time():
-    """The ball is in the plate in frame 0, at 0 s, and leaves it on its path to frame 1."""
+    """A ball is in a plate in frame 0, at 0 s, and leaves it on its path to frame 1."""
     detection = detect(ball_over_plate([0.0, 0.1, 0.2]))
     assert verdict_names(detection) == ["CONTACT", "CONTACT", "CLEAR"]
     assert detection.toi == {(0, 0): (0.0, 0.0)}
@@ -119,7 +121,7 @@ def test_ball_in_a_box_is_contained_until_it_leaves():
 
 
 def test_ball_in_a_box_is_clear_where_containment_is_off():
-    """The answer says that the question was refused."""
+    """A ball in the middle of a box of 1 m; the answer says that the question was refused."""
     bodies = BALL, Body("room", box_mesh((1, 1, 1)))
     detection = detect(ball_over_plate([0, 0.1], bodies=bodies), bodies, containment=False)
     assert verdict_names(detection) == ["CLEAR", "CLEAR"]
@@ -174,7 +176,9 @@ def poses_within_intervals(motion, instants):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("block", [1, 3, 40], ids="blocks of {} frames".format)
 def test_continuous_detector_in_blocks_equals_the_whole_motion(block):
-    """Five bodies, 30 frames: times of impact, reasons, verdicts (their digest), and the number of searches."""
+    """Five bodies in a laboratory, 30 frames: times of impact, reasons, verdicts (their digest), and the number of
+    searches.
+    """
     bodies, motion = lab_bodies_and_motion(frames=30, seed=2)
     whole = detect(motion, bodies)
     joined = join(create_detector("continuous", bodies).stream(motion.blocks(block)))
@@ -193,7 +197,9 @@ def test_continuous_detector_in_blocks_equals_the_whole_motion(block):
     ],
 )
 def test_resting_or_distant_bodies_cost_no_search(heights_m, examined, searched):
-    """A ball of 1 cm over a plate for ten frames, nine intervals: volumes clear what is far, searches what is near."""
+    """A ball of 1 cm over a plate for ten frames, nine intervals: what rests is not examined, volumes clear what is
+    far, and what is near is searched.
+    """
     work = detect(ball_over_plate(heights_m)).work
     assert work["intervals"] == examined
     assert work["searched"] == searched

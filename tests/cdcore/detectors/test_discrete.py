@@ -41,7 +41,9 @@ def assert_samples(detection, sampled_frames, meets):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_discrete_without_a_rate_equals_hybrid(seed):
-    """It samples every frame, so that it never repeats an old answer; ``hybrid`` tests the same meshes."""
+    """Five bodies in a laboratory, 70 frames: it samples every frame, so that it never repeats an old answer;
+    ``hybrid`` tests the same meshes.
+    """
     bodies, motion = lab_bodies_and_motion(frames=70, seed=seed)
     hybrid = create_detector("hybrid", bodies).detect(motion, faces=True)
     discrete = create_detector("discrete", bodies).detect(motion, faces=True)
@@ -73,7 +75,9 @@ def test_faces_of_repeated_contacts_are_unknown_afterwards():
 
 @pytest.mark.parametrize("decimals", [None, 9], ids=["exact stamps", "stamps in nanoseconds"])
 def test_quarter_rate_samples_every_fourth_frame_despite_rounded_stamps(decimals):
-    """A minute at 90 Hz, whose quarter is 22.5 Hz."""
+    """A ball meets a box or not, at random from frame to frame, for a minute at 90 Hz; at 22.5 Hz answers are right in
+    frames 0, 4, 8, ... and repeated until the next of them.
+    """
     frames = 60 * 90
     times = np.arange(frames) / 90
     times = times if decimals is None else np.round(times, decimals)
@@ -83,7 +87,11 @@ def test_quarter_rate_samples_every_fourth_frame_despite_rounded_stamps(decimals
 
 
 def test_samples_are_first_frames_at_or_after_ticks():
-    """300 frames 2 to 130 ms apart, and ticks of 10 Hz; a stream in blocks of seven frames gives the same answers."""
+    """A ball meets a box or not, at random in 300 frames 2 to 130 ms apart; ticks are 10 a second, and the first frame
+    at or after a tick is sampled.
+
+    A stream in blocks of seven frames gives the same answers.
+    """
     rate_hz, block = 10.0, 7
     times = 7.3 + np.cumsum(np.random.default_rng(0).uniform(0.002, 0.13, 300))
     ticks = np.floor(times * rate_hz)
@@ -120,13 +128,16 @@ def test_faces_after_a_sample_without_a_pose_are_the_last():
     """
     motion = ball_leaves_in_frame_4_without_a_pose(lost=[4, 5])
     detection = create_detector("discrete", BODIES, rate_hz=22.5).detect(motion, faces=True)
-    assert len(detection.faces(0, 0)) > 0
-    assert detection.faces(6, 0).tolist() == detection.faces(0, 0).tolist()
+    in_frame_0, in_frame_6 = (detection.faces(frame, pair=0).tolist() for frame in (0, 6))
+    assert in_frame_0
+    assert in_frame_6 == in_frame_0
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
 def test_frames_before_the_first_answered_sample_have_no_answer(name):
-    """Samples in frames 0, 4 and 8, but no poses up to frame 5: frames 6 and 7 have no answer to repeat."""
+    """Samples at 22.5 of 90 Hz, frames 0, 4 and 8; a ball beside a box has no pose up to frame 5: frames 6 and 7 have
+    no answer to repeat, NOT_FOUND.
+    """
     motion = ball_leaves_in_frame_4_without_a_pose(lost=[0, 1, 2, 3, 4, 5])
     detection = create_detector(name, BODIES, rate_hz=22.5).detect(motion)
     expected = 6 * [Verdict.NO_POSE] + 2 * [Verdict.NOT_FOUND] + 4 * [Verdict.CLEAR]
@@ -135,10 +146,9 @@ def test_frames_before_the_first_answered_sample_have_no_answer(name):
 
 @pytest.mark.parametrize("block", [None, 3], ids=["whole motion", "blocks of 3 frames"])
 def test_faces_and_sections_stay_with_their_sampled_verdict(block):
-    """22.5 Hz of 90: samples in frames 0 and 4.
+    """A ball of 0.5 m moves in the wall of a box at 90 Hz; samples at 22.5 Hz are frames 0 and 4 of eight.
 
-    A ball moves in a box all the time; frames 1 to 3 repeat the face pairs of frame 0 and the section, the segments in
-    which they cross.
+    Frames 1 to 3 repeat the face pairs of frame 0 and its section, the segments in which surfaces cross.
     """
     times = np.arange(8) / 90
     motion = ball_at_x([0.9, 0.91, 0.92, 0.93, 0.8, 0.81, 0.82, 0.83], times)
@@ -147,11 +157,12 @@ def test_faces_and_sections_stay_with_their_sampled_verdict(block):
         detection = detector.detect(motion, faces=True)
     else:
         detection = join(detector.stream(motion.blocks(block), faces=True))
-    for frame in range(4):
-        assert detection.faces(frame, 0).tolist() == detection.faces(0, 0).tolist()
-        assert np.array_equal(detection.section(frame, 0), detection.section(0, 0))
-    assert detection.faces(4, 0).tolist() != detection.faces(0, 0).tolist()
-    assert len(detection.section(5, 0)) > 0
+    faces = [detection.faces(frame, pair=0).tolist() for frame in range(8)]
+    sections = [detection.section(frame, pair=0).tolist() for frame in range(8)]
+    assert faces[:4] == 4 * [faces[0]]
+    assert sections[:4] == 4 * [sections[0]]
+    assert faces[4] != faces[0]
+    assert len(sections[5]) > 0
 
 
 RIM, INNER = 0.1, 0.033

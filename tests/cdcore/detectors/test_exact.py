@@ -68,12 +68,12 @@ def queries_and_reuses(motion, bodies=BODIES, **settings):
 
 
 def test_frozen_frames_take_a_single_query():
-    """100 frames of one pose: one query, 99 answers repeated."""
+    """A ball in the wall of a box for 100 frames of one pose: ``static`` queries once and repeats 99 answers."""
     assert queries_and_reuses(motion_along_x([0.9] * 100)) == (1, 99)
 
 
 def test_pose_that_differs_by_a_bit_is_a_change():
-    """Two frames, two queries."""
+    """A ball at x = 0.9 m and at the next double: ``static`` queries twice and repeats no answer."""
     assert queries_and_reuses(motion_along_x([0.9, np.nextafter(0.9, 1)])) == (2, 0)
 
 
@@ -81,7 +81,7 @@ def test_pose_that_differs_by_a_bit_is_a_change():
 def test_blocks_of_a_stream_remember_the_pose_before(block):
     """A ball in the wall of a box for ten frames, and 2 m away for ten, in blocks of so many frames.
 
-    Two queries of the pair, of which the first needs the meshes, and 18 repeated answers.
+    ``static`` queries the pair twice, of which the first query needs the meshes, and repeats 18 answers.
     """
     motion = motion_along_x([0.9] * 10 + [2.0] * 10)
     detector = create_detector("static", BODIES)
@@ -92,7 +92,9 @@ def test_blocks_of_a_stream_remember_the_pose_before(block):
 
 
 def test_faces_of_every_pair_stay_across_blocks():
-    """Three bodies at rest about one middle, six frames in blocks of two: each of three pairs is queried once."""
+    """Three bodies at rest about one middle, six frames in blocks of two: ``static`` queries each of three pairs once,
+    and lists the faces of the whole motion.
+    """
     bodies = [*BODIES, Body("lid", box_mesh((0.5, 0.5, 2.0)))]
     motion = motion_at_rest(bodies, np.zeros((3, 3)), frames=6)
     detector = create_detector("static", bodies)
@@ -103,7 +105,9 @@ def test_faces_of_every_pair_stay_across_blocks():
 
 
 def test_epsilon_compares_with_the_last_queried_pose():
-    """Each of 100 frames moves by 0.4 mm: without epsilon all are queried.
+    """``epsilon``: metres of a move up to which ``static`` repeats its answer.
+
+    Each of 100 frames moves by 0.4 mm: without epsilon all are queried.
 
     With 1 mm every third is, which is 1.2 mm from the last that was: frames 0, 3, ..., 99, 34 in all.
     """
@@ -113,7 +117,8 @@ def test_epsilon_compares_with_the_last_queried_pose():
 
 
 def test_epsilon_measures_rotation_at_the_outermost_point():
-    """A ball of radius 0.5 m in 50 frames, epsilon 1 mm: 49 rotations of 10 microradians move its rim by 0.25 mm.
+    """A ball of radius 0.5 m in 50 frames; ``static`` repeats its answer up to a move of 1 mm (epsilon): 49 rotations
+    of 10 microradians move its rim by 0.25 mm.
 
     Each rotation of 10 milliradians moves it by 5 mm.
     """
@@ -123,8 +128,8 @@ def test_epsilon_measures_rotation_at_the_outermost_point():
 
 
 def test_epsilon_skips_queries_of_pairs_that_move_together():
-    """Both bodies rotate and move as one in 40 frames: rounding alone changes their relative pose, by
-    less than 1 nm.
+    """Both bodies rotate and move as one in 40 frames: rounding alone changes their relative pose, by less than 1 nm
+    (epsilon), so that ``static`` queries once.
     """
     steps = np.linspace(0, 1, 40)
     rotation = Rotation.from_rotvec(np.outer(steps, [0, 1, 0])).as_matrix()
@@ -139,7 +144,8 @@ def test_epsilon_skips_queries_of_pairs_that_move_together():
 def test_epsilon_skips_queries_of_a_body_turning_about_its_middle():
     """A ball, whose middle is 10 m from its origin, turns about its middle, and its points by 0.25 mm in 50 frames.
 
-    Its origin moves by 5 mm; both bodies drift by 0.5 m together. Epsilon is 1 mm.
+    Its origin moves by 5 mm; both bodies drift by 0.5 m together. Up to a move of 1 mm (epsilon) ``static`` repeats its
+    first answer.
     """
     middle, drift = np.array([10.0, 0.0, 0.0]), 0.01 * np.arange(50)[:, None] * [0.0, 1.0, 0.0]
     rotations = motion_along_x(np.zeros(50), angles=1e-5 * np.arange(50)).rotations
@@ -150,7 +156,9 @@ def test_epsilon_skips_queries_of_a_body_turning_about_its_middle():
 
 
 def test_within_epsilon_a_verdict_is_at_most_that_far_off():
-    """A ball comes nearer by 0.4 mm a frame; with an epsilon of 2 mm contact comes at most 2 / 0.4 = 5 frames late."""
+    """A ball comes nearer to a box by 0.4 mm a frame; ``static`` repeats its answer up to a move of 2 mm (epsilon), so
+    that contact comes at most 2 / 0.4 = 5 frames late.
+    """
     motion = motion_along_x(1.05 - 0.0004 * np.arange(300))
     first_contact = {}
     for epsilon in (0.0, 2e-3):
@@ -173,7 +181,7 @@ def test_exact_touch_and_gap_of_an_ulp_live_and_offline():
 
 @pytest.mark.parametrize("name", ["exact", "collider"])
 def test_live_session_without_pairs_answers_about_none(name):
-    """Two bodies and an empty list of pairs: an answer of no verdicts."""
+    """Two bodies and an empty list of pairs: frame by frame (``live``) the answer has no verdicts."""
     assert create_detector(name, BODIES, pairs=[]).live().look(motion_along_x([0.0])).shape == (0,)
 
 

@@ -67,7 +67,11 @@ def test_contained_bodies_are_not_called_contact(name):
 
 @pytest.mark.parametrize("name", ["ball in box", "one ball of two"])
 def test_contained_bodies_are_not_called_contact_outer_mesh_second(name):
-    """The same with the outer mesh as the second of the pair, at random places within the bounds of the inner one."""
+    """A box as the second body of a pair, at 20 random places within the bounds of a ball, or of two; ``exact`` is the
+    truth.
+
+    Bodies that are contained are not called contact, and fewer than 10 % of the frames are contacts called contained.
+    """
     outer, inner = outer_and_inner_meshes()[name]
     truth, answer = (verdicts(detector, inner, outer).verdict[:, 0] for detector in ("exact", "image-space"))
     contained, contact = truth == Verdict.CONTAINED, truth == Verdict.CONTACT

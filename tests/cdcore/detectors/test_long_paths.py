@@ -80,11 +80,12 @@ def corrupt_pose_then_rest():
     + [(name, corrupt_pose_then_rest) for name in ("exact", "obb", "solid-style")],
 )
 def test_contact_after_a_long_path_starts_in_its_frame(name, scene_after_a_long_path):
-    """A plate jumps for thousands of frames, or to 3e14 m; then it rests while eight needles come nearer in tiny steps.
+    """A plate jumps for thousands of frames, or to 3e14 m; then it rests for 200 frames (APPROACH) while eight needles
+    come nearer in tiny steps.
 
-    ``meets``: whether a needle's interval on x holds the plate, by its placed ends; in the last APPROACH frames that
-    comes and goes. Whole, in blocks of 997 frames, which end within the path, frame by frame, and for the last frame
-    alone the contacts are those.
+    ``meets``: whether a needle's interval on x holds the plate, by its placed ends; in those frames that comes and
+    goes. Whole, in blocks of 997 frames, which end within the path, frame by frame, and for the last frame alone the
+    contacts are those.
     """
     bodies, pairs, motion, meets = scene_after_a_long_path()
     assert 0.2 < meets[-APPROACH:].mean() < 0.8

@@ -25,7 +25,9 @@ TOLERANCE = 1e-6
     ],
 )
 def test_hulls_are_in_contact_below_the_margin_beyond_tolerance(name, settings, margin_m):
-    """Two random hulls, whose gap is known: contact at 1 mm, 10 um and TOLERANCE below the margin, none above it."""
+    """Two random hulls, whose gap is known: contact at 1 mm, 10 um and 1 um (TOLERANCE) below the margin, none above
+    it.
+    """
     gaps = margin_m + np.array([-1e-3, -1e-5, -TOLERANCE, TOLERANCE, 1e-5, 1e-3])
     for seed in range(30):
         bodies, motion = hulls_at(seed, gaps)
@@ -88,13 +90,17 @@ def explanations_at_13_hz():
 
 
 def test_explanation_states_which_frames_were_sampled():
-    """The detector of 13 Hz counts as many samples as frames are explained as looked at."""
+    """A detector samples 60 frames of 90 Hz at 13 Hz: it counts as many samples as frames are explained
+    as looked at.
+    """
     detector, _bodies, motion, explanations = explanations_at_13_hz()
     assert sum(explanation.looked for explanation in explanations) == detector.detect(motion).work["looks"]
 
 
 def test_explanation_states_in_which_frames_hulls_meet():
-    """Those in which a detector that samples every frame reports contact; frames without a pose are left out."""
+    """A detector of 13 Hz explains each of 60 frames of a beaker and a rod: their hulls meet where a detector that
+    samples every frame reports contact; frames without a pose are left out.
+    """
     _detector, bodies, motion, explanations = explanations_at_13_hz()
     verdict = create_detector("mujoco", bodies).detect(motion).verdict[:, BEAKER_AND_ROD]
     has_pose = verdict != Verdict.NO_POSE

@@ -109,7 +109,9 @@ def test_cache_that_cannot_be_written_is_one_clear_error(monkeypatch):
 
 
 def test_second_process_compiles_nothing():
-    """Each process prints how many kernels it compiled for two tetrahedra."""
+    """Two processes, one after the other, make a detector of two tetrahedra and print how many kernels they compiled:
+    the second none.
+    """
     code = (
         "from cdcore import Body, TriangleMesh, create_detector; import numpy as np;"
         "from cdcore.kernels.compiling import compiling_reported;"

@@ -52,7 +52,9 @@ def test_every_contact_and_every_face_pair_is_true(variant):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_ant_search_answers_not_found_instead_of_clear(variant):
-    """A search without a hit proves nothing where bounding spheres overlap; elsewhere the spheres prove clear."""
+    """80 frames of a laboratory: a search without a hit proves nothing where bounding spheres overlap; elsewhere the
+    spheres prove clear.
+    """
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     spheres_overlap = create_detector("sphere", bodies).detect(motion).verdict == Verdict.CANDIDATE
     verdict = detection_of_variant(variant).verdict
@@ -62,22 +64,26 @@ def test_ant_search_answers_not_found_instead_of_clear(variant):
 
 
 def test_default_detects_nearly_all_lab_contact():
-    """It found all 151 contacts of ``exact``; 97 % leaves room for four that a search by chance misses."""
+    """The default search (memetic) found all 151 contacts of ``exact`` in 80 frames of a laboratory; 97 % leaves room
+    for four that a search by chance misses.
+    """
     result, exact = detection_of_variant("memetic"), exact_detection()
     contact = exact.verdict == Verdict.CONTACT
     assert (result.verdict[contact] == Verdict.CONTACT).mean() > 0.97
 
 
 def test_search_counts_its_work():
-    """Evaluations of a pair of faces, some of which are tested exactly, and restarts of the colony."""
+    """In 80 frames of a laboratory: evaluations of a pair of faces, some of which are tested exactly, and restarts of
+    the colony.
+    """
     work = detection_of_variant("memetic").work
     assert work["evaluations"] > work["exact_tests"] > 0
     assert work["restarts"] > 0
 
 
 def test_the_equations_as_printed_are_counted_as_broken():
-    """A ring and a ball in its wall: the published equations give a probability that is none, so that the search ends
-    before its budget, without a hit.
+    """A ball in the hole of a ring, which it does not touch: the published equations give a probability that is none,
+    so that the search ends ("broken") before its budget, without a hit.
     """
     bodies = [Body("ring", torus_mesh()), Body("ball", ball_of(faces=400, radius=0.3))]
     motion, budget = motion_at_rest(bodies, [[0, 0, 0], [0.1, 0, 0]]), 20_000
@@ -88,7 +94,7 @@ def test_the_equations_as_printed_are_counted_as_broken():
 
 
 def test_the_corrected_equations_are_never_broken():
-    """In all 80 frames of the laboratory."""
+    """In all searches of 80 frames of a laboratory; those as printed give probabilities that are none."""
     assert detection_of_variant("memetic").work["broken"] == 0
 
 
@@ -100,7 +106,9 @@ def detection_of_lab(name, **settings):
 
 
 def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
-    """With decide="mesh" meshes decide what the search leaves open; ``hybrid`` decides all on meshes."""
+    """80 frames of a laboratory: with decide="mesh" meshes decide what the search leaves open; ``hybrid`` decides all
+    on meshes.
+    """
     mesh, hybrid = detection_of_lab("hybrid-qaco", decide="mesh"), detection_of_lab("hybrid")
     assert (hybrid.verdict == Verdict.CONTACT).any()
     assert mesh.digest == hybrid.digest
@@ -117,8 +125,10 @@ def test_explanation_of_a_contact_reports_overlapping_spheres():
 
 
 def test_search_hits_need_no_mesh_query_without_faces():
-    """A hit of the search proves contact, so that meshes are queried there only if faces are requested; verdicts are
-    equal.
+    """80 frames of a laboratory: a hit of the search proves contact, so that meshes are queried there only if faces are
+    requested.
+
+    Verdicts are those of ``hybrid``, which decides all on meshes.
     """
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
@@ -128,9 +138,10 @@ def test_search_hits_need_no_mesh_query_without_faces():
 
 
 def test_hybrid_takes_faces_of_the_search_where_meshes_have_none(monkeypatch):
-    """The mesh stage is made blind to the first three pairs: their faces must be those of the search.
+    """80 frames of a laboratory, by ``hybrid-qaco`` with decide="mesh": a search, then the mesh stage, here made blind
+    to the first three pairs: their faces must be those of the search alone.
 
-    Those of all other pairs are those of the meshes.
+    Those of all other pairs are those of the meshes, by ``hybrid``.
     """
     bodies, motion = lab_bodies_and_motion(frames=FRAMES)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
@@ -158,7 +169,9 @@ def test_hybrid_takes_faces_of_the_search_where_meshes_have_none(monkeypatch):
 
 
 def test_deciding_by_search_gives_no_false_contact():
-    """Contacts of ``hybrid-qaco`` and their faces are some of those of ``exact``; what it misses is NOT_FOUND."""
+    """80 frames of a laboratory: contacts of ``hybrid-qaco`` and their faces are some of those of ``exact``; what it
+    misses is NOT_FOUND.
+    """
     search, exact = detection_of_lab("hybrid-qaco"), detection_of_lab("exact")
     contacts = np.argwhere(search.verdict == Verdict.CONTACT).tolist()
     assert contacts
@@ -170,14 +183,16 @@ def test_deciding_by_search_gives_no_false_contact():
 
 
 def test_ant_search_alone_refuses_to_decide_containment():
-    """A search of faces that meet cannot say of any pair whether a body is inside the other."""
+    """``qaco`` and ``hybrid-qaco``: a search of faces that meet cannot say of any pair whether a body is inside the
+    other.
+    """
     for detection in (detection_of_variant("memetic"), detection_of_lab("hybrid-qaco")):
         assert len(detection.containment) == len(detection.pairs)
         assert all(text.startswith("refused: a search") for text in detection.containment)
 
 
 def test_ant_search_with_meshes_decides_containment_as_hybrid():
-    """With decide="mesh"; or it refuses where a setting says so."""
+    """``hybrid-qaco`` with decide="mesh" in a laboratory; it refuses to where containment=False."""
     assert detection_of_lab("hybrid-qaco", decide="mesh").containment == detection_of_lab("hybrid").containment
     refused = detection_of_lab("hybrid-qaco", decide="mesh", containment=False)
     assert set(refused.containment) == {"refused: containment=False"}

@@ -32,7 +32,7 @@ def test_distant_spheres_are_cleared_without_testing_trees(name):
 
 
 def test_spheres_are_tested_once_a_frame():
-    """A pair of balls for four frames."""
+    """Two balls of radius 1 m, 5 m apart, are a pair: four tests in four frames."""
     assert create_detector("aabb", BALLS).detect(SEPARATED_FOR_4_FRAMES).work["sphere_tests"] == 4
 
 
@@ -137,8 +137,8 @@ def test_sections_exist_for_every_contact():
 
 @pytest.mark.parametrize(("mode", "most_faces"), [("all", np.inf), ("first", 1)])
 def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most_faces):
-    """``exact`` lists all pairs of faces that meet; ``rapid-style`` as many in mode all, and at most
-    one in mode first.
+    """40 frames of a laboratory, by ``rapid-style``: in mode all it lists as many pairs of faces that meet as
+    ``exact``, in mode first at most one of a contact.
     """
     bodies, motion = lab_bodies_and_motion(frames=40)
     all_counts = create_detector("exact", bodies).detect(motion, faces=True).face_counts

@@ -53,7 +53,7 @@ def test_posed_solid_corners_equal_posed_mesh_corners(mesh):
 
 
 def test_sheet_gets_the_least_thickness():
-    """A flat sheet of 1 x 1 m."""
+    """A flat sheet of 1 x 1 m: an engine gets a solid of that size, LEAST_THICKNESS thick."""
     sheet = TriangleMesh(box_mesh().vertices * [1, 1, 0], box_mesh().faces)
     assert np.ptp(solid_of(sheet).corners, axis=0) == pytest.approx([1, 1, LEAST_THICKNESS])
 

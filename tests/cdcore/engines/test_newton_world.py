@@ -81,7 +81,10 @@ def world_of(monkeypatch, engine):
     ],
 )
 def test_buffers_grow_until_nothing_is_dropped(monkeypatch, contacts, triangles, contact_room, triangle_room):
-    """Room begins at 4 contacts and 4 pairs of triangles, and may grow to 64; every query has so many of each."""
+    """A stand-in for the engine Newton: room begins at 4 contacts and 4 pairs of triangles, and may grow to 64.
+
+    Every query has so many of each.
+    """
     world = world_of(monkeypatch, engine_that_finds(contacts, triangles))
     assert (world.contact_room, world.triangle_room) == (contact_room, triangle_room)
 

@@ -35,7 +35,8 @@ def gaps_along(axes, m, d, half_a, half_b):
 def test_separating_axes_agree_with_projected_corners(seed):
     """A hundred pairs of random boxes: the gap along the six face normals, and along all 15 axes, by projected corners.
 
-    A ``pad`` just below the gap leaves the boxes separated, one just above does not.
+    Box B has the axes ``m`` and the centre ``d`` as seen from A. A pad a nanometre (NEARLY) below the gap leaves the
+    boxes separated, one above does not.
     """
     rng = np.random.default_rng(seed)
     separated_by_edges_only = overlapping = 0

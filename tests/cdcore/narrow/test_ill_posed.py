@@ -72,7 +72,10 @@ def test_shallow_agrees_with_margins_of_all_face_pairs(kind, tau):
     ("gap", "is_near"), [(1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
 )
 def test_surfaces_are_near_up_to_a_gap_of_two_micrometres(gap, is_near):
-    """A ball of radius 0.5 m, whose outermost vertex is ``gap`` metres before the side of a box of 1 m."""
+    """A ball of radius 0.5 m, whose outermost vertex is ``gap`` metres before the side of a box of 1 m.
+
+    ``near``: surfaces do not meet, and are at most 2 um apart.
+    """
     bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
     rotations, translations = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[0.5 + gap + 0.5, 0, 0], [0, 0, 0]]])
     assert MarginStage(bodies, TWO_MICROMETRES).near(PAIR, rotations, translations).tolist() == [is_near]
@@ -82,7 +85,10 @@ def test_surfaces_are_near_up_to_a_gap_of_two_micrometres(gap, is_near):
     ("depth", "is_shallow"), [(0.0, True), (1e-12, True), (1e-6, True), (1.9e-6, True), (2.3e-6, False), (1e-3, False)]
 )
 def test_contact_is_shallow_up_to_a_depth_of_two_micrometres(depth, is_shallow):
-    """A ball of radius 0.5 m, whose outermost vertex is ``depth`` metres behind the side of a box of 1 m."""
+    """A ball of radius 0.5 m, whose outermost vertex is ``depth`` metres behind the side of a box of 1 m.
+
+    ``shallow``: of the faces that meet no two are deeper in each other than 2 um.
+    """
     bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
     contact = arguments_of_meeting_bodies(bodies, [[0.5 - depth + 0.5, 0, 0], [0, 0, 0]])
     assert MarginStage(bodies, TWO_MICROMETRES).shallow(*contact) == is_shallow
@@ -107,7 +113,9 @@ def arguments_of_meeting_bodies(bodies, translations):
     ],
 )
 def test_touching_cubes_are_shallow_and_separable(offset):
-    """Two cubes of 1 m, the second at an offset: moves of 2 um end the contact."""
+    """Two cubes of 1 m, the second at an offset: no two faces that meet are deeper in each other than 2 um
+    (``shallow``), and some move of the surfaces by that ends the contact (``loose``).
+    """
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     contact = arguments_of_meeting_bodies(bodies, [[0, 0, 0], offset])
     stage = MarginStage(bodies, TWO_MICROMETRES)
@@ -117,9 +125,10 @@ def test_touching_cubes_are_shallow_and_separable(offset):
 
 @pytest.mark.parametrize("offset", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
 def test_overlapping_cubes_with_common_planes_are_shallow_not_separable(offset):
-    """Two cubes of 1 m, deep in each other along one axis: every face pair that meets only touches, in common planes.
+    """Two cubes of 1 m, deep in each other along one axis: every face pair that meets only touches, in common planes
+    (``shallow``).
 
-    No move of 2 um ends the contact.
+    But no move of the surfaces by 2 um ends the contact (``loose``).
     """
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     contact = arguments_of_meeting_bodies(bodies, [[0, 0, 0], offset])
@@ -129,7 +138,9 @@ def test_overlapping_cubes_with_common_planes_are_shallow_not_separable(offset):
 
 
 def test_exactly_fitting_plug_is_separable():
-    """A plug of 1 x 1 m in a hole of that size, between eight cubes: a move of the surfaces by 2 um frees it."""
+    """A plug of 1 x 1 m in a hole of that size, between eight cubes: a move of the surfaces by 2 um frees it
+    (``loose``).
+    """
     hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
     assert MarginStage(bodies, TWO_MICROMETRES).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))
@@ -137,8 +148,8 @@ def test_exactly_fitting_plug_is_separable():
 
 @pytest.mark.parametrize("faces", [grid_plate(), grid_plate()[:, ::-1]], ids=["faces look up", "faces look down"])
 def test_tool_on_a_sheet_is_separable_for_either_winding(faces):
-    """The bottom of a cube of 1 m, whose middle is at a height of 0.5 m, is in the plane of a flat
-    sheet: 2 um free it.
+    """The bottom of a cube of 1 m, whose middle is at a height of 0.5 m, is in the plane of a flat sheet: a move of the
+    surfaces by 2 um frees it (``loose``).
     """
     bodies = [*bodies_of([faces]), Body("cube", box_mesh(centre=(2.3, 2.4, 0.5)))]
     assert MarginStage(bodies, TWO_MICROMETRES).loose(*arguments_of_meeting_bodies(bodies, np.zeros((2, 3))))

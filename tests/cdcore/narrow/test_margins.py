@@ -59,7 +59,7 @@ def test_clearance_is_the_distance_of_the_nearest_features(row):
 
 @pytest.mark.slow
 def test_moving_by_the_penetration_depth_separates():
-    """Of 400 random pairs those that meet: one triangle is moved along each of the 11 axes that may separate them.
+    """In those of 400 random pairs that meet one triangle is moved along each of the 11 axes that may separate them.
 
     By a thousandth more than the depth some move frees it, by a thousandth less none does.
     """
@@ -146,7 +146,7 @@ def can_be_parted(first, second, step, rotation=None, shift=(0, 0, 0)):
 
 @pytest.mark.parametrize("fraction", [0.5, 0.9, 0.999, 1.001, 1.1, 2.0])
 @pytest.mark.parametrize("axis", [0, 1, 2], ids=["x", "y, rotated", "z, rotated"])
-def test_flush_cubes_part_by_their_depth(axis, fraction):
+def test_flush_cubes_separate_by_their_depth(axis, fraction):
     """Two cubes of 1 m, 1/1024 m deep in each other along an axis: a step of at least that depth parts them."""
     depth = 2.0**-10
     rotation = random_rotations(np.random.default_rng(axis)) if axis else None
@@ -154,8 +154,8 @@ def test_flush_cubes_part_by_their_depth(axis, fraction):
     assert can_be_parted(box_mesh(), box_mesh(), fraction * depth, rotation, shift) == (fraction >= 1.0)
 
 
-def test_flush_cubes_part_by_exactly_their_depth():
-    """As above along x, unrotated, where no coordinate is rounded."""
+def test_flush_cubes_separate_by_exactly_their_depth():
+    """Two cubes of 1 m, 1/1024 m deep in each other along x, unrotated, where no coordinate is rounded."""
     depth = 2.0**-10
     assert can_be_parted(box_mesh(), box_mesh(), depth, shift=(1 - depth, 0, 0))
 

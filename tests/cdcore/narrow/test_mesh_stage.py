@@ -38,7 +38,8 @@ def answer_for_first_pair(stage, motion, faces=False):
 
 @pytest.mark.parametrize("faces", [False, True], ids=["verdicts", "verdicts and faces"])
 def test_pose_repeated_bit_for_bit_takes_no_query(faces):
-    """A ball at six x beside a box that it meets up to 1 m; a pose is compared with that of the frame before.
+    """A ball of radius 0.5 m at six x beside a box of 1 m, which it meets up to 1 m; a pose is compared with that of
+    the frame before.
 
     Four of the six are new, one of them in the last bit alone.
     """
@@ -70,7 +71,9 @@ def test_faces_of_several_pairs_stay_with_their_pair():
 
 
 def test_reversed_pairs_have_reversed_faces():
-    """Ball and box, and box and ball: face pairs with both numbers exchanged; the box has 12 faces, the ball more."""
+    """Ball and box 0.9 m apart, and box and ball: face pairs with both numbers exchanged; the box has 12 faces, the
+    ball more.
+    """
     motion = ball_at_x([0.9])
     ball_and_box, box_and_ball = (
         answer_for_first_pair(MeshStage(BODIES, np.array([pair])), motion, faces=True).sets[0]

@@ -24,7 +24,8 @@ def detection(verdict, reasons=(), containment=TEXTS, start=0):
 
 
 def test_undecided_verdicts_get_the_reason_of_their_pair():
-    """Pair 0: inside undecided, as cup has holes; pair 1: refused, not supported; pair 2: decided.
+    """What a detection says of its pairs: inside of pair 0 is undecided, as cup has holes; pair 1 is not supported;
+    pair 2 is decided.
 
     Reasons are by frame and pair; where the pair's text has none, NO_REASON says so.
     """
@@ -38,7 +39,7 @@ def test_undecided_verdicts_get_the_reason_of_their_pair():
 
 
 def test_undecided_verdict_of_a_silent_detection_has_no_reason():
-    """A detection that says nothing about containment."""
+    """A detection of three pairs that says nothing about containment: NO_REASON says so."""
     assert detection([[UNRESOLVED, CLEAR, CLEAR]], containment=()).reasons == {(0, 0): NO_REASON}
 
 
@@ -73,13 +74,19 @@ def joined_detection():
 
 
 def test_reasons_stay_with_their_frames_in_blocks():
-    """By frame and pair: noted in frame 0, of pair 0 in frame 1 and of pair 1 in frame 2; pickled too."""
+    """A block of frame 0, whose reason was noted, and one of frames 1 and 2, whose reasons are those of pair 0 and pair
+    1.
+
+    Reasons of the joined detection are by frame and pair, and so they are after pickling.
+    """
     expected = {(0, 0): "noted", (1, 0): "inside undecided: cup has holes", (2, 1): "not supported"}
     assert joined_detection().reasons == expected
     assert pickle.loads(pickle.dumps(joined_detection())).reasons == expected
 
 
 def test_reasons_stay_with_their_frames_in_selections():
-    """Frames 0 and 2 of three become frames 0 and 1."""
+    """Pairs are undecided in frames 0 (noted why), 1 and 2 (as pair 1 is not supported); frames 0 and 2 become frames 0
+    and 1.
+    """
     selected = joined_detection().take(np.array([0, 2]))
     assert selected.reasons == {(0, 0): "noted", (1, 1): "not supported"}

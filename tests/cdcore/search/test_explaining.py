@@ -76,7 +76,9 @@ def test_explanation_tells_spheres_from_boxes(name, boxes_meet):
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_explanation_ends_with_the_stage_that_cleared_the_pair(name):
-    """Cubes of 1 m, 9 m from each other: spheres do not overlap, and no other stage ran."""
+    """Cubes of 1 m, 9 m from each other: spheres do not overlap, and no other stage ran, although faces are named as
+    well.
+    """
     explanation = explained_cubes(name, x=9.0, faces=meeting_faces_of_cubes(x=0.9))
     assert vars(explanation) == {**vars(Explanation()), "spheres_meet": False}
 

@@ -34,7 +34,6 @@ def test_faces_are_drawn_by_their_area():
     features = features_of(merge_meshes(small, large))
     is_large = features.face >= len(small.faces)
     drawn = np.mean([is_large[sample_of(features, size=30, seed=seed, name="a").pick].mean() for seed in range(40)])
-    # The large ball has a hundred times the area: 100 / 101 of the sample is expected on it.
     assert drawn > 0.97
 
 

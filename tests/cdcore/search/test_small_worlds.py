@@ -122,9 +122,8 @@ def test_misses_are_explained_by_sample_or_budget(name, settings, sample_meets, 
     ],
 )
 def test_curve_of_a_hit_is_every_pair_of_two_boxes(offset):
-    """Two boxes of 1 m at an offset.
-
-    Curve: the face pairs that meet and hang together with a hit, neighbour by neighbour.
+    """Two boxes of 1 m at an offset; a curve is the face pairs that meet and hang together with a hit, neighbour by
+    neighbour.
 
     From the hit of a search alone, without seeds of a frame before, it is every pair that meets.
     """

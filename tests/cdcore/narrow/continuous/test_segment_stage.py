@@ -198,7 +198,9 @@ def search_of_ball_and_plate(before, after, *, tolerance=1e-4, shortest=1e-7, ef
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-11], ids="{} m".format)
 def test_ball_sliding_past_a_plate_is_free(gap):
-    """A ball slides by 0.6 m over a plate at this gap: one test of their boxes, for the whole move, is enough."""
+    """A ball slides by 0.6 m over a plate, ``gap`` above the height of TOUCH at which they touch, 11 mm: one test of
+    their boxes, for the whole move, is enough.
+    """
     state, room = search_of_ball_and_plate((-0.3, 0, TOUCH + gap), (0.3, 0, TOUCH + gap))
     assert state == FREE
     counts = [int(room.work[counter]) for counter in (search.INTERVALS, search.BOX_TESTS, search.FACE_TESTS)]
