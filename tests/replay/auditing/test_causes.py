@@ -158,9 +158,10 @@ def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed_frame
 
 @pytest.mark.slow
 def test_misses_under_an_oracle_of_intervals_have_planted_causes():
-    """Each planted detector loses contacts by one cause; the oracle tests the way between frames as well.
+    """Two cubes meet six times. PLANTED has a detector for each of four causes, which loses these contacts by it.
 
-    The bodies meet at frames too, so no miss is put down to BETWEEN_FRAMES, the cause of contacts that no frame shows.
+    The oracle, ``Swept``, tests the way between frames as well. The cubes meet at frames too, so no miss is put down to
+    BETWEEN_FRAMES, the cause of contacts that no frame shows.
     """
     planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_SAMPLES)
     detectors = [PLANTED[cause] for cause in planted]

@@ -55,7 +55,7 @@ def grasped_names(assembly, session):
 
 
 def test_body_moving_with_the_hand_under_trigger_is_grasped():
-    """The cube is carried from 1.0 to 2.0 s: both ends are known to two frames of 10 ms."""
+    """The right hand presses its trigger and carries a cube from 1.0 to 2.0 s: known to two frames of 10 ms."""
     assembly, session = assembly_with_trigger(*session_of_carried_cube())
     (grasp,) = grasps(assembly, session)
     assert assembly.names[grasp.thing] == "cube" and assembly.names[grasp.hand] == "hand-right"

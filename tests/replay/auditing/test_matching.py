@@ -33,7 +33,11 @@ by which it begins late, seconds by which it lasts too long]; the other keys lis
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["why"])
 def test_coded_frames_have_their_matches(row):
-    """What a row of ROWS says of matches must come out; what it does not mention is not tested by it."""
+    """A row of letters.toml: what a detector (subject) and the reference (oracle) say, C for contact, a letter a frame.
+
+    ``matched`` lists [true contact, report, frames in common, seconds late, seconds too long]; other keys list numbers
+    of contacts or reports, from 1. What a row does not mention is not tested by it.
+    """
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
     frames_within_tolerance = row.get("within", [])

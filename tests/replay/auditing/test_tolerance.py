@@ -60,16 +60,32 @@ def outcomes_of_a_liar(assembly, lie, tau=TWO_MICROMETRES, **changed):
     return compare(subject, truth, within=tolerance.judge(subject, truth)).outcome[:, 0].tolist()
 
 
-def test_the_border_is_tau_on_both_sides():
-    """A detector that always says the opposite is wrong in each of GAPS_TO_WALL_M: missed up to a gap of 0, then false.
+@pytest.mark.parametrize("tau", [TWO_MICROMETRES, 12e-6, 0.0], ids=["2 um, the default", "12 um", "none"])
+def test_the_border_is_tau_on_both_sides(tau):
+    """A ball is so far from a wall in each frame, from 1 mm deep in it to 1 mm off; contact is up to a gap of 0.
 
-    Gaps and depths of at most tau are excused: 1.9 um of the usual 2 um, 10 um of 12 um, and not even a touch of 0.
+    A detector says the opposite: contacts are missed, the others false, but gaps and depths of at most tau are excused.
+    With a tau of 0 not even a touch is.
     """
-    missed, false, within = Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE
     assembly = ball_on_x_and_box(*(1.0 + gap for gap in GAPS_TO_WALL_M))
-    assert outcomes_of_a_liar(assembly, Verdict.CONTACT) == [missed] * 3 + [within] * 5 + [false] * 3
-    assert outcomes_of_a_liar(assembly, Verdict.CONTACT, tau=12e-6) == [missed, *[within] * 9, false]
-    assert outcomes_of_a_liar(assembly, Verdict.CONTACT, tau=0.0) == [missed] * 6 + [false] * 5
+    expected = []
+    for gap in GAPS_TO_WALL_M:
+        if tau > 0.0 and abs(gap) <= tau:
+            expected.append(Outcome.WITHIN_TOLERANCE)
+        else:
+            expected.append(Outcome.MISSED if gap <= 0.0 else Outcome.FALSE_CONTACT)
+    assert outcomes_of_a_liar(assembly, Verdict.CONTACT, tau) == expected
+
+
+def test_usual_tolerance_is_two_micrometres():
+    """A ball is 1.9 and 2.3 um deep in a wall; a detector that says the opposite misses only the second, by default."""
+    assembly = ball_on_x_and_box(1.0 - 1.9e-6, 1.0 - 2.3e-6)
+    exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
+    truth = exact.detect(assembly.motion)
+    blind = replace(truth, verdict=np.full_like(truth.verdict, Verdict.CLEAR))
+    within = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True)).judge(blind, truth)
+    outcomes = compare(blind, truth, within=within).outcome[:, 0].tolist()
+    assert outcomes == [Outcome.WITHIN_TOLERANCE, Outcome.MISSED]
 
 
 DEPTHS_IN_TAU = {0.5: True, 0.99: True, 1.01: False, 1.5: False, 2.5: False}
@@ -102,7 +118,7 @@ def test_cubes_that_are_exactly_tau_deep_are_excused():
 
 
 def test_groups_of_frames_change_nothing(monkeypatch):
-    """The 11 gaps of GAPS_TO_WALL_M three times over, 33 frames, are judged at once and then four at a time."""
+    """A ball near a wall, at 11 gaps three times over: 33 frames are judged at once and then four at a time."""
     assembly = ball_on_x_and_box(*(1.0 + gap for gap in GAPS_TO_WALL_M * 3))
     all_at_once = outcomes_of_a_liar(assembly, Verdict.CONTACT)
     monkeypatch.setattr("replay.auditing.tolerance.FRAMES_AT_ONCE", 4)
@@ -118,16 +134,19 @@ def test_containment_has_no_tolerance():
     assert outcomes_of_a_liar(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
 
 
-@pytest.mark.parametrize("lie", [Verdict.CONTAINED, Verdict.CANDIDATE])
-def test_report_of_anything_but_contact_has_no_tolerance(lie):
-    """A nanometre off the wall, a report of contact would be excused; of containment or a candidate it is false."""
+@pytest.mark.parametrize("report", [Verdict.CONTAINED, Verdict.CANDIDATE])
+def test_report_of_anything_but_contact_has_no_tolerance(report):
+    """A ball is a nanometre off a wall: a report of contact would be excused, one of another kind is false."""
     off_the_wall = ball_on_x_and_box(1.0 + NANOMETRE)
     assert outcomes_of_a_liar(off_the_wall, Verdict.CONTACT) == [Outcome.WITHIN_TOLERANCE]
-    assert outcomes_of_a_liar(off_the_wall, lie) == [Outcome.FALSE_CONTACT]
+    assert outcomes_of_a_liar(off_the_wall, report) == [Outcome.FALSE_CONTACT]
 
 
 def test_detector_of_intervals_has_no_tolerance():
-    """A nanometre deep in the wall, a report of the frame would be excused; of the way between frames it is missed."""
+    """A ball is a nanometre deep in a wall, and a detector says that it is not: of the frame that would be excused.
+
+    Of the way from the frame before it is a miss.
+    """
     in_the_wall = ball_on_x_and_box(1.0 - NANOMETRE)
     assert outcomes_of_a_liar(in_the_wall, Verdict.CONTACT) == [Outcome.WITHIN_TOLERANCE]
     assert outcomes_of_a_liar(in_the_wall, Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]

@@ -109,13 +109,16 @@ LINKS = ("thumb", "index", "glass", "table")
     ],
 )
 def test_pairs_of_groups_and_patterns_expand_to_member_pairs(requested, expected):
-    """``requested``: names of two bodies, groups or tags; ``*`` stands for any letters of a name."""
+    """Thumb and index, both tagged "finger", are the group "hand"; glass and table are none. All of them move.
+
+    ``requested``: names of two bodies, groups or tags; ``*`` stands for any letters of a name.
+    """
     pairs = chosen_pairs(UNITED, LINKS, dict.fromkeys(LINKS, True), None if requested is None else [requested]).tolist()
     assert pair_names(pairs, LINKS) == expected
 
 
 def test_unknown_body_in_a_pair_is_refused_listing_names():
-    """A pair of the group "hand" with "glas", which is no name: the error lists groups and bodies."""
+    """A pair of the group "hand", thumb and index, with "glas", which is no name: the error lists groups and bodies."""
     with pytest.raises(AssemblyError, match=r"pair hand-glas names 'glas'.*there are: hand, thumb, index"):
         chosen_pairs(UNITED, LINKS, dict.fromkeys(LINKS, True), [("hand", "glas")])
 
