@@ -59,9 +59,10 @@ def assert_item_sentence(sentence, setting):
 
 
 def test_invalid_setting_is_refused_in_a_sentence(name):
-    """Values of NEVER must be refused, unless one is the setting's default, in a sentence that names the setting.
+    """NaN, 1e308, an empty text and others of NEVER are refused, unless one is the setting's default.
 
-    Those of SOMETIMES are refused in such a sentence, or the detector answers with them.
+    Numbers, flags and others of SOMETIMES are refused, or the detector answers with them for a ball that passes a box.
+    A refusal is a sentence that names the setting.
     """
     for setting in settings_of(name):
         default = getattr(load_detector(name).Settings(), setting)

@@ -131,7 +131,8 @@ def reports_of_a_drifting_clock(contacts, span, drift, rng, jitter=JITTER):
 def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
     """So many contacts in ``span`` seconds; the engine's clock loses ``drift`` seconds in each second.
 
-    The text says the drift that was estimated; ``at`` puts every report on a true moment, but for twice the jitter.
+    Reports are off by up to 8 ms (JITTER). The text says the drift that was estimated; ``at`` puts every report on a
+    true moment, but for twice the jitter.
     """
     reported, truth = reports_of_a_drifting_clock(contacts, span, drift, np.random.default_rng(seed))
     result = estimate_offset(reported, truth)

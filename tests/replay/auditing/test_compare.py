@@ -28,8 +28,9 @@ def outcome_letters(subject, oracle, **more):
 def test_coded_frames_have_their_outcomes(row):
     """A row of letters.toml: what detector (subject) and reference (oracle) say, a letter a frame, and the outcomes.
 
-    Its file explains the letters; ``within``: frames within tolerance; ``covers``: whether each side speaks of instants
-    or of the intervals that end at its frames.
+    They say C contact, I inside, ? candidate, n not found, u undecided, - no pose. Outcomes: B both, M missed, I false,
+    t within tolerance (frames ``within``), b between frames, - not counted. ``covers``: whether each side speaks of
+    instants or of the intervals that end at its frames.
     """
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]

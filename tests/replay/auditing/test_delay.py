@@ -32,7 +32,11 @@ def late(frames, false_frames=0):
     ],
 )
 def test_delay_is_constant_where_moving_mends_three_quarters(reported, delay):
-    """``delay``: frames by which reports are late, below 0 early; 0 where none mends 3/4 of the wrong frames."""
+    """TRUTH has three contacts of four frames: 6 to 9, 16 to 19, 26 to 29 of 70; ``late(n)`` has them n frames later.
+
+    False frames stand alone at its end. ``delay``: frames by which reports are late, below 0 early; 0 where moving them
+    mends less than 3/4 of the wrong frames.
+    """
     assert constant_delay(verdict_column(reported), verdict_column(TRUTH), pair=0) == delay
 
 

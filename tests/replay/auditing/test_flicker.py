@@ -43,7 +43,7 @@ def flicker(session, label="exact", **settings):
 
 
 def test_bounces_within_half_a_millimetre_count_as_one_contact():
-    """BOUNCES are four reported contacts, which are one, interrupted three times by at most 0.46 mm.
+    """A cube bounces on another (BOUNCES): four contacts, which are one, interrupted three times by at most 0.46 mm.
 
     A contact that lasts up to a gap of 0.5 mm ("release") joins them: 4 of its 9 frames are false, 44 %. The note of
     the run says the same.
@@ -138,7 +138,7 @@ def test_proposed_release_distance_has_the_predicted_effect(detector):
 
 
 def test_false_contact_within_a_release_distance_has_that_cause():
-    """BOUNCES has gaps of up to 0.46 mm, so a release distance of 0.5 mm makes the contact last in them.
+    """A cube bounces with gaps of up to 0.46 mm; a contact that lasts up to 0.5 mm ("release") lasts in them too.
 
     That is the cause of all false contact, each sentence says so, and the fix is to take the distance away.
     """
@@ -189,7 +189,7 @@ def test_contact_of_another_pair_is_no_flicker_interruption():
 
 
 def test_flicker_sentence_is_the_same_on_every_screen():
-    """The terminal, Markdown, the report and the text of the viewer have the note on BOUNCES word by word."""
+    """Four contacts in a bounce are one: terminal, Markdown, report and viewer have the note on it word by word."""
     _, result = flicker(cubes_at_gaps(BOUNCES))
     (sentence, *_) = flicker_notes(result)
     console = Console(width=200)
@@ -205,14 +205,14 @@ def test_flicker_sentence_is_the_same_on_every_screen():
 
 
 def test_json_brings_back_the_figures_of_flicker():
-    """The document of a run of BOUNCES, written as JSON and read again."""
+    """A cube bounces: the document of the run has figures of interrupted contacts, written as JSON and read again."""
     counted, result = flicker(cubes_at_gaps(BOUNCES))
     document = msgspec.json.decode(msgspec.json.encode(result.document), type=RunDocument)
     assert counted is not None and document.detectors["exact"].flicker == counted
 
 
 def test_reference_takes_no_release_distance():
-    """The reference is exact with a release distance of 1 mm: it would call gaps contact."""
+    """The reference, exact, is to call contact all that is up to 1 mm apart after a contact: gaps would be none."""
     with pytest.raises(DetectorSpecError, match="the reference has no release distance"):
         compute(cubes_at_gaps(BOUNCES), detectors="mesh=discrete", oracle="exact[release_m=0.001]")
 
@@ -228,6 +228,6 @@ def test_reference_takes_no_release_distance():
     ],
 )
 def test_release_distance_outside_0_to_1_metre_is_refused(metres):
-    """``metres``: as text, behind release_m= in a detector's settings; the error names that setting."""
+    """A contact may last until the shapes are so far apart (``release_m``, text here): 0 to 1 m, else it is refused."""
     with pytest.raises(DetectorSpecError, match="release_m="):
         compute(cubes_at_gaps(BOUNCES), detectors=f"discrete[release_m={metres}]")

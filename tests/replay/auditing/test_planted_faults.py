@@ -50,7 +50,11 @@ def segments(mask):
 
 @pytest.mark.slow
 def test_missed_and_false_frames_equal_planted_frames(planted):
-    """Frames of contact that are not reported, of those in contact; frames reported wrongly, of those reported."""
+    """A detector drops every 7th contact frame of a ball on a plate, invents some, is late, or blind.
+
+    Missed are frames of contact that are not reported, of those in contact; false are frames reported wrongly, of those
+    reported.
+    """
     missed, false = planted.truth & ~planted.reported, planted.reported & ~planted.truth
     assert missed.any() or false.any(), "a fault is planted"
     time_missed, false_contact = planted.audit.time_missed, planted.audit.false_contact
@@ -60,7 +64,10 @@ def test_missed_and_false_frames_equal_planted_frames(planted):
 
 @pytest.mark.slow
 def test_misses_and_false_contacts_are_the_planted_segments(planted):
-    """Each segment of frames that are missed is a miss, each segment of false frames a false contact."""
+    """A detector drops every 7th contact frame of a ball on a plate, invents some, is late, or blind.
+
+    Each segment of frames that are missed is a miss, each segment of false frames a false contact.
+    """
     misses = [(item.first, item.last) for item in planted.result.misses["faulty"]]
     false_contacts = [(item.first, item.last) for item in planted.result.false["faulty"]]
     assert misses == segments(planted.truth & ~planted.reported)
@@ -69,7 +76,7 @@ def test_misses_and_false_contacts_are_the_planted_segments(planted):
 
 @pytest.mark.slow
 def test_contacts_are_matched_missed_or_split_as_planted(planted):
-    """True contacts and reports that share a frame are counted here by a plain loop.
+    """A detector with a planted fault: true contacts and reports that share a frame are counted here by a plain loop.
 
     A true contact that shares frames with k reports is missed where k is 0, else matched with one of them; where k > 1
     it is split, and the other k - 1 are pieces. A report that shares no frame with a true contact is false.
@@ -99,7 +106,7 @@ def test_contacts_are_matched_missed_or_split_as_planted(planted):
 @pytest.mark.slow
 @pytest.mark.parametrize("planted", ["Dropping"], indirect=True)
 def test_frames_dropped_evenly_have_wilsons_interval(planted):
-    """Every 7th contact frame is lost, so every contact loses about as much: its frames are like independent draws."""
+    """A detector drops every 7th contact frame, so every contact loses about as much: frames are independent draws."""
     missed = int((planted.truth & ~planted.reported).sum())
     time_missed = planted.audit.time_missed
     assert (time_missed.lower, time_missed.upper) == wilson_interval(missed, int(planted.truth.sum()))
@@ -108,7 +115,7 @@ def test_frames_dropped_evenly_have_wilsons_interval(planted):
 @pytest.mark.slow
 @pytest.mark.parametrize("planted", ["Late"], indirect=True)
 def test_contacts_reported_late_begin_and_end_late(planted):
-    """All is said three frames late: each contact begins 1/30 s late, lasts as long as it should, and ends late."""
+    """A detector is three frames of 90 Hz late: each contact begins 1/30 s late, lasts as long, and ends late."""
     matched = planted.result.matches["faulty"].matched
     assert len(matched) == len(segments(planted.truth))
     assert [item.onset_error for item in matched] == pytest.approx([3 * FRAME_S] * len(matched), abs=1e-7)
