@@ -83,7 +83,7 @@ def test_fault_exists_only_while_tests_run(
 
 
 def test_fault_listed_as_harmless_is_not_tested(random_faults, small_tree, fault_of_operator):
-    """A line of the list names file, source line, operator and reason."""
+    """A file lists faults that change nothing, by source file, line, operator and reason; that of "and" is listed."""
     second_line = SOURCE.splitlines()[1].strip()
     (small_tree / random_faults.HARMLESS).parent.mkdir(parents=True)
     (small_tree / random_faults.HARMLESS).write_text(f"cdcore/small.py | {second_line} | and | b is never 0\n")

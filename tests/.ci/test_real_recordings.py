@@ -37,7 +37,7 @@ def test_rows_of_available_recordings_are_reproduced(real_recordings, printed_ro
 
 
 def test_every_recording_has_a_row_in_the_order_of_the_script(real_recordings, printed_rows):
-    """Eight recordings or more."""
+    """The page has a row for each of the script's recordings, eight or more."""
     names = [item.name for item in real_recordings.RECORDINGS]
     assert len(names) >= 8
     assert [name for name in printed_rows if name in names] == names

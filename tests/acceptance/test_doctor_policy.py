@@ -176,7 +176,7 @@ def test_poses_that_are_no_numbers_are_refused_without_a_policy(run_with_nan):
 
 
 def test_unknown_action_of_a_policy_is_refused_with_those_known(run_with_nan):
-    """Nothing can "melt" a pose."""
+    """A policy says that poses which are no numbers are to be melted; the error lists what can be done with them."""
     code, errors, _ = run_with_nan("--policy", "not-finite=melt")
     assert code == EXIT_FAILURE
     assert "it can with: refuse, drop" in errors

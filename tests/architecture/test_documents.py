@@ -364,7 +364,7 @@ def test_readme_names_every_imported_library(folder):
 
 
 def test_paths_in_documents_exist():
-    """Paths in backticks that begin with a package or with tests."""
+    """Paths in backticks that begin with a package or with "tests", in README, CONTRIBUTING and the guide."""
     paths = [
         (name, path)
         for name, text in DOCUMENTS.items()

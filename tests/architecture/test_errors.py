@@ -31,7 +31,7 @@ def test_every_error_descends_from_its_root_and_shows_its_message():
 
 
 def test_every_error_has_a_docstring_of_its_own():
-    """``__doc__`` in the variables of a class without a docstring is None: one is not inherited there."""
+    """All errors of the three packages; ``vars`` has the docstring of the class itself, and None where it has none."""
     assert ERRORS_AND_ROOTS
     assert not [error for error, _ in ERRORS_AND_ROOTS if not vars(error)["__doc__"]]
 

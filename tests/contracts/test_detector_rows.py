@@ -145,7 +145,7 @@ def test_every_engine_module_belongs_to_a_pip_extra():
 
 @pytest.mark.parametrize("name", TABLE)
 def test_written_settings_of_a_row_read_as_the_same(name):
-    """Default settings, written as on a command line and read again."""
+    """The default settings of a detector are written as on a command line, and read as they were."""
     settings = asdict(load_detector(name).Settings())
     read = parse_detector(spec_text(name, settings))
     assert read.name == name

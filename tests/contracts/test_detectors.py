@@ -225,7 +225,7 @@ def test_an_empty_motion_gives_an_empty_answer(name, scene):
 
 
 def test_single_body_has_no_pairs_and_no_verdicts(name, scene):
-    """24 frames of one body, whole and live."""
+    """24 frames of one body, all at once and frame by frame: verdicts of 24 frames and 0 pairs."""
     bodies, motion = scene
     alone = Motion(motion.times, motion.translations[:, :1], motion.rotations[:, :1])
     detector = create_detector(name, bodies[:1])

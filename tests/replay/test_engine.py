@@ -129,7 +129,7 @@ def test_an_oracle_with_the_label_of_another_is_refused():
     ],
 )
 def test_without_an_oracle_nothing_is_compared(settings, labels):
-    """There are contacts of each detector, and neither a comparison nor misses."""
+    """Without a reference there are contacts of each detector of the run, and neither a comparison nor misses."""
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **settings)
     assert result.oracle == ""
     assert [*result.episodes] == [*result.document.detectors] == labels

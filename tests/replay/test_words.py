@@ -80,7 +80,7 @@ def test_lengths_print_right_without_exponent(metres):
 
 @given(st.floats(1e-8, 600.0, exclude_max=True))
 def test_durations_print_right_without_exponent(seconds):
-    """The same up to ten minutes, from which on the unit is minutes."""
+    """A figure and a unit, with at most three digits but those before the point; from ten minutes on it is minutes."""
     assert_right_to_three_digits(words.duration(seconds), seconds)
 
 
@@ -126,7 +126,7 @@ def test_moments_of_two_frames_differ(frame, rate_hz):
 
 @pytest.mark.parametrize(("counts", "text"), [((0, 1), "0-1"), ((3, 3), "3"), ((999, 1200), "999-1,200")])
 def test_range_of_counts_is_least_and_most(counts, text):
-    """``counts``: least and most; one number where they are equal."""
+    """``counts``: least and most of several, as they stand in a table; one number where they are equal."""
     assert words.count_range(counts) == text
 
 
@@ -134,7 +134,7 @@ def test_range_of_counts_is_least_and_most(counts, text):
     ("hertz", "text"), [(50.0, "50 Hz"), (22.5, "22.5 Hz"), (89.94, "89.9 Hz"), (1e6, "1,000,000 Hz")]
 )
 def test_rate_is_a_number_in_hertz(hertz, text):
-    """Three digits, and all before the point."""
+    """Three digits, and all before the point, which stand in groups of three."""
     assert words.rate(hertz) == text
 
 
@@ -208,5 +208,5 @@ def test_plural_is_written_for_every_number_but_1(number, frames, bodies):
 
 @pytest.mark.parametrize(("counts", "text"), [((0, 1), "up to 1"), ((1, 3), "1 to 3"), ((3, 3), "3")])
 def test_range_within_a_sentence_has_no_least_of_0(counts, text):
-    """``counts``: least and most; one number where they are equal."""
+    """``counts``: least and most of several, as they stand in a sentence; one number where they are equal."""
     assert words.count_words(counts) == text

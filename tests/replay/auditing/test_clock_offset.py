@@ -75,7 +75,7 @@ def test_given_offset_is_kept_and_its_fit_reported():
 
 
 def test_given_offset_without_any_partner_has_no_residual():
-    """There is a report and no true moment at all."""
+    """The user gives an offset of 0.5 s; there is one report, and no true moment at all that it could be of."""
     result = estimate_offset({BEGINS_OF_AB: [1.0]}, {}, known_offset=0.5)
     assert (result.seconds, result.matched, result.residual) == (0.5, 0, None)
     assert str(result).endswith("residual unknown: all 1 begins and ends are over 50 ms from a true one")

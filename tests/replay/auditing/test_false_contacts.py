@@ -83,14 +83,14 @@ def test_interval_is_displayed_at_its_largest_gap():
 
 
 def test_false_contacts_are_numbered_by_time():
-    """Frame 0 is a false contact, frames 2 and 3 are another."""
+    """Of four frames, frame 0 is a false contact, and frames 2 and 3 are another."""
     first, second = false_of([FALSE, NEITHER, FALSE, FALSE])
     assert (first.number, first.first) == (1, 0)
     assert (second.number, second.first) == (2, 2)
 
 
 def test_contact_while_a_hand_holds_the_body_is_not_false():
-    """Both frames are of a body in a hand."""
+    """In both frames contact is reported of a hand and the body in it (GRASPED): it is counted elsewhere."""
     assert false_of([GRASPED, GRASPED]) == ()
 
 
@@ -135,7 +135,7 @@ def test_the_cause_is_the_solid_before_the_rate(name, settings, gap_m, cause):
 
 
 def test_detector_that_explains_nothing_leaves_a_contact_unexplained():
-    """Two frames of false contact at a gap of 0.5 m."""
+    """Two frames of false contact of cubes 0.5 m apart, by a detector that says nothing about its reasons."""
     (contact,) = false_of([NEITHER, FALSE, FALSE], gaps=[9.0, 0.5, 0.5], detector=None)
     assert contact.cause == Cause.UNEXPLAINED
 

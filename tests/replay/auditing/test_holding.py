@@ -63,13 +63,16 @@ def test_body_moving_with_the_hand_under_trigger_is_grasped():
 
 
 def test_grasps_are_unknown_without_a_trigger():
-    """The cube moves with the hand, but no trigger was recorded."""
+    """A cube moves along with a hand, but no trigger was recorded: whether it is grasped is unknown, None."""
     assembly, session = assembly_with_trigger(*session_of_carried_cube())
     assert grasps(assembly, replace(session, hands={})) is None
 
 
 def test_press_until_the_end_lasts_to_the_last_frame():
-    """The trigger is pressed from frame 100, at 1 s, and never let go; the last frame is at 2.99 s."""
+    """A recording of 300 frames of 10 ms; the trigger is pressed from frame 100, at 1 s, and never let go.
+
+    The last frame is at 2.99 s.
+    """
     positions, _ = session_of_carried_cube()
     assembly, session = assembly_with_trigger(positions, (np.arange(FRAMES) >= 100).astype(float))
     (press,) = grasps(assembly, session)
@@ -77,7 +80,7 @@ def test_press_until_the_end_lasts_to_the_last_frame():
 
 
 def test_press_beside_a_resting_cube_takes_no_body():
-    """The hand moves away with its trigger pressed, and the cube stays."""
+    """The hand comes to a cube and moves on with its trigger pressed from 1 to 2 s; the cube stays."""
     positions, trigger = session_of_carried_cube()
     assert grasped_names(*assembly_with_trigger({**positions, "cube": np.zeros(FRAMES)}, trigger)) == [None]
 
@@ -97,7 +100,7 @@ def test_trembling_trigger_is_pressed_once():
 
 
 def test_nearest_of_several_carried_bodies_is_grasped():
-    """Three bodies move along with the hand, 3, 1 and 2 m from it."""
+    """A hand with its trigger pressed moves 0.5 m; three bodies move along with it, 3, 1 and 2 m from it."""
     positions, trigger = session_of_carried_cube()
     cube_1_m_away = positions["cube"]
     carried = {"tray": cube_1_m_away + 2.0, "cube": cube_1_m_away, "plate": cube_1_m_away + 1.0}

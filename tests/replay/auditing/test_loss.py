@@ -126,7 +126,7 @@ def test_a_loss_adds_contacts_missed_time_missed_and_time_false(missed, time_mis
 
 
 def test_loss_of_nothing_measured_is_zero():
-    """No proportion is known, as without a reference."""
+    """A loss adds proportions missed and false; without a reference none of them is known."""
     assert loss(contacts_missed=None, time_missed=None, time_false=None) == 0.0
 
 

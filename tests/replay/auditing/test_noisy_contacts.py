@@ -76,7 +76,7 @@ def test_deep_contacts_hold_and_grazing_contacts_are_undecidable(monkeypatch):
 
 
 def test_document_has_the_settings_of_the_noise():
-    """The number of copies and the size of the noise stand in the document of the run."""
+    """Two cubes have noise of 1 mm, 0 degrees and 1 ms in 8 copies: the document of the run says so of either."""
     settings = noisy_run(cubes_at_gaps_mm([9.0, -1.0, 9.0]), noise_copies=8).document.noise
     assert settings.copies == 8
     assert settings.sizes == {"a": pytest.approx((1.0, 0.0, 1e-3)), "b": pytest.approx((1.0, 0.0, 1e-3))}
@@ -101,7 +101,7 @@ def test_noise_of_a_distant_body_undoes_no_contact():
     ],
 )
 def test_contact_in_95_percent_of_noisy_copies_holds(copies_with_contact, word):
-    """Of 64 copies; a contact in at most 5 % of them is absent."""
+    """A contact is in so many of 64 noisy copies of a recording: from 95 % on it holds, up to 5 % it is absent."""
     assert module.NoisySpan(pair=0, first=0, last=0, fraction=copies_with_contact / 64).word == word
 
 

@@ -99,5 +99,5 @@ def test_intervals_pooled_over_sessions_equal_one_over_all():
 
 
 def test_counts_without_clusters_are_pooled_by_their_sums():
-    """1 of 4 and 2 of 5 are 3 of 9."""
+    """1 of 4 in one session and 2 of 5 in another, each drawn by itself, are 3 of 9, with the interval of that."""
     assert pooled_proportion([proportion(1, 4), proportion(2, 5)]) == proportion(3, 9)

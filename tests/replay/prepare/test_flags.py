@@ -47,7 +47,7 @@ def test_flag_of_a_body_covers_children_pairs_and_gaps():
 
 
 def test_flag_word_lists_the_kinds_of_its_bits():
-    """No bit has no word; two bits are joined by a plus sign."""
+    """Each kind of flag of a frame, as frozen or gap, is a bit: none has no word, two are joined by a plus sign."""
     frozen, gap = (1 << FLAG_KINDS.index(kind) for kind in ("frozen", "gap"))
     assert flag_word(0) == ""
     assert flag_word(frozen | gap) == "frozen+gap"

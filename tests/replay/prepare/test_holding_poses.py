@@ -30,7 +30,7 @@ class Counted:
 
 
 def test_session_in_memory_is_not_copied():
-    """Its frames are arrays already."""
+    """A file is decoded once, not to be read again; this session is no file, and its frames are arrays already."""
     session = unit_cubes_on_x(POSITIONS)
     assert decoded_once(session) is session
 

@@ -57,7 +57,7 @@ def test_child_offset_and_fixed_body_compose_as_matrices_do():
 
 
 def test_body_without_parent_and_offset_has_its_recorded_bits():
-    """A scene that declares nothing: the track of the glass is its motion."""
+    """A scene that declares nothing: the track of the glass, as it was recorded, is its motion."""
     alone = bodies_placed(Scene(), ("glass",))
     glass = 1
     assert alone.translation[:, 0].tobytes() == POSITIONS[:, glass].tobytes()

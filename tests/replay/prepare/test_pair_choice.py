@@ -132,6 +132,6 @@ def test_unknown_body_in_a_pair_is_refused_listing_names():
     ],
 )
 def test_pair_of_other_than_two_bodies_is_refused(pair):
-    """All of the names are known."""
+    """One name, a name twice and three names of recorded bodies: an error says that a pair has two different ones."""
     with pytest.raises(AssemblyError, match="is no pair; name two different bodies"):
         chosen_pairs(UNITED, LINKS, dict.fromkeys(LINKS, True), [pair])

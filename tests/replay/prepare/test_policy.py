@@ -11,14 +11,14 @@ def test_every_policy_kind_is_a_doctor_code():
 
 
 def test_every_kind_has_its_default_without_a_policy():
-    """The default is the first action of a kind: an open mesh is kept as it is."""
+    """A policy says what to do about each kind of finding; the default is its first action: an open mesh is kept."""
     policy = parse_policy()
     assert policy.as_json() == {kind: actions[0] for kind, actions in ACTIONS_BY_KIND.items()}
     assert policy.rule("mesh-open").action == "keep"
 
 
 def test_action_without_seconds_has_the_default_limit():
-    """Holding the last pose of a lost body for no stated time."""
+    """The last pose stands in for a lost body ("hold"), and nobody says for how long."""
     assert parse_policy(["tracking-lost=hold"]).rule("tracking-lost").limit == DEFAULT_LIMIT_S
 
 
@@ -66,5 +66,5 @@ def test_policy_with_a_wrong_kind_action_or_limit_is_refused(override, reason):
 
 
 def test_limit_of_a_whole_day_is_accepted():
-    """86,400 s; one more is refused above."""
+    """The last pose of a frozen body may stand in for 86,400 s; one second more is refused above."""
     assert parse_policy(["frozen=hold:86400"]).rule("frozen").limit == 86_400.0

@@ -76,7 +76,7 @@ def test_drafted_scene_contains_near_pairs_and_groups():
 
 
 def test_draft_says_the_size_of_a_body():
-    """All recorded bodies are cubes of 0.1 m."""
+    """All recorded bodies are cubes of 0.1 m; a comment in the text of the draft says so in centimetres."""
     session = bench_session()
     text = draft_text(session, draft_scene(session), files={}, heading="A first scene.")
     assert "10.0 x 10.0 x 10.0 cm" in text
@@ -126,7 +126,7 @@ def test_pairs_are_not_drafted_beside_those_of_the_scene_or_its_effects():
 
 
 def test_scene_without_effects_is_drafted_without_any():
-    """A draft invents no effect."""
+    """The recording has a scene with an empty list of effects, and so has its draft."""
     assert drafted_scene(bench_session(Scene("lab", RECORDED_BODIES, effects=()))).effects == ()
 
 

@@ -81,14 +81,14 @@ def info_of_two_cubes():
 
 
 def test_times_of_a_session_are_counted_from_its_first_frame(info_of_two_cubes):
-    """The task lasts from 10 to 30 ms after the first frame."""
+    """The first of three frames has the stamp of 5 s; a task lasts from 10 to 30 ms after it."""
     assert info_of_two_cubes["first_stamp_ns"] == 5 * SECOND_NS
     assert info_of_two_cubes["frames"]["count"] == 3
     assert info_of_two_cubes["intervals"] == [{"kind": "task", "name": "pour", "start": 0.01, "end": 0.03}]
 
 
 def test_events_are_counted_by_name_and_scalars_have_a_range(info_of_two_cubes):
-    """Two drops and a spill, in order of names; a heart of 60 beats a minute and a NaN, which is no value."""
+    """There are two drops and a spill, listed in order of names; a heart of 60 beats a minute, and a NaN, no value."""
     assert [*info_of_two_cubes["events"].items()] == [("drop", 2), ("spill", 1)]
     assert [(row["name"], row["least"], row["largest"]) for row in info_of_two_cubes["scalars"]] == [
         ("heart", 60.0, 60.0),

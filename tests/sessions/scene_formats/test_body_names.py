@@ -23,7 +23,7 @@ def test_names_differ_and_end_in_their_bodies_own(paths):
 
 
 def test_duplicate_body_names_get_numbers_not_yet_taken():
-    """The number 2 is taken by a body that is called cup-2."""
+    """Two bodies are called cup, and a third cup-2: so the second cup gets the number 3."""
     assert distinct_names([["cup"], ["cup"], ["cup-2"]]) == ["cup", "cup-3", "cup-2"]
 
 

@@ -146,7 +146,7 @@ def test_rotations_in_float32_do_not_stretch(tmp_path):
 
 
 def test_rotation_without_length_is_refused(tmp_path):
-    """The quaternion of a node is 0, 0, 0, 0."""
+    """The stem of a glass has the quaternion 0, 0, 0, 0, which is no rotation."""
     content = glass_document("KHR")
     content["nodes"][STEM]["rotation"] = [0, 0, 0, 0]
     with pytest.raises(SceneSourceError, match="rotation without length"):
@@ -358,7 +358,7 @@ def gltf_beside_a_buffer(tmp_path):
 
 
 def test_gltf_buffer_beside_the_file_is_read(gltf_beside_a_buffer):
-    """The file names its buffer data.bin, in its own folder."""
+    """A glTF of a glass and a table names the file of its corners and faces data.bin, in its own folder."""
     assert [*read_scene_source(gltf_beside_a_buffer("data.bin")).bodies] == ["glass", "table"]
 
 
@@ -371,7 +371,7 @@ def test_gltf_buffer_beside_the_file_is_read(gltf_beside_a_buffer):
     ],
 )
 def test_gltf_buffers_must_lie_in_its_own_folder(gltf_beside_a_buffer, uri, refusal):
-    """``uri``: by which the file names its buffer."""
+    """A glTF names the file of its corners and faces by ``uri``; only a file in its own folder may be read."""
     with pytest.raises(SceneSourceError, match=refusal):
         read_scene_source(gltf_beside_a_buffer(uri))
 
@@ -394,7 +394,10 @@ def test_gltf_buffers_must_lie_in_its_own_folder(gltf_beside_a_buffer, uri, refu
     ],
 )
 def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, refusal):
-    """``content`` is all of the file beside its version."""
+    """A file without a body that collides, in an older extension, or that is no tree of nodes.
+
+    ``content``: all of the file beside its version.
+    """
     with pytest.raises(SceneSourceError, match=refusal):
         scene_of(tmp_path, {"asset": {"version": "2.0"}, **content})
 

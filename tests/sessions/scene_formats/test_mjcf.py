@@ -480,7 +480,7 @@ def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
 
 
 def test_mjcf_attached_model_adds_its_bodies_with_prefix(tmp_path):
-    """The body b of another file is attached with the prefix "x-"."""
+    """A model attaches the body b of another file, a ball, with the prefix "x-"."""
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "ball.xml").write_text(f"<mujoco><worldbody>{BALL}{WORLD_END}")
     path = tmp_path / "two.xml"
@@ -549,7 +549,7 @@ def test_motion_of_mocap_bodies_is_named(tmp_path):
 
 @pytest.mark.parametrize("flag", ["contact", "constraint"])
 def test_switched_off_contacts_are_named(tmp_path, flag):
-    """Either flag of the model's options ends all contacts in MuJoCo."""
+    """Either flag of a model's options ends all contacts in MuJoCo: that is listed as not taken over."""
     path = tmp_path / "off.xml"
     path.write_text(f'<mujoco><option><flag {flag}="disable"/></option><worldbody>{BALL}{WORLD_END}')
     assert "switches all contacts off" in read_scene_source(path).left_out[0]
@@ -659,7 +659,7 @@ def test_column_of_a_joint_that_occurs_twice_is_refused(tmp_path, head):
 
 
 def test_columns_of_a_csv_that_are_not_read_are_named(tmp_path):
-    """Beside the elbow's angle there is a force, which no joint of the model is."""
+    """A CSV of joint values has, beside the elbow's angle, a force, which no joint of the model is."""
     model = tmp_path / "limited.xml"
     model.write_text(ONLY_THE_ELBOW)
     model.with_suffix(".csv").write_text("time,elbow,force\n0,0,9\n1,1,9\n")
@@ -667,7 +667,7 @@ def test_columns_of_a_csv_that_are_not_read_are_named(tmp_path):
 
 
 def test_arrays_of_an_npz_that_are_not_read_are_named(tmp_path):
-    """Beside the joint values (``qpos``) there is an array of forces."""
+    """A file of NumPy has, beside the joint values (``qpos``), an array of forces."""
     model = tmp_path / "limited.xml"
     model.write_text(ONLY_THE_ELBOW)
     np.savez(model.with_suffix(".npz"), time=np.arange(3.0), qpos=np.zeros((3, 1)), force=np.zeros((3, 1)))
@@ -675,7 +675,7 @@ def test_arrays_of_an_npz_that_are_not_read_are_named(tmp_path):
 
 
 def test_row_without_a_time_is_refused(tmp_path):
-    """The second of three rows has nan for its time."""
+    """A CSV of joint values over time: the second of three rows has nan for its time."""
     model = tmp_path / "limited.xml"
     model.write_text(ONLY_THE_ELBOW)
     model.with_suffix(".csv").write_text("time,elbow\n0,0\nnan,1\n2,1\n")

@@ -37,7 +37,7 @@ def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit):
 
 
 def test_elements_are_nested_up_to_their_limit(tmp_path, monkeypatch):
-    """Three elements, each within the one before; the limit is 3 and then 2."""
+    """An XML file has three elements, each within the one before; the limit is 3 and then 2."""
     path = tmp_path / "scene.xml"
     path.write_text("<a><b><c/></b></a>")
     monkeypatch.setattr(safe_files, "MOST_DEPTH", 3)
@@ -59,7 +59,7 @@ def test_elements_are_nested_up_to_their_limit(tmp_path, monkeypatch):
     ],
 )
 def test_paths_lie_within_the_folder_and_exist(tmp_path, name, is_within, exists):
-    """``name``: a path from the scene's folder on."""
+    """``name``: a path from the scene's folder on; secret.obj stands beside the folder."""
     folder = tmp_path / "scene"
     folder.mkdir()
     (folder / "cup.obj").touch()

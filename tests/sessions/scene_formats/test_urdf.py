@@ -55,7 +55,7 @@ def arm_model(tmp_path):
 
 
 def test_urdf_link_poses_agree_with_yourdfpy(arm_model):
-    """Poses of the three links with a shape, to 1e-9 m."""
+    """Poses of base, fore and cup, the links of an arm that have a shape, to 1e-9 m."""
     scene, model = read_scene_source(arm_model), yourdfpy.URDF.load(str(arm_model), load_meshes=False)
     assert [*scene.bodies] == ["base", "fore", "cup"]
     for name, body in scene.bodies.items():
@@ -232,7 +232,7 @@ def test_soft_bodies_are_named(tmp_path, tag):
 
 @pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])
 def test_soft_body_alone_is_no_scene(tmp_path, tag):
-    """Without a link the library refuses the file, or there is no body."""
+    """A robot of a soft body and no link: the library refuses the file, or no body is left that collides."""
     path = tmp_path / "r.urdf"
     path.write_text(f'<robot name="r"><{tag} name="jelly"/></robot>')
     with pytest.raises(SceneSourceError, match=r"yourdfpy does not read|no body that collides; not taken: the soft"):

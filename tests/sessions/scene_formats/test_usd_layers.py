@@ -163,14 +163,14 @@ def test_long_reason_of_the_library_is_cut(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("arc", ["references", "inherits"])
 def test_prims_that_contain_each_other_are_refused(tmp_path, arc):
-    """The prims a and b take in each other by ``arc``."""
+    """The prims a and b of a scene are each made of the other, by ``arc``."""
     text = BALL + f'def "a" ({arc} = </b>)\n{{\n}}\ndef "b" ({arc} = </a>)\n{{\n}}\n'
     with pytest.raises(SceneSourceError, match="contains itself"):
         read_scene_source(usda_file(tmp_path, text))
 
 
 def test_layer_that_is_its_own_sublayer_is_refused(tmp_path):
-    """The head of scene.usda names scene.usda."""
+    """The head of scene.usda names scene.usda as a layer below it."""
     head = HEAD.replace(")\n", "    subLayers = [@scene.usda@]\n)\n")
     with pytest.raises(SceneSourceError, match="contains itself"):
         read_scene_source(usda_file(tmp_path, BALL, head=head))
@@ -264,7 +264,7 @@ def test_sphere_without_a_positive_radius_is_named_as_ignored(tmp_path, radius):
 
 @pytest.mark.parametrize("metres_per_unit", ["0", "-1", "inf", "nan"])
 def test_usd_scene_needs_positive_finite_metres_per_unit(tmp_path, metres_per_unit):
-    """The head of the file says the unit of lengths."""
+    """The head of a file with a ball says its unit of length as 0, -1, inf or nan metres."""
     head = HEAD.replace("metersPerUnit = 1", f"metersPerUnit = {metres_per_unit}")
     with pytest.raises(SceneSourceError, match="metersPerUnit"):
         read_scene_source(usda_file(tmp_path, BALL, head=head))
@@ -330,18 +330,21 @@ def scene_with_binary_layer(tmp_path):
 
 
 def test_scene_with_a_binary_layer_is_tried_first(scene_with_binary_layer, tried):
-    """It is tried once, with the folder that it may read, and then read."""
+    """A scene refers to a sphere in a binary file, which may end the library: another process tries to read it first.
+
+    It is tried once, with the folder that it may read, and then read.
+    """
     assert [*read_scene_source(scene_with_binary_layer).bodies] == ["ball"]
     assert tried == [(scene_with_binary_layer, scene_with_binary_layer.parent.resolve())]
 
 
 def test_scene_of_text_alone_is_not_tried(tmp_path, tried):
-    """Text cannot end the library: the ball is read at once."""
+    """Only binary files can end the library and are read by another process first; a ball in text is read at once."""
     assert [*read_scene_source(usda_file(tmp_path, BALL)).bodies] == ["ball"]
     assert tried == []
 
 
 @pytest.mark.slow
 def test_trial_accepts_a_sound_binary_layer(scene_with_binary_layer):
-    """The trial itself, in another process, raises no error."""
+    """A scene refers to a sphere in a binary file: a trial reading, in another process, raises no error."""
     usd_trial.try_scene(scene_with_binary_layer, scene_with_binary_layer.parent)

@@ -189,7 +189,7 @@ def test_round_colliders_have_the_sizes_of_the_library(bench_file, name):
 
 
 def test_cube_collider_has_the_size_of_the_library(bench_file):
-    """The table's edges are twice the half extents that USD's own parser reads."""
+    """The edges of the bench's table are twice the half extents that USD's own parser reads, to 1e-9 m."""
     table = read_scene_source(bench_file).bodies["table"]
     size = shapes_of_the_library(Usd.Stage.Open(str(bench_file)))["CubeShape"]["table"]
     edges = 2 * UNIT * np.array(size.halfExtents, dtype=np.float64)
@@ -235,7 +235,7 @@ def test_bounding_sphere_of_a_mesh_is_that_of_its_box(tmp_path):
 
 @pytest.mark.parametrize("approximation", ["sdf", "sphereFill"])
 def test_mesh_that_collides_in_an_unknown_way_is_listed(tmp_path, approximation):
-    """The cup has its mesh and no collider."""
+    """A cup's mesh of five corners collides as a distance field or as many balls: it has no collider, as is listed."""
     scene = cup_with_approximation(tmp_path, approximation)
     assert scene.bodies["cup"].colliders == () and len(scene.bodies["cup"].mesh.vertices) == 5
     assert f"its mesh collides as '{approximation}'" in " ".join(scene.left_out)
@@ -536,7 +536,7 @@ def test_poses_of_a_usd_scene_are_limited(tmp_path, monkeypatch):
 
 
 def test_unsupported_usd_subdivision_is_listed(tmp_path):
-    """Two meshes of a cup: only the smooth one is subdivided."""
+    """A cup has two meshes as colliders, one to be subdivided: its polygons are taken as they are, as is listed."""
     stage = new_stage(tmp_path / "smooth.usda")
     rigid_body(stage, "/cup")
     for name, scheme in (("smooth", "catmullClark"), ("plain", "none")):
