@@ -36,7 +36,10 @@ def fault_of_operator(random_faults, small_tree):
 
 
 def test_every_operator_outside_quotes_can_become_a_fault(random_faults, small_tree):
-    """A fault exchanges one operator of SOURCE; its first and last byte and its line say where."""
+    """A source file has +, <=, and, - in its second line, and < in quotes; a fault exchanges one operator.
+
+    Its first and last byte and its line say where.
+    """
     faults = random_faults.faults_of(small_tree, small_tree / "cdcore/small.py")
     assert len(faults) == 4
     assert {fault.right: fault.wrong for fault in faults} == {"+": "-", "<=": ">", "and": "or", "-": "+"}

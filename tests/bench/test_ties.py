@@ -68,7 +68,10 @@ def test_boolean_answer_of_ties_costs_three_times_obb_at_most(scene, mode):
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 def test_memory_of_ties_does_not_grow_with_their_number(scene):
-    """A program decides the 300 frames as the scene knows them, in less than 300 MB with all that it loads."""
+    """Nearly all face pairs of two bodies touch exactly; a program decides 300 frames as the scene knows them.
+
+    It takes less than 300 MB with all that it loads.
+    """
     build, size = SCENES[scene]
     program = PEAK.format(scene=build.__name__, size=size, frames=FRAMES)
     # the first run may compile, which holds more than the answer does

@@ -24,7 +24,7 @@ MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
     ],
 )  # fmt: skip
 def test_length_is_printed_in_a_unit_of_its_size(metres, text):
-    """Three digits at most, without zeros at the end; nanometres to kilometres. No finite number is not measured."""
+    """Three digits at most, without zeros at the end, from nanometres to kilometres; NaN is not measured."""
     assert words.length(metres) == text
 
 

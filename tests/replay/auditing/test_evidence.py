@@ -31,7 +31,7 @@ def miss(pair, first, last, start=0.0):
 
 
 def measured_misses(assembly, detector, segments, *, between=False):
-    """Misses of these (pair, first, last frame), measured, and how many frames each query of the detector had.
+    """Misses of pair 0 in these (first, last) frames, measured, and how many frames each query of the detector had.
 
     ``between``: the detector is one of intervals. Every miss gets a cause, which needs no query of its own.
     """
@@ -43,7 +43,7 @@ def measured_misses(assembly, detector, segments, *, between=False):
 
     whole = replace(detector.detect(assembly.motion), covers="intervals" if between else "instants")
     subjects = {"it": Audited(assembly.motion, object(), whole, whole)}
-    misses = {"it": [miss(*segment) for segment in segments]}
+    misses = {"it": [miss(pair=0, first=first, last=last) for first, last in segments]}
     examined = sorted(
         examined_misses(assembly, detect, misses, subjects, reference_is_of_intervals=between),
         key=lambda entry: entry[1],
@@ -53,7 +53,7 @@ def measured_misses(assembly, detector, segments, *, between=False):
 
 
 def measured_cuts(session, segments):
-    """Misses of these (pair, first, last frame), measured, and how many frames each query had."""
+    """Misses of the only pair in these (first, last) frames, measured, and how many frames each query had."""
     assembly = assemble(session)
     return measured_misses(assembly, create_detector("hybrid", assembly.bodies, pairs=assembly.pairs), segments)
 
@@ -76,7 +76,7 @@ def test_the_longest_curve_has_a_normal_toward_the_second_body():
     0 to 1. Its point is on that face, the normal points along x to b; frames of both misses are queried once.
     """
     session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
-    (whole, beginning), frames_per_query = measured_cuts(session, [(0, 0, 4), (0, 0, 1)])
+    (whole, beginning), frames_per_query = measured_cuts(session, segments=[(0, 4), (0, 1)])
     assert whole.frame == 2 and beginning.frame == 1
     assert whole.metres > beginning.metres > 0.0
     assert beginning.evidence.face_pairs > 0
@@ -91,7 +91,7 @@ def test_a_contained_body_has_a_point_and_no_curve():
     The point is midway between the centres at x = 5 and 4.8 m; the normal points from the first to the second.
     """
     poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(edge=0.1)}
-    (contained,), _ = measured_cuts(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
+    (contained,), _ = measured_cuts(Session.from_arrays([0, 1], poses, meshes), segments=[(0, 1)])
     assert (contained.frame, contained.metres, contained.evidence.face_pairs) == (0, 0.0, 0)
     assert contained.point == pytest.approx((4.9, 0, 0))
     assert contained.evidence.normal == pytest.approx((-1, 0, 0))
@@ -142,8 +142,7 @@ def test_normal_of_a_straight_cut_is_perpendicular_to_the_cut(corners_of_b, norm
     b = MeshData(np.array(corners_of_b, dtype=float), np.array([[0, 1, 2]]))
     far_away = 9.0
     poses = {"a": along_x([0, 0]), "b": along_x([0.05, far_away])}
-    frame_0_of_the_pair = (0, 0, 0)
-    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": a, "b": b}), [frame_0_of_the_pair])
+    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": a, "b": b}), segments=[(0, 0)])
     assert cut.evidence.face_pairs == 1 and cut.metres > 0.0
     assert cut.evidence.normal == pytest.approx(normal, abs=1e-9)
 
@@ -163,22 +162,21 @@ def test_a_curve_is_as_long_as_its_segments():
     wall = MeshData(np.array(corners, dtype=float), np.arange(9).reshape(-1, 3))
     floor = MeshData(np.array([[-20.0, -5, 0], [20, -5, 0], [0, 20, 0]]), np.array([[0, 1, 2]]))
     poses = {"a": along_x([wall_x, wall_x]), "b": along_x([0, 1])}
-    frame_0_of_the_pair = (0, 0, 0)
-    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), [frame_0_of_the_pair])
+    (cut,), _ = measured_cuts(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), segments=[(0, 0)])
     assert cut.evidence.face_pairs == 3
     assert cut.metres == pytest.approx(6.0)
     assert cut.point == pytest.approx((-8, 0, 0))
 
 
-def misses_between_frames(positions, *segments):
-    """Measured misses (pair, first, last frame) of a reference that tests the way between frames, 10 ms apart.
+def misses_between_frames(positions, *missed_frames):
+    """Measured misses, of a frame each, of a reference that tests the way between frames, 10 ms apart.
 
     Unit cube b is at these places on x, cube a at the origin: they touch from x = 1 m down.
     """
     session = unit_cubes_on_x({"a": [0.0] * len(positions), "b": positions})
     assembly = assemble(session)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
-    return measured_misses(assembly, exact, segments, between=True)[0]
+    return measured_misses(assembly, exact, [(frame, frame) for frame in missed_frames], between=True)[0]
 
 
 def test_a_contact_between_frames_has_moment_faces_and_point():
@@ -186,7 +184,7 @@ def test_a_contact_between_frames_has_moment_faces_and_point():
 
     The evidence in frame 2 is that of the first touch: its two faces, its point at a's face x = 0.5 m, its normal.
     """
-    (cut,) = misses_between_frames([3.0, 3.0, -3.0, -3.0], (0, 2, 2))
+    (cut,) = misses_between_frames([3.0, 3.0, -3.0, -3.0], 2)
     touch = cut.evidence.touch
     assert touch.moment == pytest.approx(0.01 + 0.01 / 3, abs=1e-6)
     assert cut.frame == 2
@@ -203,7 +201,7 @@ def test_miss_without_a_jump_is_measured_at_its_frame(position, faces_meet):
 
     At 0.8 m faces meet, in a curve; at 2 m none do, and the point is midway between the centres, at x = 1 m.
     """
-    (cut,) = misses_between_frames([3.0, 3.0, position, 3.0], (0, 2, 2))
+    (cut,) = misses_between_frames([3.0, 3.0, position, 3.0], 2)
     assert cut.evidence.touch is None
     assert cut.evidence.face_pairs == len(cut.evidence.faces)
     assert (cut.evidence.face_pairs > 1) == (cut.metres > 0) == faces_meet
@@ -211,9 +209,9 @@ def test_miss_without_a_jump_is_measured_at_its_frame(position, faces_meet):
 
 
 def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
-    """A cube flies through another before frame 2 and back before frame 4; only one touch may be computed."""
+    """A cube flies through another before frame 2 and back before frame 4, both missed; only one touch is computed."""
     monkeypatch.setattr("replay.auditing.evidence.MOST_LOCATED_TOUCHES", 1)
-    first, second = misses_between_frames([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
+    first, second = misses_between_frames([3.0, 3.0, -3.0, -3.0, 3.0], 2, 4)
     assert first.evidence.touch is not None and second.evidence.touch is None
 
 

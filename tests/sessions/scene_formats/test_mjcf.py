@@ -138,7 +138,7 @@ def test_mjcf_parent_and_excluded_pairs_never_meet(arm_model):
 
 
 def test_unsupported_mjcf_parts_are_listed(arm_model):
-    """Not taken are the endless floor, and the body ghost, of which nothing collides."""
+    """Of the model of an arm the endless floor is not taken, and the body ghost, of which nothing collides."""
     left_out = read_scene_source(arm_model).left_out
     assert any("endless plane of body 'world'" in sentence for sentence in left_out)
     assert any("nothing collides: ghost" in sentence for sentence in left_out)
