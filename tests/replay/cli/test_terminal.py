@@ -155,7 +155,7 @@ LONG_NOTE = "  note: " + "word " * 30 + "/a/path/that/is/longer/than/the/termina
 
 
 def test_long_sentence_is_not_folded_in_a_pipe(monkeypatch, capsys):
-    """Nothing says how wide the output is."""
+    """A pipe has no width, and COLUMNS is not set: the answer stays one line."""
     monkeypatch.delenv("COLUMNS")
     console_module.answer(False, None, lambda: LONG_NOTE)
     assert capsys.readouterr().out == LONG_NOTE + "\n"

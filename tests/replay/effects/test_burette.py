@@ -44,7 +44,7 @@ def test_an_open_tap_runs_at_the_rate_of_torricelli(settings, level_m):
 
 
 def test_volume_delivered_and_volume_left_are_those_of_the_burette():
-    """It has 50 mL at first; the tap is open for 2 s."""
+    """A burette has 50 mL at first; its tap is open for 2 s: what is left and what is delivered are 50 mL together."""
     run = effects_of_tap_degrees(TAP_OPEN_FOR_2_S)["burette"]
     (event,) = run.events
     left, delivered = run.series["burette/volume"], run.series["burette/delivered"]

@@ -118,7 +118,7 @@ def test_colourless_indicator_lets_the_colour_of_another_through():
 
 
 def test_without_a_ph_nothing_has_a_colour():
-    """The effect reaction has no series flask/pH, as where nothing is dissolved."""
+    """The effect colour needs a pH of the effect reaction, which has none (no series flask/pH) of a dry flask."""
     inputs = Inputs(
         declared=[RED_TO_BLUE_FROM_6_TO_8],
         times=np.arange(3.0),

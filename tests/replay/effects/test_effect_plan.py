@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import pytest
 
 from replay.effects import EFFECTS, load_effect
-from replay.effects.declaring import READERS
 from replay.effects.effect_plan import DECLARED_REASON, plan
 from replay.effects.effect_summary import plan_summary
 from replay.effects.protocol import EffectOutput, EffectSpec
@@ -83,18 +82,6 @@ def test_faults_of_effects_come_before_those_of_bodies():
     assert "'cap'" in unknown_body
     assert len(faults_of_body) == 5
     assert str(refused.value) == f"{unknown_kind}; and more: `replay scene check` lists every fault"
-
-
-@pytest.mark.parametrize("kind", EFFECTS)
-def test_every_row_leads_to_a_spec_of_its_name(kind):
-    """The table of effects names an object for each kind, its spec; effects that it needs or uses are in it too.
-
-    Every key of the effect in a scene has a meaning, and a kind of value that can be read.
-    """
-    spec = load_effect(kind)
-    assert spec.kind == kind and spec.about.endswith(".")
-    assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)
-    assert all(field.about and field.kind in READERS for field in spec.fields.values())
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ def test_parabola_fit_recovers_position_and_velocity(coefficients, first_s):
 
 @given(coefficients=COEFFICIENTS)
 def test_velocities_of_every_frame_follow_a_parabola(coefficients):
-    """The same points in a single run of frames: each frame's velocity is b + 2 c u."""
+    """Positions are a + b u + c u u over time u, in a single run of frames: each frame's velocity is b + 2 c u."""
     a, b, c = coefficients
     u = UNEVEN - UNEVEN[-1]
     single_run = np.zeros(len(UNEVEN), dtype=np.int64)

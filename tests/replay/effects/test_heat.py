@@ -225,7 +225,7 @@ def test_a_heated_solid_changes_colour_once():
 
 
 def test_a_solid_that_stays_cooler_keeps_its_colour():
-    """It would turn at 90 degC; 160 W bring 60 J/K from 20 to below 28 degC in 3 s."""
+    """A blue salt changes its colour at 90 degC; 160 W bring 60 J/K from 20 to below 28 degC in 3 s."""
     heat = compute(dish_of_salt({**COLOUR_CHANGE, "turns_c": 90.0})).effects["heat"]
     assert not heat.output.events_named("turned")
     assert heat.output.liquids["dish"].rgba.tolist() == [list(COLOURS["blue"])]

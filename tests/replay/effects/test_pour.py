@@ -166,7 +166,7 @@ def test_liquid_poured_beside_the_glass_is_spilled():
 
 
 def test_a_glass_alone_spills_as_much_as_beside_another():
-    """The scene has glass a only, and no vessel to pour into."""
+    """Glass a is tilted in a scene without another vessel, and in a scene with a glass b to pour into."""
     session = session_with_effects(
         {"a": poses_of_tilted_glass(SPILLING_DEGREES)}, (glass("a", volume_ml=60.0),), ("pour", {"from": ["a"]})
     )

@@ -237,23 +237,28 @@ NO_ESTER = SimpleNamespace(reagents={}, products={})
 
 
 def test_constant_follows_from_free_energies():
-    """Ag+ + Fe2+ -> Ag + Fe3+: 0.0286 V of potentials, of which 0.0592 are a power of ten."""
+    """Ag+ + Fe2+ -> Ag + Fe3+ has 0.0286 V between its potentials; 0.0592 V are a power of ten of its constant."""
     changes = {"Ag+": -1.0, "Fe^2+": -1.0, "Ag(s)": 1.0, "Fe^3+": 1.0}
     log_k, is_ester = constant_of(changes, NO_ESTER)
     assert log_k == pytest.approx(0.0286 / 0.0592, abs=0.9) and not is_ester
 
 
-@pytest.mark.parametrize("changes", [{"S^2-": -1.0, "S(s)": 1.0}, {"S2O3^2-": -1.0, "S(s)": 1.0}])
+@pytest.mark.parametrize(
+    "changes",
+    [{"S^2-": -1.0, "S(s)": 1.0}, {"S2O3^2-": -1.0, "S(s)": 1.0}],
+    ids=["sulfide", "thiosulfate to sulfur"],
+)
 def test_sulfide_and_thiosulfate_that_falls_apart_have_no_constant(changes):
-    """Tables contradict each other, or the reaction goes on."""
+    """Tables contradict each other on sulfide; thiosulfate goes on to acids of sulfur."""
     assert np.isnan(constant_of(changes, NO_ESTER)[0])
 
 
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("direction", [1, -1], ids=["made", "taken apart"])
 def test_ester_has_a_constant_of_four(direction):
-    """Of making it; taking it apart has the inverse."""
-    sides = [dict.fromkeys(side, 1) for side in (("CH3COOH", "C2H5OH"), ("CH3COOC2H5", "H2O"))][::direction]
-    log_k, is_ester = constant_of({}, SimpleNamespace(reagents=sides[0], products=sides[1]))
+    """Acetic acid and ethanol make ethyl acetate with a constant of 4, and come of it with the inverse, 1/4."""
+    sides = [dict.fromkeys(side, 1) for side in (("CH3COOH", "C2H5OH"), ("CH3COOC2H5", "H2O"))]
+    reagents, products = sides[::direction]
+    log_k, is_ester = constant_of({}, SimpleNamespace(reagents=reagents, products=products))
     assert log_k == pytest.approx(direction * np.log10(4.0), abs=0.01) and is_ester
 
 
@@ -272,5 +277,5 @@ def test_protons_in_neutral_water_count_unless_an_acid_brings_them(acid, protons
     [(-20e3, False), (-12e3, False), (-11.9e3, True), (20e3, True), (20.1e3, False), (np.nan, False)],
 )
 def test_reaction_near_zero_energy_stops_early(joule, is_early):
-    """From -12 kJ on some reagent is left; above 20 kJ nothing proceeds."""
+    """A reaction of -12 to 20 kJ leaves some of its reagents; below it is complete, above it does not proceed."""
     assert stops_early(joule) == is_early
