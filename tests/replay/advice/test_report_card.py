@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 from support.shapes import box_mesh, revolved_mesh, shift_mesh
+from support.small_worlds import unit_cubes_on_x
 from trimesh.creation import icosphere
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_collider
-from replay.advice.report_card import reach, shape_figures
+from replay.advice.report_card import contact_figures, reach, shape_figures
+from replay.auditing.tolerance import Reference, Tolerance
 from replay.cutting.surface_distance import Surface, is_outside
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.run_detector import make_detector
+from replay.engine import prepare
 
 
 def test_larger_box_has_its_closed_form_errors():
@@ -187,3 +192,17 @@ def test_single_piece_has_no_seams():
     bar = box_mesh((0.4, 0.1, 0.1))
     card = shape_figures(bar, [bar])
     assert (card["overlap_mm"], card["slit_mm"], card["seams"]) == (0.0, 0.0, [])
+
+
+@pytest.mark.parametrize(("edge", "false", "missed"), [(1.0, 0.0, 0.0), (1.5, 0.5, 0.0), (0.7, None, 1.0)])
+def test_figures_of_contact_are_those_of_a_single_body(edge, false, missed):
+    """Unit cubes a and b are 0.9 m apart in a frame, which is contact, and 1.2 m in the next, which is none.
+
+    A piece of so many metres stands for a: it touches b from (1 + edge) / 2 on. Cube c, always on b, does not count.
+    """
+    assembly = prepare(unit_cubes_on_x({"a": [0] * 4, "b": [3, 0.9, 1.2, 3], "c": [3.5, 1.4, 1.7, 3.5]})).assembly
+    exact = make_detector(DetectorSpec("exact", "exact", {}), assembly, 0)
+    tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau=0.0)
+    reference = Reference.of(exact.detect(assembly.motion), assembly, None, tolerance)
+    figures = contact_figures(assembly, reference, "a", [box_mesh((edge, edge, edge))])
+    assert (figures["false"], figures["missed"]) == (false, missed)

@@ -8,7 +8,14 @@ from support.small_worlds import verdict_column, verdicts
 
 from cdcore import Detection, Verdict
 from replay.auditing.compare import compare
-from replay.auditing.contact_counts import count_contacts, count_reports, grasped_counts, missed_partly, missed_whole
+from replay.auditing.contact_counts import (
+    ContactCounts,
+    count_contacts,
+    count_reports,
+    grasped_counts,
+    missed_partly,
+    missed_whole,
+)
 from replay.auditing.episodes import episodes
 from replay.auditing.fault import FaultKind
 from replay.auditing.matching import match_episodes
@@ -187,3 +194,19 @@ def test_reports_are_counted_by_segments_joined_by_tolerance():
     assert pair_of_each_segment_by_time == [0, 1, 0]
     false = counts.proportion(Outcome.FALSE_CONTACT)
     assert (false.count, false.of, false.clusters) == (4, 6, 3)
+
+
+def test_contacts_without_a_decided_frame_are_undecided():
+    """Of four contacts of two pairs the first was left out in three frames, the second in one of three.
+
+    The third was missed, and of the last only its tolerance is known.
+    """
+    frames = np.zeros((4, len(Outcome)), dtype=np.int64)
+    frames[0, Outcome.LEFT_OUT] = 3
+    frames[1, [Outcome.LEFT_OUT, Outcome.BOTH]] = 1, 2
+    frames[2, Outcome.MISSED] = 2
+    frames[3, Outcome.WITHIN_TOLERANCE] = 1
+    counts = ContactCounts(np.arange(1, 5), np.array([0, 1, 0, 1]), frames)
+    assert (counts.undecided, counts.with_undecided_frames, counts.frames_undecided) == (1, 2, 4)
+    assert counts.missed_numbers == [3]
+    assert [counts.of_pair(pair).numbers.tolist() for pair in (0, 1)] == [[1, 3], [2, 4]]
