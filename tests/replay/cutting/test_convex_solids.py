@@ -62,7 +62,7 @@ def test_inward_faces_of_a_closed_mesh_are_turned_outward():
     "mesh", [BOX, without_faces(with_inward_faces(BOX), count=2)], ids=["outward faces", "inward faces, two missing"]
 )
 def test_outward_or_open_mesh_keeps_its_faces(mesh):
-    """Of an open mesh nobody knows the inside."""
+    """A box; or a box that lacks two faces, of which nobody knows the inside."""
     assert facing_outward(mesh) is mesh
 
 
@@ -80,7 +80,7 @@ def test_solid_within_a_closed_mesh_has_its_volume(mesh):
     ],
 )
 def test_mesh_without_a_volume_holds_no_solid(mesh):
-    """It is open, or flat."""
+    """A box without a side is open; a triangle with a front and a back is closed and flat."""
     assert enclosed_solid(mesh) is None
 
 
@@ -91,7 +91,7 @@ def test_manifold_is_made_of_closed_meshes_only():
 
 
 def test_surface_around_one_piece_is_the_piece():
-    """The solids of a single box."""
+    """The surface around several pieces is their union; of a single box it is the box itself."""
     solids = solids_of([BOX])
     assert solids.parts == (BOX,)
     assert solids.surface is BOX

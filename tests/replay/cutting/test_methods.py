@@ -18,5 +18,5 @@ CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.0
     ],
 )
 def test_only_closed_round_bodies_are_cut_in_sectors_by_themselves(requested, mesh, method):
-    """``auto`` chooses the method of cutting a body into convex pieces by the body."""
+    """``auto`` chooses the method of cutting a body into convex pieces by the body: a cup, or a box."""
     assert method_of(requested, mesh) == method

@@ -98,7 +98,7 @@ def times_written(folder):
 
 
 def test_pieces_are_cut_once(empty_cache):
-    """The first cut is stored, the second only reads it: no file is written anew."""
+    """A U-shaped body is cut by planes, which is stored; the second time that is only read: no file is written anew."""
     pieces = convex_pieces(Cut(CHANNEL, "planes", most=16))
     assert len(pieces) > 1
     written = times_written(empty_cache)
@@ -108,7 +108,7 @@ def test_pieces_are_cut_once(empty_cache):
 
 
 def test_damaged_files_of_pieces_are_written_anew(empty_cache):
-    """Every stored file is cut short to 100 bytes."""
+    """The stored pieces of a U-shaped body that was cut by planes: every file is cut short to 100 bytes."""
     pieces = convex_pieces(Cut(CHANNEL, "planes", most=16))
     for file in empty_cache.iterdir():
         file.write_bytes(file.read_bytes()[:100])
@@ -121,7 +121,7 @@ def test_damaged_files_of_pieces_are_written_anew(empty_cache):
 
 
 def test_cut_is_ready_when_its_pieces_are_stored(empty_cache):
-    """Planes cut once for every number of pieces, so 2 are stored after cutting 16; other methods are not.
+    """Planes cut a U-shaped body once for every number of pieces, so 2 are stored after cutting 16; not so V-HACD.
 
     ``seconds``: about how long the work takes that is left.
     """
@@ -135,7 +135,7 @@ def test_cut_is_ready_when_its_pieces_are_stored(empty_cache):
 
 
 def test_hull_is_always_ready(empty_cache):
-    """It takes no cutting."""
+    """The one convex hull of a body takes no cutting, though nothing is stored."""
     hull = Cut(CHANNEL, "hull", most=1)
     assert hull.seconds == 0 and hull.is_ready
 
@@ -169,7 +169,7 @@ def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
 
 @pytest.mark.slow
 def test_pieces_are_cut_where_nothing_can_be_stored(empty_cache):
-    """A file stands where the folder of stored pieces should be."""
+    """A file stands where the folder of stored pieces should be; a U-shaped body takes more than one piece."""
     empty_cache.write_text("a file where the folder should be", "utf-8")
     assert len(convex_pieces(Cut(CHANNEL, "planes", most=16))) > 1
 
@@ -181,13 +181,13 @@ def test_open_surfaces_are_laid_beside_each_other():
 
 
 def test_single_convex_piece_is_the_hull_of_the_mesh():
-    """CoACD, a method that cuts, is not needed for at most one piece."""
+    """At most one piece of a beaker by CoACD, a method that cuts: nothing is cut."""
     (piece,) = convex_pieces(Cut(BEAKER, "coacd", most=1))
     assert piece.content_hash == hull_of(BEAKER.vertices).content_hash
 
 
 def test_single_piece_of_many_faces_is_made_coarser_within_its_size():
-    """A ball of 1,280 faces; engines take 255."""
+    """A ball of 1,280 faces; engines take 255. The size is that of the box around it."""
     ball = ball_of(subdivisions=3)
     (piece,) = convex_pieces(Cut(ball, AUTO_METHOD, most=1))
     assert len(piece.faces) <= 255 < len(ball.faces)
@@ -195,7 +195,7 @@ def test_single_piece_of_many_faces_is_made_coarser_within_its_size():
 
 
 def test_flat_mesh_is_its_own_piece():
-    """There is no solid to cut or to unite."""
+    """A triangle: there is no solid to cut or to unite."""
     assert convex_pieces(Cut(FLAT, "coacd", most=16)) == (FLAT,)
     assert union_of((FLAT,)) is FLAT
 
@@ -204,14 +204,14 @@ def test_flat_mesh_is_its_own_piece():
     ("mesh", "word"), [(FLAT, "flat"), (HALF_BEAKER, "holes")], ids=["triangle", "half of a beaker"]
 )
 def test_uncuttable_mesh_is_called_flat_or_holed(mesh, word):
-    """A closed beaker can be cut."""
+    """A closed beaker can be cut: no reason against it."""
     assert why_not_cut(BEAKER) == ""
     assert word in why_not_cut(mesh)
 
 
 @pytest.mark.parametrize(("most_faces", "word"), [(1280, ""), (1279, "1,280 faces")])
 def test_mesh_of_more_faces_than_allowed_is_not_cut(monkeypatch, most_faces, word):
-    """A ball of 1,280 faces."""
+    """A ball of 1,280 faces, where so many are allowed; an empty reason: it can be cut."""
     monkeypatch.setattr(piece_store, "MOST_FACES", most_faces)
     reason = why_not_cut(ball_of(subdivisions=3))
     assert word in reason
@@ -234,7 +234,7 @@ def no_package_installed(monkeypatch):
 @pytest.mark.usefixtures("no_package_installed")
 @pytest.mark.parametrize(("method", "package"), [("vhacd", "vhacdx"), ("coacd", "coacd")])
 def test_missing_cutter_error_names_the_package_to_install(method, package):
-    """V-HACD and CoACD are packages of others."""
+    """V-HACD and CoACD are packages of others, which seem not to be installed."""
     sentence = rf"needs the package {package}, which is not installed \(pip install {package}\); take another method"
     with pytest.raises(CutError, match=sentence):
         convex_pieces(Cut(BEAKER, method, most=16))
@@ -242,7 +242,7 @@ def test_missing_cutter_error_names_the_package_to_install(method, package):
 
 @pytest.mark.usefixtures("no_package_installed")
 def test_sectors_are_cut_without_a_package():
-    """Sixteen sectors of a beaker."""
+    """A beaker in sixteen sectors by height and angle, which is code of this program."""
     assert len(convex_pieces(Cut(BEAKER, "sectors", most=16))) == 16
 
 
@@ -284,6 +284,6 @@ def test_any_name_of_a_body_survives_a_setting(name):
 
 
 def test_absent_body_cannot_be_cut():
-    """The setting names a cup; the only body is a beaker."""
+    """The setting ``cut`` names a cup; the only body is a beaker."""
     with pytest.raises(InvalidSettingError, match=r"cut='cup' is not allowed; .* there are: beaker"):
         with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", cut="cup"))

@@ -52,7 +52,7 @@ def test_body_of_boxes_is_cut_into_its_boxes(most):
 @pytest.mark.parametrize("most", [1, 2, 8, 24, MOST_REGIONS])
 @pytest.mark.parametrize("mesh", [U_SHAPE, CUP], ids=["u", "cup"])
 def test_pieces_are_convex_and_cover_the_body(mesh, most):
-    """``most``: the number of pieces allowed. That they are convex is trimesh's judgement."""
+    """A U of three boxes, or a hollow cup, is cut by planes into at most ``most`` pieces; trimesh calls them convex."""
     pieces = hulls_of_pieces(mesh, most)
     assert 1 <= len(pieces) <= most
     assert outside_by(mesh, pieces) < 1e-9
@@ -60,7 +60,7 @@ def test_pieces_are_convex_and_cover_the_body(mesh, most):
 
 
 def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
-    """Less than a tenth more than the cup itself, where one hull fills more than twice its volume."""
+    """Hulls of all pieces have less than 1.1 of the volume of a hollow cup, its one hull more than twice as much."""
     finest = sum(map(volume_of, hulls_of_pieces(CUP, MOST_REGIONS)))
     (hull,) = hulls_of_pieces(CUP, most=1)
     assert volume_of(CUP) * (1.0 - 1e-9) <= finest < 1.1 * volume_of(CUP)
@@ -68,14 +68,14 @@ def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
 
 
 def test_cutting_a_mesh_again_gives_identical_pieces():
-    """Corners and joins of two ladders of the U, bit for bit."""
+    """A U of three boxes is cut twice: corners of the pieces, and the joins that make fewer of them, bit for bit."""
     first, second = ladders_by_body()[U_SHAPE.content_hash], plane_ladder(U_SHAPE)
     assert np.array_equal(first.corners, second.corners)
     assert np.array_equal(first.joins, second.joins)
 
 
 def test_open_surface_is_not_cut():
-    """The U lacks a face."""
+    """A U of three boxes that lacks a face."""
     assert plane_ladder(without_faces(U_SHAPE, count=1)) is None
 
 

@@ -65,7 +65,7 @@ def test_slit_lies_amid_the_walls_that_face_each_other():
 
 @pytest.mark.parametrize("gap", [0.0, 5e-7], ids=["touching", "0.5 micrometres apart"])
 def test_pieces_that_meet_have_no_seam(gap):
-    """The bar cut in two; below a micrometre apart pieces count as touching."""
+    """A bar of 40 cm cut in two; below a micrometre apart pieces count as touching."""
     assert seams_of(BAR, bar_cut_in_two(gap)) == []
 
 
@@ -76,7 +76,7 @@ def test_gap_between_two_separate_bars_is_no_seam():
 
 
 def test_slit_filled_by_a_third_piece_is_no_slit():
-    """A slit of 1 mm, and a piece 2 mm thick in it, which overlaps both sides by half a millimetre."""
+    """A bar is cut in two with a slit of 1 mm; a piece 2 mm thick fills it, and overlaps both sides by half a mm."""
     filling = shift_mesh(box_mesh((0.002, 0.1, 0.1)), (CUT_X, 0.0, 0.0))
     seams = seams_of(BAR, [*bar_cut_in_two(gap=0.001), filling])
     assert {seam.kind for seam in seams} == {SeamKind.OVERLAP}

@@ -62,7 +62,7 @@ def test_round_body_has_the_axis_through_its_middle(mesh):
 
 
 def test_body_round_about_every_axis_has_that_of_its_nose():
-    """A ball of 1 m, whose corners above 0.9 m are pulled up by 0.1 m."""
+    """A ball of 1 m radius, whose corners above 0.9 m are pulled up by 0.1 m."""
     ball = icosphere(subdivisions=4)
     with_nose = ball.vertices + (ball.vertices > 0.9) * [0.0, 0.0, 0.1]
     _point, direction = round_axis(TriangleMesh(with_nose, ball.faces))
@@ -70,7 +70,7 @@ def test_body_round_about_every_axis_has_that_of_its_nose():
 
 
 def test_oval_body_has_no_axis():
-    """The beaker stretched by half on one axis."""
+    """A beaker, a body of revolution, stretched by half on one axis."""
     assert round_axis(TriangleMesh(BEAKER.vertices * [1.0, 1.5, 1.0], BEAKER.faces)) is None
 
 
@@ -93,14 +93,14 @@ def distance_beyond(points, piece):
 
 
 def test_lists_of_pieces_go_from_the_hull_to_32_sectors(pieces_by_count):
-    """At most 16 sectors by angle, above and below the one bend of the profile, at the floor."""
+    """Lists of more and more pieces of a beaker: at most 16 by angle, above and below the bend of its profile."""
     counts = [len(pieces) for pieces in pieces_by_count]
     assert counts == sorted(set(counts))
     assert (counts[0], counts[-1]) == (1, 2 * 16)
 
 
 def test_every_list_of_pieces_covers_the_beaker(pieces_by_count):
-    """Pieces are convex and have at most 255 faces.
+    """A beaker in 1 to 32 pieces: all are convex and have at most 255 faces, as engines take.
 
     By trimesh's planes no corner or middle of a face is further outside than ``outside_by`` says, less than 0.5 mm.
     """
@@ -113,7 +113,10 @@ def test_every_list_of_pieces_covers_the_beaker(pieces_by_count):
 
 @pytest.mark.parametrize("count", [10, 16])
 def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(pieces_by_count, count):
-    """Nine points up the middle of the beaker are outside of all pieces, so many or the next more, and in the hull."""
+    """A beaker 10 cm high is cut in sectors, so many pieces or the next more.
+
+    Nine points up its middle, in the hollow, are outside the planes of every piece, and inside those of the hull.
+    """
     pieces = next(pieces for pieces in pieces_by_count if len(pieces) >= count)
     _point, direction = round_axis(COARSE_BEAKER)
     height = int(np.argmax(direction))

@@ -25,7 +25,7 @@ def test_deepest_point_of_a_region_is_returned(edges, middle, depth, fraction_kn
 
 
 def test_known_distance_is_returned_if_a_region_is_nowhere_deeper():
-    """0.6 m are known, and no point of the cube is deeper than 0.5 m."""
+    """The search in a cube of 1 m begins with 0.6 m, and no point of it is deeper than 0.5 m."""
     surface = Surface(box_mesh((1.0, 1.0, 1.0)).triangles)
     region = box_mesh((0.5, 0.3, 0.4)).triangles
     assert farthest_within(region, surface, least_distance=0.6) == 0.6

@@ -66,7 +66,7 @@ def test_change_sentence_names_values_before_and_after_a_fix(after, text, worse)
 
 
 def test_errors_absent_before_and_after_share_one_clause():
-    """Nothing is missed or late before or after; 86 % false contact goes."""
+    """86 % false contact goes with other colliders; nothing is missed or late before or after."""
     before, after = errors_of_detector(missed=(0, 0, 0.0)), errors_of_detector(false=0.0, missed=(0, 0, 0.0))
     assert change_text(before, after, "1 piece") == "False 86 % -> 0 %, none missed or late; 1 piece"
 
@@ -81,7 +81,7 @@ def test_errors_absent_before_and_after_share_one_clause():
     ],
 )
 def test_time_is_a_difference_where_both_were_measured(seconds_before, seconds_after, text):
-    """Seconds of a frame; None: not measured. Errors are the same before and after."""
+    """Seconds of a frame with colliders before and after, None: not measured; errors are the same, 86 % false."""
     before = errors_of_detector(missed=(0, 0, 0.0), seconds=seconds_before)
     after = errors_of_detector(missed=(0, 0, 0.0), seconds=seconds_after)
     assert change_text(before, after, "2 pieces") == f"False 86 % as before, none missed or late; 2 pieces{text}"

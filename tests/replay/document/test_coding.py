@@ -86,7 +86,7 @@ def test_run_document_survives_writing_and_reading_as_json(settings):
 
 @pytest.mark.parametrize("path", TAMPERED)
 def test_a_tampered_value_is_named_with_its_path(plain_document, path):
-    """One wrong value: the document is not read, and the schema does not fit it either."""
+    """One value of a run's document is wrong: it is not read, the problem has its path, and the schema does not fit."""
     value, reason = TAMPERED[path]
     tampered = replaced(plain_document, path, value)
     assert document_of(tampered) == (None, (f"{path}: {reason}",))
@@ -94,7 +94,7 @@ def test_a_tampered_value_is_named_with_its_path(plain_document, path):
 
 
 def test_every_tampered_value_is_named(plain_document):
-    """All wrong values of TAMPERED at once."""
+    """All wrong values of TAMPERED stand in one document of a run: there is a problem for each."""
     tampered = plain_document
     for path, (value, _) in TAMPERED.items():
         tampered = replaced(tampered, path, value)
@@ -104,7 +104,7 @@ def test_every_tampered_value_is_named(plain_document):
 
 
 def test_every_missing_key_is_named(plain_document):
-    """Four keys are taken out, at the top of the document and deep in it."""
+    """Four keys are taken out of the document of a run, at its top and deep in it."""
     paths = ["session.frames", "audit.slow.pair_frames.both", "tau", "detectors.slow.seconds.stages"]
     incomplete = plain_document
     for path in paths:

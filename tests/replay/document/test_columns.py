@@ -23,7 +23,7 @@ def column_called(list_name, name):
     ("fraction", "cell"), [(None, Marked("0 %")), (0.0, Marked("0 %")), (0.25, Marked("25 %", IN_YELLOW))]
 )
 def test_percentage_of_false_contact_is_yellow_unless_zero(fraction, cell):
-    """``fraction``: of the contact that a detector reports; None: it reports none."""
+    """``fraction``: of the contact time that a detector reports, what is false; None: it reports none."""
     assert reported_false_cell(fraction) == cell
 
 
@@ -38,7 +38,7 @@ def test_percentage_of_false_contact_is_yellow_unless_zero(fraction, cell):
     ],
 )
 def test_cell_of_false_contact_of_a_detector(false, unconfirmed, cell):
-    """``false``: frames of false contact of those that the detector reports."""
+    """``false``: frames of false contact, of those that the detector reports; ``unconfirmed``: by volumes alone."""
     assert false_cell((false, unconfirmed)) == cell
 
 
@@ -94,7 +94,7 @@ def test_files_have_the_mean_number_of_faulty_contacts(column, proportion_of_con
 
 @pytest.mark.parametrize(("settings", "cell"), [("exact", "exact"), ("", "-")])
 def test_missing_settings_are_a_dash_in_a_table(settings, cell):
-    """A row of the table of settings that were tried."""
+    """A row of the table of settings that were tried, with a text or without one."""
     assert column_called("tradeoff", "settings").cell(settings) == cell
 
 
@@ -119,5 +119,5 @@ def test_effect_runs_always_or_where_its_trigger_lets_it(trigger, frames_run, ru
     ("lengths", "cut"), [(SimpleNamespace(cut=2), 2), (None, None)], ids=["lengths known", "lengths not known"]
 )
 def test_cut_contacts_are_unknown_where_lengths_are(lengths, cut):
-    """``lengths``: of the contacts of a pair, with the number that lost poses cut."""
+    """A pair of bodies; ``lengths``: of its contacts, and how many of them lost poses cut."""
     assert column_called("cut", "cut by lost poses").of({"lengths": lengths}) == cut

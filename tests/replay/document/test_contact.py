@@ -64,7 +64,7 @@ def test_run_in_memory_and_its_folder_have_the_same_records(run_and_folder):
 
 @pytest.mark.parametrize("name", ["episodes", "misses", "events"])
 def test_a_table_of_other_length_than_counted_is_refused(run_and_folder, name):
-    """The document is made to count 99 rows."""
+    """The document in a run folder is made to count 99 rows of a table, which has a few (one digit)."""
     _, folder = run_and_folder
     read = read_run_folder(folder)
     read.document.tables[name] = StoredTable(file=f"{name}.parquet", rows=99)

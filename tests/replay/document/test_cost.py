@@ -36,7 +36,7 @@ def test_slowest_frames_are_stated_when_timed_on_an_idle_machine(processor_fract
 
 @pytest.mark.parametrize(("live", "is_stated"), [(True, False), (False, True)])
 def test_cost_of_a_batch_states_how_it_was_timed(live, is_stated):
-    """Not live, a detector got all frames at once and was timed as a whole."""
+    """A reference that did not run live got all frames at once and was timed as a whole."""
     text = cost_sentence(document_of_reference(processor_fraction=1.0, live=live))
     assert text.endswith(BATCH_TIMING_SENTENCE) == is_stated
 
@@ -47,7 +47,7 @@ def test_run_without_an_audit_has_no_cost():
 
 
 def test_machine_is_busy_above_a_twentieth_of_the_clock():
-    """BUSY_FRACTION, 5 %, is what other programs may have of the processor."""
+    """Other programs had so much of the processor; BUSY_FRACTION, 5 %, is not worth a sentence."""
     assert busy_sentence(BUSY_FRACTION) == ""
     assert busy_sentence(BUSY_FRACTION + 0.001) != ""
 

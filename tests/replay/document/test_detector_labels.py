@@ -95,7 +95,7 @@ FROZEN_POSE = Finding("frozen", "it stood still", "a")
 
 
 def test_frozen_pose_is_no_doubt_about_a_recording():
-    """It concerns its moment alone."""
+    """Body a stood still: that concerns its moment alone."""
     assert doubts_about(FROZEN_POSE) == []
 
 
@@ -131,7 +131,7 @@ def session_600_mm_apart():
 
 
 def test_contact_offset_explains_false_contact_of_distant_shapes(session_600_mm_apart):
-    """With a contact offset of 0.5 m each, boxes report contact up to 1 m from each other."""
+    """Boxes are 0.6 m apart in frames 1 and 2; with a contact offset of 0.5 m each they report contact up to 1 m."""
     result = replay.run(session_600_mm_apart, detectors="skin=collider[skin_m=0.5]")
     (false_contact,) = result.false["skin"]
     assert (false_contact.first, false_contact.last) == (1, 2)
@@ -140,7 +140,7 @@ def test_contact_offset_explains_false_contact_of_distant_shapes(session_600_mm_
 
 
 def test_without_a_contact_offset_distant_shapes_are_no_contact(session_600_mm_apart):
-    """``skin_m``: the contact offset of each body in metres."""
+    """Boxes are 0.6 m apart and farther; ``skin_m``: the contact offset of each in metres."""
     result = replay.run(session_600_mm_apart, detectors="skin=collider[skin_m=0.0]")
     assert not result.false["skin"]
 

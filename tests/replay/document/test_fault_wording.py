@@ -90,13 +90,19 @@ FALSE = {
 
 @pytest.mark.parametrize(("miss", "detector"), MISSES.values(), ids=MISSES)
 def test_sentence_about_a_miss_reads_as_it_did(miss, detector, snapshot):
-    """The contact is in frames 4 to 7 of 10 ms; a row of MISSES is the miss, and what its detector sampled and said."""
+    """The cause of a miss in words, as the snapshot file has it; the contact is in frames 4 to 7 of 10 ms.
+
+    A row of MISSES is the miss, and in which frames its detector, ``slow``, sampled and reported contact.
+    """
     assert why_missed(miss, "slow", detector, CONTACT) == snapshot
 
 
 @pytest.mark.parametrize(("false_contact", "detector"), FALSE.values(), ids=FALSE)
 def test_sentence_about_a_false_contact_reads_as_it_did(false_contact, detector, snapshot):
-    """A row of FALSE is the false contact, of surfaces 2 mm apart, and what its detector sampled and reported."""
+    """The cause of a false contact in words, as the snapshot file has it; the surfaces are 2 mm apart.
+
+    A row of FALSE is the false contact, and in which frames its detector, ``slow``, sampled and reported contact.
+    """
     assert why_false(false_contact, "slow", detector) == snapshot
 
 
@@ -111,7 +117,11 @@ WHEN = {
 
 @pytest.mark.parametrize(("faults", "session_seconds"), WHEN.values(), ids=WHEN)
 def test_sentences_about_error_and_moment_read_as_they_did(faults, session_seconds, snapshot):
-    """All misses, or all false contacts, of the detector ``slow``; the moment, 0.04 s, is that of the first."""
+    """What went wrong, when, and when else, in words, as the snapshot file has them; a row of WHEN is all faults.
+
+    They are misses, or false contacts, of the detector ``slow`` in a session of so many seconds; the moment, 0.04 s, is
+    that of the first.
+    """
     first = faults[0]
     misses, false_contacts = ({"slow": faults}, {}) if first.kind.is_miss else ({}, {"slow": faults})
     result = SimpleNamespace(misses=misses, false=false_contacts)

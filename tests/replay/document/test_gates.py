@@ -34,7 +34,7 @@ def broken_limits(audit, session_times=(), **limits):
 
 
 def test_gate_breaks_above_its_limit_and_not_at_the_limit():
-    """1 of 4 pair-frames missed are 0.25."""
+    """Detector x missed 1 of 4 pair-frames in contact (a frame of a pair of bodies), which are 0.25."""
     audit = {"x": audit_with(missed=1, of=4)}
     assert broken_limits(audit, max_missed=0.25) == []
     (sentence,) = broken_limits(audit, max_missed=0.24)
@@ -42,18 +42,18 @@ def test_gate_breaks_above_its_limit_and_not_at_the_limit():
 
 
 def test_gate_judges_contacts_beside_their_frames():
-    """Of 400 pair-frames 1 is little, but 2 of 4 contacts missed are more than 0.25."""
+    """1 of 400 frames in contact missed is little, but 2 of 4 contacts missed are more than 0.25."""
     (sentence,) = broken_limits({"x": audit_with(missed=1, of=400, contacts_missed=2)}, max_missed=0.25)
     assert "x missed 2 of 4 contacts" in sentence
 
 
 def test_without_a_limit_nothing_breaks():
-    """Everything is missed."""
+    """Detector x missed all of 9 pair-frames and all of 4 contacts."""
     assert broken_limits({"x": audit_with(missed=9, of=9, contacts_missed=4)}) == []
 
 
 def test_audit_of_no_detector_passes_no_gate():
-    """Limits that allow everything, or nothing: a sentence for each."""
+    """Limits that allow everything, or nothing, and no detector that was compared: a sentence for each."""
     assert broken_limits({}, max_missed=1.0, max_false=0.0) == [
         "--max-missed cannot be checked: nothing was audited",
         "--max-false cannot be checked: nothing was audited",
@@ -72,7 +72,10 @@ def audit_over_offsets():
 
 
 def test_a_gate_judges_the_mean_over_sampling_offsets(audit_over_offsets):
-    """0.5 missed in the mean: 0.6 holds, 0.4 breaks, for contacts and for pair-frames."""
+    """A detector misses 1 of 2 contacts in the mean over 16 start times of its samples, and from 0 to 2.
+
+    A limit of 0.6 holds, 0.4 breaks: for contacts, and for pair-frames (a frame of a pair of bodies).
+    """
     assert audit_over_offsets["slow"].counts_over_offsets.contacts_missed == CountRange(smallest=0, largest=2, mean=1.0)
     assert broken_limits(audit_over_offsets, max_missed=0.6) == []
     contacts, pair_frames = broken_limits(audit_over_offsets, max_missed=0.4)
@@ -81,7 +84,10 @@ def test_a_gate_judges_the_mean_over_sampling_offsets(audit_over_offsets):
 
 
 def test_means_over_offsets_of_two_sessions_are_added(audit_over_offsets):
-    """The same session twice: 2 of 4 are missed in the mean, and from 0 to 4."""
+    """In a session a detector misses 1 of 2 contacts in the mean over start times of its samples, and from 0 to 2.
+
+    With the same session twice these are 2 of 4, and from 0 to 4.
+    """
     contacts, _pair_frames = broken_limits(pooled_audits([audit_over_offsets] * 2), max_missed=0.4)
     assert "2.00 of 4, 0-4" in contacts
 
@@ -96,7 +102,7 @@ def test_gate_of_the_slowest_frames_is_in_milliseconds():
 
 
 def test_gate_of_the_slowest_frames_needs_their_times():
-    """Detector x was not timed frame by frame; or y, beside x, which was."""
+    """Detector x was not timed frame by frame; then it was, and y beside it was not."""
     audit = {"x": audit_with(missed=0, of=4)}
     (sentence,) = broken_limits(audit, [session_with_times()], max_p99_ms=11.1)
     assert sentence == "--max-p99-ms cannot be checked: x was not timed frame by frame in s.mcap"
@@ -119,7 +125,7 @@ def test_undecided_contact_breaks_the_gate_about_misses():
 
 
 def test_false_contact_beyond_the_limit_breaks_the_gate():
-    """3 of 4 pair-frames that the detector reports are false: 0.75 holds, 0.7 breaks."""
+    """3 of 4 pair-frames that detector x reports are false: 0.75 holds, 0.7 breaks."""
     audit = {"x": audit_with(missed=0, of=4, false=(3, 4))}
     assert broken_limits(audit, max_false=0.75) == []
     (sentence,) = broken_limits(audit, max_false=0.7)
@@ -138,7 +144,7 @@ def test_false_contact_gate_fails_where_nothing_was_compared():
 
 
 def test_detector_that_reports_no_contact_reports_no_false_one():
-    """It missed all 4 pair-frames; no false contact is allowed."""
+    """Detector x missed all 4 pair-frames in contact; no false contact is allowed."""
     assert broken_limits({"x": audit_with(missed=4, of=4)}, max_false=0.0) == []
 
 

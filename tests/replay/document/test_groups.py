@@ -59,9 +59,9 @@ def run_with_hand():
 
 
 def test_members_are_not_paired_and_touch_as_a_group(run_with_hand):
-    """Members meet each other, which is no contact; each is paired with the glass.
+    """Thumb, index and palm are a hand: each is paired with the glass, not with each other, though they meet.
 
-    Frames 2 to 4, by thumb and index in turn, are one contact of the hand, frame 6 another, by both detectors.
+    Thumb and index touch the glass in frames 2 and 3, and in frames 3, 4 and 6: contacts of the hand are 2 to 4, and 6.
     """
     assembly = run_with_hand.assembly
     pairs = {assembly.bodies_of(pair) for pair in range(len(assembly.pairs))}
@@ -73,7 +73,10 @@ def test_members_are_not_paired_and_touch_as_a_group(run_with_hand):
 
 
 def test_table_of_pairs_names_the_group_and_below_it_its_members(run_with_hand):
-    """The rows of the members have their own frames, 2 of the thumb and 3 of the index; the palm never touches."""
+    """Thumb and index of a hand touch a glass: frames 2 and 3, and frames 3, 4 and 6; the palm never does.
+
+    The hand has two contacts, frames 2 to 4 and 6; five frames are 2 of the thumb and 3 of the index.
+    """
     table = pair_table(run_with_hand, "paper")
     assert table.column("pair") == ["hand-glass", "  thumb-glass", "  index-glass"]
     assert table.column("contacts") == [2, None, None]
@@ -81,14 +84,20 @@ def test_table_of_pairs_names_the_group_and_below_it_its_members(run_with_hand):
 
 
 def test_table_of_contacts_names_the_group_and_who_touched_first(run_with_hand):
-    """The first contact of exact begins with the thumb, the second with the index."""
+    """Thumb and index of a hand touch a glass: frames 2 and 3, and frames 3, 4 and 6.
+
+    The first contact of the hand begins with the thumb, the second with the index.
+    """
     rows = [row for row in run_with_hand.tables["episodes"].plain() if row["detector"] == "exact"]
     assert [(row["body_a"], row["body_b"]) for row in rows] == [("hand", "glass")] * 2
     assert [row["members"] for row in rows] == ["thumb", "index"]
 
 
 def test_faults_of_a_hand_name_the_link_that_caused_them():
-    """A detector that samples frames 3 and 7 (25 Hz, from 30 ms on) is late for a contact and reports it too long."""
+    """A hand touches a glass in frames 2 to 4, by thumb and index in turn, and in frame 6.
+
+    A detector that samples frames 3 and 7 (25 Hz, from 30 ms on) is late for a contact and reports it too long.
+    """
     session = unit_cubes_on_x(X_OF_CUBES, scene=parse_scene(SCENE))
     run = replay.run(session, detectors="late=discrete[rate_hz=25,sampling_offset_s=0.03],exact", oracle="exact")
     assert run.misses["late"] and run.false["late"]

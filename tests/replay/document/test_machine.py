@@ -12,7 +12,7 @@ from replay.document.machine import give_back_memory, machine, processor_name, v
 
 
 def test_versions_list_python_and_packages_that_decide_verdicts():
-    """Python as the standard library says, and among the packages these five."""
+    """Python's version is that of the standard library; among the packages are these five."""
     listed = versions()
     assert listed["python"] == platform.python_version()
     assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(listed)
@@ -50,7 +50,7 @@ def test_linux_processor_is_named_by_model_or_architecture(processor_file, name,
     ids=["command answers", "no such command"],
 )
 def test_mac_is_named_by_its_command_or_architecture(output, name, monkeypatch):
-    """``output``: of the command that macOS has for it."""
+    """``output``: of the command by which macOS names its processor; None: there is no such command."""
 
     def run_command(*_, **__):
         if output is None:

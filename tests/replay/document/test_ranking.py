@@ -69,7 +69,7 @@ def test_the_largest_loss_comes_first_and_the_reference_last():
 
 
 def test_run_without_an_audit_has_no_ranking():
-    """The reference alone."""
+    """The run has exact, the reference, alone."""
     assert ranking(document_of_audits()) == ()
 
 
@@ -77,7 +77,7 @@ def test_run_without_an_audit_has_no_ranking():
     ("missed", "late_or_cut_short", "is_lost"), [(1, 0, True), (0, 1, True), (1, 1, True), (0, 0, False)]
 )
 def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short, is_lost):
-    """So many of 18 contacts are missed, and late or cut short."""
+    """A detector missed so many of 18 contacts, and reported so many late or cut them short."""
     assert rank_of(audit_of_18_contacts(missed, late_or_cut_short, false=0)).lost == is_lost
 
 
@@ -127,7 +127,7 @@ def audit_of_unconfirmed(unconfirmed):
     ],
 )
 def test_fault_sentence_begins_with_the_larger_fault(audit, text):
-    """With ``largest`` the first clause, up to the semicolon, is all."""
+    """The audit of a detector over 18 contacts; with ``largest`` the first clause, up to the semicolon, is all."""
     rank = rank_of(audit)
     assert fault_text(rank) == text
     assert fault_text(rank, largest=True) == text.partition("; ")[0]
@@ -194,7 +194,7 @@ def test_ranking_prints_zeros_and_dashes_for_the_reference():
 
 @pytest.mark.parametrize(("undecided", "has_column"), [(1, True), (0, False)])
 def test_column_of_undecided_contacts_stands_only_where_there_are_any(undecided, has_column):
-    """So many of 18 contacts are undecided by the only detector."""
+    """In the ranking; so many of 18 contacts are undecided by the only detector."""
     audit = audit_of_18_contacts(missed=0, late=0, false=0, undecided=undecided)
     assert ("undecided" in table_of_ranking(document_of_audits(it=audit)).head) == has_column
 
@@ -239,7 +239,7 @@ def test_times_measured_offline_are_marked_among_live_times(offline, notes):
 
 @pytest.mark.parametrize(("mean", "is_noted"), [(0.9, False), (1.1, True)])
 def test_a_mean_above_p99_is_explained(mean, is_noted):
-    """99 % of the samples take at most 1 s, so that a mean of 1.1 s comes from a few."""
+    """99 % of the frames of exact take at most 1 s, so that a mean of 1.1 s comes from a few, the longest of 200 s."""
     document = document_of_audits(**AUDITS_OF_THREE)
     exact = document.detectors["exact"]
     samples = SampleTimes(median=0.9, p95=0.9, p99=1.0, max=200.0, samples=100, over_budget=1.0, stages={})

@@ -95,7 +95,7 @@ def test_means_over_offsets_are_pooled_only_if_all_have_means():
 
 
 def test_audit_of_a_single_session_is_pooled_unchanged():
-    """Without a session there is no audit."""
+    """Detector x in one session; without a session there is no audit."""
     assert pooled_audits([{"x": SESSION_AUDIT}]) == {"x": SESSION_AUDIT}
     assert pooled_audits([]) == {}
 

@@ -34,7 +34,10 @@ def on_a_busy_machine(result, fraction):
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_headings_keep_their_order_and_end_as_sentences(state):
-    """Do, Cost and Sure are in every state; text ends in a full stop, or in a colon before a command."""
+    """Runs in all states, as "one missed" or "only false": Do, Cost and Sure are in every answer.
+
+    Text ends in a full stop, or in a colon before a command.
+    """
     reasons = section_of(run_with_steady_times(state), SectionName.ANSWER).reasons
     headings = [reason.heading for reason in reasons]
     order = ["What", "When", "Why", "Do", "Cost", "Sure", "Also", "Or"]
@@ -77,7 +80,7 @@ def test_times_printed_in_an_answer_are_times_of_faults(state):
 
 
 def test_answer_prints_from_when_to_when_other_faults_are():
-    """The state of a trade-off: its answers speak of other faults from 0 to 0.06 s."""
+    """A run with a trade-off between detectors: its answers speak of other faults from 0 to 0.06 s."""
     answers = run_with_steady_times("a tradeoff").answers
     assert answers
     for answer in answers:
@@ -97,7 +100,7 @@ def test_answer_has_what_and_when_if_it_has_a_moment(state):
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_what_when_and_why_describe_the_same_fault(state):
-    """The fault of the answer's moment: its bodies, and no others, and its cause."""
+    """Runs in all states; the fault of an answer's moment: its bodies, and no others, and its cause."""
     result = run_with_steady_times(state)
     for answer in (answer for answer in result.answers if answer.moment is not None):
         faults = {"miss": result.misses, "false": result.false}[answer.moment.kind][answer.label]
@@ -111,7 +114,7 @@ def test_what_when_and_why_describe_the_same_fault(state):
 
 @pytest.mark.parametrize(("busy", "mentions"), [(0.0, 0), (0.6, 1)])
 def test_busy_machine_is_mentioned_exactly_once(busy, mentions):
-    """``busy``: fraction of the machine that other programs take."""
+    """Runs in all states; ``busy``: fraction of the machine that other programs take."""
     for state in AUDITED:
         reasons = section_of(on_a_busy_machine(run_with_steady_times(state), busy), SectionName.ANSWER).reasons
         text = " ".join(f"{reason.text} {reason.figures}" for reason in reasons)
@@ -292,7 +295,7 @@ def test_without_a_contact_only_false_contact_is_sure(state):
 
 
 def test_without_a_contact_another_session_is_to_decide():
-    """Nothing that was measured ends the false contact of the gate's hull."""
+    """A ball in the hollow of a gate touches nothing; no measured fix ends the false contact of the gate's hull."""
     assert reasons_of("in a hollow")["Do"].text.startswith("Decide with another")
 
 
@@ -355,7 +358,7 @@ def test_lesser_faults_are_whole_sentences(missed, late, false, undecided, text)
 
 
 def test_untimed_reference_is_not_said_to_fit_a_frame():
-    """The reference has neither a mean nor a slowest time, and is shipped nevertheless."""
+    """Detector a misses a contact; exact, the reference, was not timed, and is shipped nevertheless."""
     ranks = [rank_of("a", **MISSES_ONE), rank_of("exact", **NOT_TIMED)]
     text = shipping_decision(document_of("a", "exact"), ranks).text
     assert text.startswith("Ship exact")

@@ -26,7 +26,7 @@ def document_of_short_run():
 
 
 def test_summary_json_is_read_back_as_the_same_document(document_of_short_run):
-    """Without problems; the JSON states schema, seed and window of the run."""
+    """A run with seed 5 from 0 s on is read without problems; the JSON states schema, seed and window."""
     plain = json.loads(json_of(document_of_short_run))
     document, problems = document_of(plain)
     assert (document, problems) == (document_of_short_run, ())
@@ -48,7 +48,7 @@ def test_summary_holds_settings_digest_and_times_of_every_detector(document_of_s
 
 
 def test_summary_counts_the_verdicts_of_the_reference(document_of_short_run):
-    """Six frames of one pair have six verdicts, and a digest of the faces in contact."""
+    """Two cubes in six frames have six verdicts by hybrid, and a digest of the faces in contact."""
     reference = document_of_short_run.detectors["hybrid"]
     assert sum(reference.verdicts.values()) == 6
     assert len(reference.faces_digest) == 64
@@ -110,7 +110,7 @@ def test_seconds_of_a_frame_are_the_sum_of_stages():
 
 @pytest.mark.parametrize("seconds", [{}, {"x": 1.0}], ids=["no stages", "a stage timed as a whole"])
 def test_without_times_by_frame_a_frame_has_no_seconds(seconds):
-    """Neither the sum of its stages, nor times of the samples."""
+    """A detection without stages, or with a number for all frames: neither a sum of stages, nor times of samples."""
     assert frame_seconds(detection_with(seconds)) is None
     assert sample_times(detection_with(seconds), rate_hz=None) is None
 

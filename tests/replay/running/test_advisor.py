@@ -74,20 +74,20 @@ def test_recorded_colliders_get_a_row_of_their_own(without_engines):
 
 
 def test_recording_without_colliders_has_no_row_of_them(without_engines):
-    """``shape=shipped`` stands for the colliders that came with a recording."""
+    """Settings of Unreal for a session of two cubes; ``shape=shipped`` are colliders that came with a recording."""
     advice = replay.advise(unit_cubes_on_x(X_OF_CUBES), engine="unreal")
     assert advice.rows
     assert [row["setting"] for row in advice.rows if "shipped" in row["setting"]] == []
 
 
 def test_engine_that_is_not_installed_is_one_clear_error(without_engines):
-    """MuJoCo's settings run MuJoCo itself."""
+    """Settings of MuJoCo are tried by MuJoCo itself, which seems not to be installed."""
     with pytest.raises(TradeoffError, match=r"^mujoco itself is needed and is not installed; pip install "):
         replay.advise(unit_cubes_on_x(X_OF_CUBES), engine="mujoco")
 
 
 def test_unreals_colliders_are_tried_without_unreal(without_engines):
-    """Among them compounds of up to 16 convex pieces, at two step rates."""
+    """Two cubes have four contacts; among the settings are compounds of up to 16 pieces, at two step rates."""
     advice = replay.advise(unit_cubes_on_x(X_OF_CUBES), engine="unreal")
     assert len([row for row in advice.rows if "pieces=16" in row["setting"]]) == 2
 
@@ -100,18 +100,18 @@ def session_with_long_contact():
 
 
 def test_advice_for_a_faultless_session_calls_row_1_right(without_engines, session_with_long_contact):
-    """Of equal settings the first is advised."""
+    """Two cubes touch for 30 frames, which every setting of Unreal sees: of equal ones the first is advised."""
     advice = replay.advise(session_with_long_contact, engine="unreal")
     assert advice.sentences[0] == "Row 1 gets each of 1 contact right."
 
 
 def test_reference_of_the_advice_is_no_row_of_it(without_engines, session_with_long_contact):
-    """Unreal has four settings; with the second as the reference three are left to advise."""
+    """Unreal has four settings; with the second as the reference (``oracle``) three are left to advise."""
     advice = replay.advise(session_with_long_contact, engine="unreal", oracle="row-2")
     assert [row["number"] for row in advice.rows] == [1, 3, 4]
 
 
 def test_advice_without_a_reference_is_refused(session_with_long_contact):
-    """There would be nothing to compare settings with."""
+    """Settings could not be compared with anything."""
     with pytest.raises(AuditError, match="needs a reference"):
         replay.advise(session_with_long_contact, engine="unreal", oracle="none")

@@ -119,7 +119,7 @@ def test_batch_folder_is_refused_after_its_scene_file_changed(tmp_path):
 
 @pytest.mark.slow
 def test_failure_is_reported_and_ends_no_other_session(three_session_files, tmp_path):
-    """The file of s1 is no session; a batch with a failure has no digest."""
+    """Of three files that of s1 is no session; a batch with a failure has no digest."""
     three_session_files[1].write_bytes(b"no session")
     batch = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
     assert batch.done == ("s0", "s2")
@@ -129,7 +129,7 @@ def test_failure_is_reported_and_ends_no_other_session(three_session_files, tmp_
 
 
 def test_batch_writes_into_no_folder_of_something_else(three_session_files, tmp_path):
-    """The folder holds somebody's text."""
+    """The folder in which runs of three sessions are to stand holds somebody's text."""
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):

@@ -81,7 +81,7 @@ def pieces_of(fix):
 
 @pytest.mark.slow
 def test_written_pieces_are_convex_and_hold_their_mesh(session, unity_fix):
-    """At most 255 faces a piece, as PhysX takes; Unreal's prefix UCX_ stands before the name of each piece.
+    """Written for Unity: at most 255 faces a piece, as PhysX takes, called as Unreal wants it, with the prefix UCX_.
 
     No vertex of a mesh is further outside the nearest piece than stated. An asterisk is in no file name.
     """
@@ -104,7 +104,10 @@ def test_written_pieces_are_convex_and_hold_their_mesh(session, unity_fix):
 
 
 def test_printed_figures_match_a_run_of_the_written_colliders(unity_fix):
-    """False contact and misses as written to the folder's JSON, and of a run of its session with its colliders."""
+    """At most 30 % false contact, which hulls exceed, is reached by the pieces written for Unity.
+
+    False contact and misses in the folder's JSON are those of a run of its session with its colliders.
+    """
     written = json.loads((unity_fix.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))
     assert written["reached"]
     assert written["after"]["false"] <= MOST_FALSE < written["before"]["false"]
@@ -126,7 +129,7 @@ def test_only_the_hollow_body_is_split_into_pieces(unity_fix):
 
 
 def test_nothing_is_split_where_all_contact_may_be_false(session, tmp_path):
-    """At most 100 % may be false: the beaker too is one piece, its hull, as before."""
+    """At most 100 % may be false: the hollow beaker too is one piece, its hull, as before."""
     fix = fix_colliders(session, tmp_path / "out", engine="unity", limits=Limits(false=1.0))
     assert pieces_of(fix) == {"beaker": 1, "rod": 1, "cube*": 1}
     assert fix.before["false"] == fix.after["false"]
@@ -162,7 +165,7 @@ def test_collider_search_out_of_time_writes_single_hulls(session, tmp_path):
 
 
 def test_time_is_never_up_without_a_time_limit(session, tmp_path):
-    """All contact may be false, so that the search is short."""
+    """Colliders for MuJoCo; all contact may be false, so that the search is short."""
     fix = fix_colliders(session, tmp_path / "out", engine="mujoco", limits=Limits(false=1.0), time_limit=None)
     assert not fix.time_up
 
@@ -176,7 +179,7 @@ def fix_command(session, tmp_path):
 
 @pytest.mark.slow
 def test_command_prints_before_and_after_and_refuses_an_existing_folder(fix_command, capsys):
-    """30 % false contact is reached: exit code 0. The same again needs --force."""
+    """At most 30 % false contact is reached: exit code 0. Written again, the folder would need --force."""
     assert main([*fix_command, "0.3", "-v"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "before: a hull a body" in out and "after: these pieces" in out and "Report card" in out
@@ -188,7 +191,7 @@ def test_command_prints_before_and_after_and_refuses_an_existing_folder(fix_comm
 
 @pytest.mark.slow
 def test_command_fails_if_the_limit_is_not_reached(fix_command, capsys):
-    """No false contact at all is not reached: exit code 1, with the best that was."""
+    """No false contact at all is not reached: exit code 1, and what the best choice has."""
     assert main([*fix_command, "0", "--format", "json"]) == 1
     written = json.loads(capsys.readouterr().out)
     assert not written["reached"] and written["after"]["false"] > 0
@@ -196,7 +199,7 @@ def test_command_fails_if_the_limit_is_not_reached(fix_command, capsys):
 
 @pytest.mark.slow
 def test_command_without_an_engine_writes_a_report_and_no_mesh(fix_command, tmp_path, capsys):
-    """It says how to name an engine."""
+    """The report says how to name an engine, for which colliders can be written."""
     session_file = fix_command[1]
     assert main(["fix", session_file, "-o", str(tmp_path / "report"), "--max-false", "0.3"]) == 0
     assert (tmp_path / "report" / "report.html").is_file()
@@ -205,7 +208,7 @@ def test_command_without_an_engine_writes_a_report_and_no_mesh(fix_command, tmp_
 
 
 def test_front_is_better_with_every_more_pieces(unity_fix):
-    """Rows of the front in order of pieces; each has less false contact than the one before."""
+    """Rows of all numbers of pieces that were tried and that none beats, fewest first: each has less false contact."""
     pieces = [row["pieces"] for row in unity_fix.front]
     assert len(pieces) > 1 and pieces == sorted(set(pieces))
     assert all(more["false"] < fewer["false"] for fewer, more in pairwise(unity_fix.front))
@@ -371,7 +374,7 @@ def corners_in_mujoco(model, body_name):
 
 
 def test_mujoco_geoms_lie_on_the_users_mesh(tmp_path):
-    """Poses with Z up, and an OBJ in the axes of the body, which MuJoCo reads as it is."""
+    """A cup as OBJ in the axes of the body, which MuJoCo reads as it is; poses have Z up."""
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     for name, mesh in CUP_AND_ROD.items():
         mesh.export(tmp_path / f"{name}.obj")
@@ -387,7 +390,7 @@ def test_mujoco_geoms_lie_on_the_users_mesh(tmp_path):
 
 
 def test_names_with_control_characters_are_refused_before_cutting(session, tmp_path, monkeypatch):
-    """A body's name holds ESC [2J, which clears a terminal."""
+    """A body's name holds ESC [2J, which clears a terminal; the search that cuts bodies is not begun."""
     search = Mock(side_effect=AssertionError("bodies were cut before the names were refused"))
     monkeypatch.setattr("replay.running.collider_files.ColliderSearch", search)
     meshes = {"beaker\x1b[2J": session.meshes["beaker"], "rod": session.meshes["rod"]}
@@ -460,7 +463,7 @@ def test_false_contact_is_mended_where_nothing_ever_touches(session_with_dipped_
 
 
 def test_session_in_which_not_even_hulls_touch_is_refused(session_with_dipped_rod):
-    """The rod passes 5 m from the middle of the beaker."""
+    """A rod passes 5 m from the middle of a beaker."""
     with pytest.raises(TradeoffError, match="nothing touches in this session, not even the hulls"):
         fix_colliders(session_with_dipped_rod(metres_aside=5.0))
 

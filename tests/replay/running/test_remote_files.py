@@ -152,7 +152,7 @@ def test_run_in_a_store_without_its_summary_is_made_again(store):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_missing_store_session_fails_alone_by_name(store, tmp_path):
-    """The store has no session "gone": a batch reports it and does s0."""
+    """A store, in memory or on a disk, has no session "gone": a batch reports it and does s0."""
     sessions = [f"{store}/sessions/s0.mcap", f"{store}/sessions/gone.mcap"]
     batch = run_batch(sessions, tmp_path / "runs", settings=SETTINGS)
     assert batch.done == ("s0",)

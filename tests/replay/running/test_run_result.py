@@ -216,12 +216,12 @@ def equal_run_folders(result_of_bump, tmp_path):
 
 
 def test_two_runs_are_compared_from_python(equal_run_folders):
-    """Nothing changed between the two."""
+    """One run, written to two folders: nothing changed between them."""
     assert not replay.diff(*equal_run_folders).changed
 
 
 def test_two_runs_are_shared_from_python(equal_run_folders, tmp_path):
-    """Both go to one page; ``anyway``: no consent is recorded."""
+    """One run, written to two folders: both go to one page; ``anyway``: no consent is recorded."""
     page = replay.share(equal_run_folders, tmp_path / "shared", anyway=True)
     assert page == tmp_path / "shared" / "index.html"
     assert page.is_file()

@@ -25,7 +25,7 @@ def test_a_session_and_its_file_give_the_same_digests(tmp_path):
 
 
 def test_out_makes_a_run_folder_with_its_picture(tmp_path):
-    """run.rrd is the picture, of more than a kilobyte."""
+    """run.rrd is the picture, of more than a kilobyte; two cubes touch once."""
     result = replay.run(unit_cubes_on_x(SINGLE_CONTACT), detectors="sphere", oracle="hybrid", out=tmp_path / "run")
     assert result.out == tmp_path / "run"
     assert (result.out / "summary.json").is_file()
@@ -33,7 +33,7 @@ def test_out_makes_a_run_folder_with_its_picture(tmp_path):
 
 
 def test_run_folder_without_a_picture_on_request(tmp_path):
-    """``out`` may be a text."""
+    """``out`` may be a text; two cubes touch once."""
     result = replay.run(unit_cubes_on_x(SINGLE_CONTACT), detectors="hybrid", out=str(tmp_path / "run"), picture=False)
     assert (result.out / "summary.json").is_file()
     assert not (result.out / "run.rrd").exists()

@@ -115,7 +115,7 @@ def test_scheduler_is_reached_by_its_address():
 
 @pytest.mark.slow
 def test_scheduler_without_workers_is_given_up(monkeypatch):
-    """It has no worker for 1 s, which is all the patience here."""
+    """A scheduler on this machine has no worker for 1 s, which is all the patience here."""
     from distributed import LocalCluster
 
     monkeypatch.setattr("replay.running.workers.PATIENCE_S", 1.0)
@@ -268,7 +268,10 @@ class FakeTask:
     ],
 )
 def test_missing_workers_of_this_machine_are_started_again(monkeypatch, scheduler, present, scaled_to):
-    """Two workers are requested; only Dask's cluster of this machine (no scheduler) is told how many to have."""
+    """Two workers are requested, and so many are present; a cluster of this machine (no scheduler) is scaled to two.
+
+    A cluster of others has its own scheduler, which is not told how many workers to have.
+    """
     dask = FakeDask(monkeypatch, *present)
     assert Workers(2, scheduler).ready_workers() == present
     assert dask.scaled == scaled_to
@@ -298,9 +301,9 @@ def test_scheduler_without_a_worker_is_given_up_after_some_time(monkeypatch):
 
 
 def test_answers_come_from_done_tasks_and_lost_workers(monkeypatch):
-    """Worker "a" is there and "gone" is not, so its task is lost and cancelled; one still waits and has no answer.
+    """Four tasks on workers "a", which is present, and "gone", which is not: its task is lost and cancelled.
 
-    Task "slow" times out once in handing over its result.
+    Of the tasks on "a" one is done, one times out once in handing over its result, and one waits and has no answer.
     """
     FakeDask(monkeypatch, "a")
     done, slow = FakeTask("x"), FakeTask(TimeoutError(), "late", status="pending")
@@ -311,7 +314,7 @@ def test_answers_come_from_done_tasks_and_lost_workers(monkeypatch):
 
 
 def test_error_that_a_task_raised_is_raised_again(monkeypatch):
-    """A TimeoutError, which Dask raises too where a result is slow to come."""
+    """Here a TimeoutError, which Dask raises too, where a result is slow to come: the task has ended with an error."""
     FakeDask(monkeypatch, "a")
     failed = FakeTask(TimeoutError("its own"), status="error")
     with pytest.raises(TimeoutError, match="its own"):

@@ -121,13 +121,13 @@ def test_a_moment_belongs_to_the_span_that_began_last(session_with_tasks):
 
 
 def test_names_of_spans_stand_in_order_of_time_each_once(session_with_tasks):
-    """Stir begins first; there is no span of the kind "feature"."""
+    """Tasks: stir from 0 and 12 ns, pour from 10 and 40 ns; there is no span of the kind "feature"."""
     assert span_names(session_with_tasks, "task") == ["stir", "pour"]
     assert span_names(session_with_tasks, "feature") == []
 
 
 def test_seconds_of_a_task_are_those_of_all_its_spans(session_with_tasks):
-    """Stir has 15 and 1 ns, pour 10 and 10 ns."""
+    """Stir goes from 0 to 15 and from 12 to 13 ns, pour from 10 to 20 and from 40 to 50 ns."""
     assert task_seconds(session_with_tasks) == {
         "stir": pytest.approx(16e-9, rel=1e-9, abs=0),
         "pour": pytest.approx(20e-9, rel=1e-9, abs=0),

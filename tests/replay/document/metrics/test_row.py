@@ -49,7 +49,7 @@ def facts_of_kind(truth, kind):
 
 
 def test_grasps_and_near_misses_equal_planted_counts(silver_chloride_run, rows_by_detector):
-    """The session's generator wrote down each grasp and near miss that it planted, and how long the session is.
+    """The generator of a made-up experiment wrote down each grasp and near miss that it planted, and the seconds.
 
     Breakages are null, not 0: the scene does not ask for them.
     """
@@ -61,7 +61,7 @@ def test_grasps_and_near_misses_equal_planted_counts(silver_chloride_run, rows_b
 
 
 def test_contacts_lie_between_sure_and_nominal_planted_contacts(silver_chloride_run, rows_by_detector):
-    """Planted contacts are ``surely`` ones for any tessellation and noise, or only ones of the smooth shapes."""
+    """Contacts of a made-up experiment are sure for any tessellation and noise, or only in the smooth shapes."""
     (_, truth), row = silver_chloride_run, rows_by_detector["exact"]
     sure = [episode for episode in truth.episodes if episode.kind == "contact" and episode.surely]
     of_smooth_shapes = [episode for episode in truth.episodes if episode.nominal]
@@ -70,7 +70,7 @@ def test_contacts_lie_between_sure_and_nominal_planted_contacts(silver_chloride_
 
 
 def test_seconds_of_all_tasks_are_the_sum_over_tasks(rows_by_detector):
-    """Each task of the scene has a column of its own beside that of all."""
+    """A made-up experiment has several tasks; each has a column of its own in a row, beside that of all."""
     row = rows_by_detector["exact"]
     seconds_of_task = [value for name, value in row.items() if name.startswith(TASK_COLUMN_PREFIX)]
     assert len(seconds_of_task) > 1
@@ -93,7 +93,7 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_
 
 
 def test_rows_of_a_run_share_their_session_and_not_their_settings(rows_by_detector):
-    """Both are digests: three detectors of one recording."""
+    """A run by slow, hybrid and exact has a row each; both columns are digests."""
     assert len({row["session"] for row in rows_by_detector.values()}) == 1
     assert len({row["settings"] for row in rows_by_detector.values()}) == 3
 
@@ -179,7 +179,7 @@ def run_without_effects():
 
 
 def test_metrics_of_effects_that_nobody_measured_are_null(run_without_effects):
-    """Not 0: no effect looked for them."""
+    """A run without effects: nothing looked for breakages, spills or hazards, so that these are not 0."""
     assert effect_metrics(run_without_effects) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
 
 

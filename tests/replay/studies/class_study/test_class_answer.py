@@ -186,7 +186,7 @@ def wrong_contacts_in_files(runs):
 
 @pytest.mark.slow
 def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, study_without_association, tmp_path):
-    """Every detector gives the same figures; mistakes are counted again from the files of the runs."""
+    """All detectors give the same figures, nothing is associated; mistakes are counted again from the runs' files."""
     why = answer_rows(class_runs, with_equal_figures(study_without_association), tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     wrong, contacts = wrong_contacts_in_files(class_runs)
@@ -198,7 +198,7 @@ def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, study_wit
 
 @pytest.mark.slow
 def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, study_without_association, tmp_path):
-    """Figures differ between detectors and no conclusion does: this stands below the few students."""
+    """Nothing is associated, with any detector, though figures differ: mistakes stand below the few students."""
     why = answer_rows(class_runs, study_without_association, tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")
@@ -206,7 +206,7 @@ def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, stu
 
 @pytest.mark.slow
 def test_mistakes_come_first_if_an_association_shows(class_runs, study_without_association, tmp_path):
-    """Where an association shows, none can be hidden: the mistakes that moved no result are the first sentence."""
+    """All detectors give the same figures. Where an association shows, none can be hidden, which else comes first."""
     study = with_association(with_equal_figures(study_without_association))
     why = answer_rows(class_runs, study, tmp_path)["Why"]
     assert why.text.startswith("The detectors' mistakes moved no result: ")
@@ -246,7 +246,7 @@ def test_only_the_scale_is_blamed_if_students_are_enough(class_runs, study_witho
 
 
 def test_unreliable_scale_is_not_blamed_if_an_association_shows(class_runs, study_without_association, tmp_path):
-    """Unreliable answers (alpha 0.57) hide associations; here motivation and contacts go together all the same."""
+    """Unreliable answers (Cronbach's alpha 0.57) hide associations; here motivation and contacts show one."""
     unreliable = with_alpha_of_motivation(study_without_association, alpha=0.5712)
     rows = answer_rows(class_runs, with_association(unreliable), tmp_path)
     assert "unreliable" not in rows["Why"].text and "revise" not in rows["Do"].text
@@ -270,14 +270,14 @@ def test_class_answer_advises_more_students(class_runs, study_without_associatio
 
 
 def test_class_answer_advises_no_more_students_if_an_association_shows(class_runs, study_without_association, tmp_path):
-    """Sure then says how many students a medium correlation takes."""
+    """20 students, in whom an association shows: not Do but Sure says how many a correlation of 0.3 takes."""
     rows = answer_rows(class_runs, with_association(study_without_association), tmp_path)
     assert rows["Do"].text == "Count contacts with the detector exact."
     assert "takes 85 students" in rows["Sure"].figures
 
 
 def test_class_answer_advises_no_more_students_if_they_are_enough(class_runs, study_without_association, tmp_path):
-    """85 students find a correlation of 0.3 with 80 % power."""
+    """Nothing is associated in 85 students, who find a correlation of 0.3 with 80 % power."""
     enough = replace(study_without_association, students=MEDIUM_CORRELATION_STUDENTS)
     assert "study" not in answer_rows(class_runs, enough, tmp_path)["Do"].text
 
@@ -301,7 +301,7 @@ def study_without_test(study_without_association):
 
 
 def test_class_answer_says_that_the_codebook_asks_for_no_test(class_runs, study_without_test, tmp_path):
-    """No p-value in 20 students, and no refusal either: no more students are advised."""
+    """No result of 20 students has a p-value, and none was refused: more students would not help."""
     rows = answer_rows(class_runs, study_without_test, tmp_path)
     assert rows["Why"].text == "No test was possible: the codebook asks for no association that can be tested."
     assert rows["Do"].text == "Count contacts with the detector exact."
@@ -311,7 +311,7 @@ def test_class_answer_says_that_the_codebook_asks_for_no_test(class_runs, study_
 
 
 def test_class_answer_says_that_a_test_takes_ten_students(class_runs, study_without_test, tmp_path):
-    """The p-value of 8 students was refused, because 10 are needed: 2 more."""
+    """The p-value of 8 students was refused by the rule few-students, because 10 are needed: 2 more."""
     refused = StudyRefusedError("few-students", "p of the regression of a on b")
     rows = answer_rows(class_runs, replace(study_without_test, students=8, refusals=(refused,)), tmp_path)
     assert rows["Cost"].text.startswith("2 more students")
@@ -328,7 +328,7 @@ def test_detectors_are_explained_beside_their_mistakes(class_runs, study_without
 
 
 def test_recommended_detector_is_the_reference_though_another_counts(class_runs, study_without_association, tmp_path):
-    """The study counted contacts with ``slow``; the reference is exact."""
+    """The study counted contacts with the detector ``slow``; exact is the reference, with which to count next time."""
     do = answer_rows(class_runs, replace(study_without_association, detector="slow"), tmp_path)["Do"]
     assert do.text.startswith("Count contacts with the detector exact") and do.figures.endswith("is counted with slow.")
 
@@ -341,7 +341,7 @@ def study_counted_with_slow(study_without_association):
 
 
 def test_change_by_the_reference_is_blamed_on_the_counting_detector(class_runs, study_counted_with_slow, tmp_path):
-    """With exact there is an association, with ``slow``, which counts, there is none."""
+    """The study counted with ``slow`` and finds no association; with exact, the reference, there is one."""
     changed = with_conclusion_changed_by(study_counted_with_slow, "exact")
     assert answer_rows(class_runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
 
@@ -419,7 +419,7 @@ def test_certainty_ends_with_the_correlation_that_students_show(
 
 
 def test_certainty_of_an_association_is_its_p_and_interval(class_runs, study_without_association, tmp_path):
-    """Its p is 0.001 and its interval goes from 0.4 to 0.9."""
+    """The first finding of 20 students is an association with p = 0.001 and an interval from 0.4 to 0.9."""
     sure = answer_rows(class_runs, with_association(study_without_association), tmp_path)["Sure"]
     assert sure.text.endswith(
         f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
@@ -427,7 +427,7 @@ def test_certainty_of_an_association_is_its_p_and_interval(class_runs, study_wit
 
 
 def test_nothing_is_known_of_conclusions_without_a_questionnaire(class_runs, tmp_path):
-    """No study: Sure says so, and Do names the option that adds one."""
+    """20 recorded students and no study of them: Sure says so, and Do names the option that adds one."""
     rows = answer_rows(class_runs, study=None, folder=tmp_path)
     assert rows["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
     assert "--questionnaire" in rows["Do"].figures
@@ -536,7 +536,7 @@ def test_mistakes_of_a_single_kind_are_reported(class_runs, study_without_associ
 
 @pytest.mark.parametrize("more", [0, 2])
 def test_refused_results_are_listed_up_to_a_few(class_runs, study_without_association, tmp_path, more):
-    """``more``: refusals beyond MOST_REFUSED, which are counted here and listed under Method."""
+    """MOST_REFUSED refused results are listed; so many more are counted here, and listed under Method."""
     refusals = (StudyRefusedError("small-cell", "the comparison of ease"),) * (MOST_REFUSED + more)
     study = replace(study_without_association, refusals=refusals)
     text = whole_text(answer_rows(class_runs, study, tmp_path)["Sure"])

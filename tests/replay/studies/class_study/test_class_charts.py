@@ -25,7 +25,7 @@ def tables_of_class(students, seconds=1.5):
     ],
 )
 def test_time_in_contact_is_drawn_from_enough_students_only(students, seconds, charts):
-    """No output summarises fewer than LEAST_IN_CELL students, who could be recognised."""
+    """So many students touch for so many seconds a minute; fewer than LEAST_IN_CELL could be recognised."""
     assert titles(class_charts(tables_of_class(students, seconds), study=None)) == charts
 
 
@@ -110,7 +110,7 @@ def test_charts_by_detector_come_first_if_a_conclusion_changes():
 
 
 def test_result_not_significant_after_holm_is_labelled_undecided():
-    """p is 0.04 alone, below 0.05, and 0.1 after Holm's correction."""
+    """One result, of 40 students: p is 0.04 alone, below 0.05, and 0.1 after Holm's correction."""
     finding = Finding(**vars(finding_of_grasps(beta=0.2, kind="simple", p=0.04)) | {"p_holm": 0.1})
     study = study_of()
     study.coefficients = (finding,)

@@ -133,9 +133,10 @@ QUESTIONS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 def test_filter_clicks_answer_a_question_as_a_recount_does(question, page, db):
-    """Rows of fewer than 5 students print no figure and are left out on both sides.
+    """A question has the clicks on headings and filters that answer it, and an SQL query that counts again.
 
-    So is one row more of a total: less all others, the total would tell the figure of the row of few students.
+    Rows of fewer than 5 students print no figure and are left out on both sides. So is one row more of a total: less
+    all others, the total would tell the figure of the row of few students.
     """
     rows = rows_after_clicks(page, question.part, question.sort_by, **question.choices)
     rows = [row for row in rows if "fewer than 5" not in row]
@@ -213,14 +214,14 @@ def test_phone_clips_no_caption_card_or_first_column(page_file, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_accessibility_checker_finds_nothing_serious(page_file, tmp_path, scheme):
-    """axe-core checks the page in a browser that prefers light, or dark, pages."""
+    """axe-core checks the page of a class in a browser that prefers light, or dark, pages."""
     with opened(page_file.as_uri(), tmp_path, scheme=scheme) as page:
         assert serious_faults(page, tmp_path) == []
 
 
 @pytest.mark.slow
 def test_every_column_fits_a_screen_of_1280_pixels(page_file, tmp_path):
-    """Every fold is open, and no table is wider than its frame."""
+    """Every fold of the page of a class is open, and no table is wider than its frame."""
     with opened(page_file.as_uri(), tmp_path, size=(1280, 800)) as page:
         page.ask("for (const part of document.querySelectorAll('details')) part.open = true")
         assert page.ask("document.querySelectorAll('.wide').length") > 0
@@ -230,5 +231,5 @@ def test_every_column_fits_a_screen_of_1280_pixels(page_file, tmp_path):
 
 @pytest.mark.slow
 def test_page_of_a_class_without_questionnaire_has_a_single_chart(page):
-    """Nothing but the time in contact can be drawn."""
+    """Without answers of students nothing but their time in contact can be drawn."""
     assert page.ask("document.querySelectorAll('.charts .plot').length") == 1

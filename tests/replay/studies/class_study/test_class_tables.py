@@ -63,7 +63,11 @@ MANY_MISSES = {"rare": 0, "detectors": {"slow": 0.9}, "contacts": 20}
 @pytest.mark.sampled(3)
 @SMALL_CLASSES
 def test_no_table_has_a_figure_of_fewer_than_five_students(tables_of, students, nobody, known):
-    """Column n has the students of a row, else ``fewer than 5``; the figures behind it are then empty."""
+    """Six sessions of so many students, the last ``nobody`` without a pseudonym: ``known`` students count.
+
+    Column n has the students of a row, else ``fewer than 5``; the figures behind it are then empty. The detector slow
+    misses nine in ten contacts, so that every table has rows.
+    """
     _, tables = tables_of(sessions=6, students=students, nobody=nobody, **MANY_MISSES)
     for table in all_tables(tables):
         n = table.head.index("n")
@@ -79,7 +83,10 @@ def test_no_table_has_a_figure_of_fewer_than_five_students(tables_of, students, 
 @pytest.mark.sampled(3)
 @SMALL_CLASSES
 def test_first_words_of_a_class_count_its_known_students(tables_of, students, nobody, known):
-    """Contacts are counted from five known students on; the detectors' table notes sessions without a pseudonym."""
+    """Six sessions of so many students, the last ``nobody`` without a pseudonym: ``known`` students count.
+
+    Contacts are counted from five known students on; the detectors' table notes sessions without a pseudonym.
+    """
     runs, tables = tables_of(sessions=6, students=students, nobody=nobody, **MANY_MISSES)
     counts = class_counts(runs)
     assert counts.startswith(f"{known if known >= 5 else 'fewer than 5'} students, 6 sessions")
@@ -91,7 +98,10 @@ def test_first_words_of_a_class_count_its_known_students(tables_of, students, no
 @pytest.mark.sampled(3)
 @SMALL_CLASSES
 def test_sessions_are_listed_until_they_are_of_five_students(tables_of, tmp_path, students, nobody, known):
-    """The list has sessions and no figure; the page says that there is nothing else where no student is known."""
+    """Six sessions of so many students, the last ``nobody`` without a pseudonym: up to five ``known`` are listed.
+
+    The page says that tables are empty where no student is known.
+    """
     runs, _ = tables_of(sessions=6, students=students, nobody=nobody, **MANY_MISSES)
     links = places(runs, tmp_path)
     student_of = {links[run][0]: runs.shared_value(run, "student") for run in runs.metrics}
@@ -127,7 +137,7 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of):
 
 
 def test_list_of_sessions_has_no_figure(tables_of, tmp_path):
-    """Of eight sessions five are listed, one of each student: a name, what to look at, and a detector."""
+    """Of eight sessions of as many students five are listed: a name, what to look at, and a detector."""
     runs, _ = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     sessions = sessions_table(runs, places(runs, tmp_path))
     assert [column.name for column in sessions.columns] == ["session", "look at", "by"]
@@ -169,7 +179,10 @@ def nameless_runs(tmp_path):
 
 
 def test_students_file_assigns_sessions_to_students(nameless_runs, tmp_path):
-    """Session k is of student Sk; each has a row of metrics of exact, slow and coarse."""
+    """Six sessions name no student; the file says that session k is of Sk. Metrics have a row a session and detector.
+
+    The detectors are exact, slow and coarse.
+    """
     students_file = tmp_path / "students.csv"
     rows = [f"{session:016x},S{session}\n" for session in range(6)]
     students_file.write_text("session,student\n" + "".join(rows))
@@ -179,7 +192,7 @@ def test_students_file_assigns_sessions_to_students(nameless_runs, tmp_path):
 
 
 def test_metrics_of_sessions_without_students_are_refused(nameless_runs):
-    """A study joins metrics and answers by student; the rule is called ids."""
+    """Six sessions name no student, by whom a study joins metrics and answers: the rule is called ids."""
     with pytest.raises(StudyRefusedError, match="ids"):
         read_class(nameless_runs).as_metrics()
 
@@ -248,7 +261,7 @@ def test_rate_difference_is_omitted_where_rates_cannot_be_compared(tables_of, ch
 
 @pytest.mark.slow
 def test_rate_difference_of_four_students_is_omitted(tables_of):
-    """Fewer than five students, though ``slow`` misses half of the contacts."""
+    """The detector slow misses half of the contacts, which no sentence says of fewer than five students."""
     _, tables = tables_of(sessions=8, students=4, detectors={"slow": 0.5}, contacts=20)
     assert tables.rate_difference() == ""
 
@@ -288,7 +301,7 @@ def test_head_counts_false_contacts_of_each_detector(tables_of):
 
 
 def test_every_class_table_notes_that_n_counts_students(tables_of):
-    """Tables of detectors, pairs, activities and causes."""
+    """Tables of detectors, pairs, activities and causes of a class of eight students have a column n."""
     _, tables = tables_of(sessions=8, students=8)
     assert all("n counts the students" in " ".join(table.notes) for table in all_tables(tables))
 
@@ -307,7 +320,7 @@ def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
 
 
 def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
-    """The ranking has a title of ``slow`` and none of ``bare``."""
+    """The table ``ranking`` of a run says what ``slow`` is, and nothing of ``bare``."""
     made_class(tmp_path / "runs", sessions=1, students=1)
     rows = [{"detector": "slow", "what": "samples at 20 Hz"}, {"detector": "bare", "what": None}]
     pq.write_table(pa.Table.from_pylist(rows), tmp_path / "runs" / "run000" / "ranking.parquet")

@@ -113,7 +113,7 @@ def test_holm_is_across_all_outcomes_of_the_groups():
 
 
 def test_groups_with_constant_answers_are_not_compared():
-    """All 18 students answer 3."""
+    """Two groups of nine students, who all answer 3: the rule is called no-variance."""
     results, (refused,) = comparison_and_refusals(np.full(9, 3.0), np.full(9, 3.0))
     assert not results
     assert refused.rule == "no-variance" and "between first and second" in refused.what

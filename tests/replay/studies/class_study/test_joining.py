@@ -63,7 +63,7 @@ def test_class_recall_is_weighted_by_contact_frames():
     ids=["no recall of the second", "contacts of the second not counted", "no contacts at all"],
 )
 def test_recall_of_a_class_needs_a_recall_of_every_session(recall_by_session, contact_frames):
-    """Two sessions; NaN: not measured."""
+    """Two sessions, each with its recall and its frames in contact; NaN: not measured."""
     sessions = metrics(contacts=np.arange(2.0))
     sessions["recall"], sessions["contact_frames"] = recall_by_session, contact_frames
     assert recall_of(sessions) is None
@@ -82,7 +82,7 @@ def test_recall_of_a_class_needs_a_recall_of_every_session(recall_by_session, co
     ],
 )
 def test_spreadsheet_formats_give_the_same_rows(content, tmp_path):
-    """Student S01 answered 2.5 to item e1, S02 nothing."""
+    """The same table as different spreadsheets write it: student S01 answered 2.5 to item e1, S02 nothing."""
     (tmp_path / "q.csv").write_bytes(content)
     assert read_rows(tmp_path / "q.csv") == [{"Code": "S01", "e1": "2.5"}, {"Code": "S02", "e1": ""}]
 
@@ -96,7 +96,7 @@ def test_spreadsheet_formats_give_the_same_rows(content, tmp_path):
     ids=["decimal comma between commas", "name twice"],
 )
 def test_row_that_does_not_fit_its_heading_is_refused(content, sentence, tmp_path):
-    """``sentence``: part of the refusal."""
+    """A questionnaire as CSV; ``sentence``: part of the refusal."""
     (tmp_path / "q.csv").write_bytes(content)
     with pytest.raises(StudyError, match=sentence):
         read_rows(tmp_path / "q.csv")
@@ -148,7 +148,7 @@ def test_answer_beyond_its_scale_is_refused_with_its_row(tmp_path, answer):
 
 @pytest.mark.parametrize("answer", [1.0, 5.0])
 def test_answers_at_the_ends_of_a_scale_are_read(tmp_path, answer):
-    """Items are answered from 1 to 5."""
+    """Items are answered from 1 to 5; the second of four students answers e1 with one of these."""
     answers, _ = a_class(count=4)
     answers[1, ITEMS.index("e1")] = answer
     file = write_answers(tmp_path / "q.csv", answers)

@@ -158,7 +158,7 @@ def test_printed_regression_follows_from_its_coefficient(tmp_path, fit, p, kind)
     ids=["not compared", "compared", "one group", "no word on groups"],
 )
 def test_groups_that_were_not_compared_are_remarked(tmp_path, table, is_remarked):
-    """``table``: how many groups the paper formed, and whether it compared them."""
+    """A printed regression, with how many groups the paper formed, and whether it compared them."""
     text = f"[[regression]]\n{table}\nrows = [{regression_row(beta=0.5, fit=0.2424, p=0.0)}]\n"
     assert kinds_by_row(tmp_path, text).get("groups") == (KIND_WEAK if is_remarked else None)
 
@@ -185,7 +185,7 @@ def test_groups_that_were_not_compared_are_remarked(tmp_path, table, is_remarked
     ],
 )
 def test_printed_figures_that_cannot_be_are_refused(tmp_path, text, message):
-    """``text``: the TOML file; ``message``: words of the refusal."""
+    """A TOML file of figures that a paper prints; ``message``: words of the refusal."""
     file = tmp_path / "t.toml"
     file.write_text(text)
     with pytest.raises(StudyError, match=message):

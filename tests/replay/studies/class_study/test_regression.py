@@ -23,7 +23,10 @@ def findings_of_regression(y, x):
 
 
 def test_regression_equals_stored_pingouin_and_statsmodels_values():
-    """The fourth scale by the other three, and by the first alone."""
+    """Answers of 52 students on four scales: the fourth by the other three, and by the first alone.
+
+    Expected values were computed by the libraries once and stored: coefficients, variance inflation (VIF) and fit.
+    """
     *predictors, outcome = SCORES.T
     findings = findings_of_regression(outcome, np.column_stack(predictors))
     assert [finding.beta for finding in findings] == pytest.approx(REFERENCE["multiple"]["beta"], abs=1e-10)
@@ -88,7 +91,7 @@ FIRST_SCALE, FOURTH_SCALE = SCORES[:, 0], SCORES[:, 3]
     ],
 )
 def test_collinear_or_constant_variables_are_refused(y, x, rule):
-    """``rule``: that by which the regression of y on x is refused."""
+    """A regression of y on x, answers of 52 students on scales; ``rule``: that by which it is refused."""
     with pytest.raises(StudyRefusedError) as refused:
         findings_of_regression(y, x)
     assert refused.value.rule == rule

@@ -28,7 +28,10 @@ def alpha_of(answers):
     ids=["first scale", "second scale", "third scale", "fourth scale", "all items"],
 )
 def test_alpha_equals_the_stored_values_of_pingouin(first_item, end_item, expected):
-    """Items are numbered from 0; the end is not among them."""
+    """Cronbach's alpha of answers of 52 students to some of 19 items, which pingouin computed once.
+
+    Items are numbered from 0; the end is not among them.
+    """
     assert alpha_of(ANSWERS[:, first_item:end_item]) == pytest.approx(expected, abs=1e-10)
 
 
@@ -63,7 +66,7 @@ def test_bootstrap_interval_of_a_large_sample_agrees_with_scipy(statistic):
 
 
 def test_interval_of_constant_resamples_is_a_point():
-    """All 50 resamples give 2, and so does each sample without one of its nine students."""
+    """All 50 resamples of nine students give 2, and so does each sample without one of them."""
     ends = interval(bootstrap_estimates=np.full(50, 2.0), estimate=2.0, jackknife_estimates=np.full(9, 2.0))
     assert ends == (2.0, 2.0)
 
@@ -75,14 +78,14 @@ def uncorrelated_answers():
 
 
 def test_kmo_of_uncorrelated_items_is_refused(uncorrelated_answers):
-    """Every correlation is 0, so that KMO would be 0 divided by 0."""
+    """Two items whose answers go together in no way: every correlation is 0, so that KMO would be 0 divided by 0."""
     with pytest.raises(StudyRefusedError) as refused:
         kmo(uncorrelated_answers)
     assert refused.value.rule == "uncorrelated"
 
 
 def test_uncorrelated_items_have_alpha_0_and_p_1(uncorrelated_answers):
-    """p: Bartlett's, that answers to uncorrelated items are as correlated by chance."""
+    """Two items whose answers go together in no way: alpha is Cronbach's, p Bartlett's, that chance makes them so."""
     assert alpha_of(uncorrelated_answers) == pytest.approx(0.0)
     assert bartlett_test(uncorrelated_answers).p == pytest.approx(1.0)
 
@@ -110,7 +113,7 @@ FIRST_ITEM, THREE_ITEMS = ANSWERS[:, :1], ANSWERS[:, :3]
     ],
 )
 def test_reliability_of_unsuitable_answers_is_refused_with_its_rule(measure, answers, rule):
-    """A refusal has the name of its rule, and says what would lift it."""
+    """Answers of 52 students to some of 19 items, or changed ones; a refusal says what would lift its rule."""
     with pytest.raises(StudyRefusedError) as refused:
         measure(answers)
     assert refused.value.rule == rule

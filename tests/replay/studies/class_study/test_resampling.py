@@ -86,7 +86,7 @@ def test_interval_reaches_farther_where_a_student_raises_the_estimate():
     ids=["two students", "no resample with an estimate"],
 )
 def test_two_students_or_no_estimates_have_no_interval(resamples, students):
-    """The estimates without each student lie evenly from 0.9 to 1.1."""
+    """``resamples``: estimates of each resample; those without each student lie evenly from 0.9 to 1.1."""
     ends = interval(resamples, estimate=1.0, jackknife_estimates=np.linspace(0.9, 1.1, students))
     assert np.isnan(ends).all()
 

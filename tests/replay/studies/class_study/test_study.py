@@ -115,7 +115,7 @@ WITHOUT_P = finding_of_contacts(0.1, 1.2, p=None)
     ],
 )
 def test_association_needs_p_below_the_level_and_interval_without_zero(finding, conclusion):
-    """The level is 0.05; every finding has its interval of beta and its p."""
+    """The level is 0.05; a finding has its interval of beta and its p, and the id says which is no association's."""
     assert finding.conclusion == conclusion
 
 
@@ -130,7 +130,7 @@ def test_association_needs_p_below_the_level_and_interval_without_zero(finding, 
     ],
 )
 def test_detector_changes_a_conclusion_with_an_association_or_its_sign(by_exact, by_hybrid, conclusion):
-    """The same result by exact and by the detector hybrid."""
+    """The same result by exact, the reference, and by the detector hybrid, the id says how they differ."""
     assert with_hybrid(by_exact, by_hybrid).conclusion == conclusion
 
 
@@ -194,7 +194,7 @@ RESULT = "the association of contacts per minute with motivation"
     ],
 )
 def test_detectors_changing_the_same_conclusion_share_a_sentence(by_a, by_others, text):
-    """The study counts with detector a; the same result again by others."""
+    """The study counts contacts with detector a; ``by_others``: the same result again with other detectors."""
     rows = [Sensitivity(label, recall=0.9, before=by_a, after=finding) for label, finding in by_others.items()]
     study = SimpleNamespace(detector="a", sensitivity=rows, findings=[by_a])
     assert opening_sentence(study, "9 students") == f"9 students: the detector changes 1 conclusion: {text}."
@@ -263,7 +263,10 @@ def test_headline_states_the_student_count_once():
 
 
 def test_headline_names_two_undecided_results():
-    """One of two results is undecided; or all three, of which two are named."""
+    """A result is undecided if p is not below 0.05 after Holm's correction: one of two, or all of three are.
+
+    Two of the three are named.
+    """
     undecided, decided = undecided_coefficient(), SimpleNamespace(students=40, p=0.5, conclusion="")
     named = "ease of use with motivation, others held constant"
     (line,) = headlines(study_with_findings(decided, undecided))
@@ -273,7 +276,7 @@ def test_headline_names_two_undecided_results():
 
 
 def test_tables_mark_only_associations():
-    """A marked cell is printed bold."""
+    """The cell of a conclusion; a marked cell is printed bold."""
     conclusion_cell = CELL_TEXTS["conclusion"]
     assert conclusion_cell("associated").mark != ""
     assert conclusion_cell("refused").mark == ""
@@ -377,7 +380,7 @@ def test_misspelt_student_leaves_the_others_in_the_study():
 
 @pytest.mark.parametrize("count", [5, 9])
 def test_below_ten_students_there_is_no_p(count):
-    """A coefficient of ease of use, without a p-value and without Bartlett's test."""
+    """So many students have a coefficient of ease of use on motivation, without a p-value and Bartlett's test."""
     answers, contacts = a_class(count)
     study = analyse(codebook((EASE,)), questionnaire(answers), metrics(contacts))
     (coefficient,) = study.coefficients
@@ -500,7 +503,10 @@ def study_of_everything():
 
 
 def test_the_page_of_a_study_reads_so(class_runs, study_of_everything, snapshot):
-    """Text of the page, a line a row; n is that of the rows used, with what is refused, and warned of."""
+    """Text of a page as the snapshot file has it: regressions and groups of 40 students, by two detectors.
+
+    n is that of the rows used, not of the questionnaire, of which five lack an item; one result is refused.
+    """
     links = places(class_runs, class_runs.top)
     page = study_html(class_runs, links, study_of_everything, Heading("Class of 2026"))
     page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)
@@ -510,7 +516,7 @@ def test_the_page_of_a_study_reads_so(class_runs, study_of_everything, snapshot)
 
 @pytest.mark.parametrize("has_bartlett", [True, False])
 def test_page_tests_all_items_together_where_students_are_enough(class_runs, study_of_everything, has_bartlett):
-    """Bartlett's test needs ten students; without it the heading is left out."""
+    """Bartlett's test of all items needs ten students; without it the page of a study has no such heading."""
     study = study_of_everything if has_bartlett else replace(study_of_everything, bartlett=None)
     page = study_html(class_runs, places(class_runs, class_runs.top), study, Heading("Class of 2026"))
     assert ("All items together" in page) == has_bartlett
@@ -532,7 +538,7 @@ def test_verbose_terminal_lists_associated_results_first(class_runs, tmp_path):
 
 
 def test_only_the_verbose_terminal_lists_all_results(class_runs, tmp_path):
-    """The table of results stands with ``verbose`` alone."""
+    """A study of two results, printed without ``verbose``: the table of all results is left out."""
     console = Console(width=200, file=StringIO())
     console.print(study_tables_screen(study_of_class(), class_runs, tmp_path, verbose=False))
     assert console.file.getvalue().strip() != ""
@@ -560,7 +566,7 @@ def test_study_folder_holds_no_pseudonym(class_runs, tmp_path):
 
 
 def test_study_folder_is_replaced_by_force_alone(class_runs, tmp_path):
-    """A folder that is no study is not replaced even by force."""
+    """A study is written twice to one folder; a folder that is no study is not replaced even by force."""
     study = study_of_class()
     out = write_study(class_runs, study, tmp_path / "study", inputs={})
     with pytest.raises(OutputError, match="--force"):

@@ -108,7 +108,7 @@ def test_class_on_disk_reads_back_and_keeps_existing_sessions(tmp_path):
 
 
 def test_made_up_class_overwrites_no_other_file(tmp_path):
-    """The folder holds a text of the user."""
+    """The folder in which a class of five students is to be made holds a text of the user."""
     (tmp_path / "mine.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):
         make_class(tmp_path, students=5)

@@ -108,7 +108,7 @@ def test_change_of_errors_is_weighed_by_the_loss(loss, errors, verdict, text):
     ],
 )
 def test_answer_ends_in_the_cost(seconds_a_frame, ending):
-    """Mean seconds of hull50 a frame in the first run and in the second."""
+    """Two runs of one recording by hull50, with its mean seconds of a frame in the first and in the second."""
     diff = diff_of_hull50(loss=BETTER, seconds_a_frame=seconds_a_frame)
     assert answer_of(run_with_digests(), run_with_digests(), {"hull50": diff}, {}).endswith(ending)
 
@@ -122,7 +122,7 @@ def test_answer_ends_in_the_cost(seconds_a_frame, ending):
     ids=["no contact changed", "two contacts lost"],
 )
 def test_runs_without_a_reference_are_not_ranked(lost, beginning):
-    """There is no loss where no detector is trusted; contacts are counted."""
+    """Two runs by hull50 without a reference have no loss; contacts that only one of them has are counted."""
     diff = diff_of_hull50(loss=(None, None), lost=lost)
     answer = answer_of(run_with_digests(), run_with_digests(), {"hull50": diff}, {})
     assert answer == f"{beginning}No reference says which run is right."
@@ -157,7 +157,7 @@ def test_runs_without_a_common_detector_say_so():
 
 
 def test_runs_with_only_the_reference_in_common_say_whether_contacts_changed():
-    """The second run lost a contact of exact."""
+    """The second run lost a contact of exact, the reference, and shares no other detector with the first."""
     reference = replace(diff_of_hull50(loss=(None, None), lost=("a contact",)), labels=("exact", "exact"))
     answer = answer_of(run_with_digests(), run_with_digests(), {"exact": reference}, {})
     assert answer == "No detector but the reference is in both runs; contacts changed."

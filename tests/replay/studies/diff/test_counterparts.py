@@ -54,7 +54,7 @@ def a_run(reference=None, **detectors):
     ],
 )
 def test_detectors_are_compared_with_their_counterparts(first, second, pairs):
-    """``pairs``: labels of the first and of the second run."""
+    """Detectors of two runs, with name and settings; ``pairs``: labels of the first and of the second run."""
     assert matching_labels(first, second) == pairs
 
 

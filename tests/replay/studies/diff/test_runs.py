@@ -61,7 +61,7 @@ def test_diff_finds_planted_gained_lost_and_shifted_contacts(diff_of_slow):
 
 @pytest.mark.parametrize("kind", ["gained", "lost", "shifted"])
 def test_any_kind_of_change_counts_as_a_change(diff_of_slow, kind):
-    """Contacts were gained, lost and shifted; here of this kind alone."""
+    """Between two runs contacts were gained, lost and shifted; here of this kind alone."""
     other_kinds = {"gained", "lost", "shifted"} - {kind}
     assert replace(diff_of_slow, **dict.fromkeys(other_kinds, ())).changed
 
@@ -105,7 +105,7 @@ def test_runs_of_a_single_recording_are_compared(run_folders):
 
 
 def test_another_interval_of_a_recording_is_a_setting_that_differs(run_folders, tmp_path):
-    """Fourteen frames of 10 ms: from 20 ms on there are 12."""
+    """Run a replays fourteen frames of 10 ms; another run from 20 ms on has 12 of them."""
     later = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
     run(cubes(CUBE_B_BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "later", **later)
     assert diff_runs(run_folders / "a", tmp_path / "later").settings["session.frames"] == (14, 12)
@@ -130,7 +130,7 @@ def before_and_after(tmp_path_factory):
 
 
 def test_colliders_under_other_labels_are_compared(before_and_after):
-    """20 % false contact with a skin of 0.3 m (run coarse), none without (run fine)."""
+    """Two cubes by boxes with a skin of 0.3 m, 20 % of whose contact is false (run coarse), and without (run fine)."""
     result = diff_runs(before_and_after / "coarse", before_and_after / "fine")
     assert list(result.detectors) == ["wide50 -> collider-shipped-50", "exact"]
     assert result.changed and not result.only_a and not result.only_b
@@ -157,7 +157,7 @@ def test_diff_compares_the_last_detectors_under_different_names(before_and_after
 
 
 def test_run_of_another_interval_is_never_better(before_and_after):
-    """Run coarse has 14 frames, run short ends at 0.1 s: they have other contacts to miss."""
+    """Run coarse has 14 frames of 10 ms, run short ends at 0.1 s: they have other contacts to miss."""
     answer = diff_runs(before_and_after / "coarse", before_and_after / "short").answer
     assert "cannot be told: the runs differ in session.frames and window" in answer
 
@@ -184,7 +184,10 @@ def test_option_compare_names_a_pair_of_detectors(before_and_after, capsys):
     ("rows_too_few", "texts"), [(0, []), (1, ["… and 1 more with --format json"])], ids=["all rows fit", "one too few"]
 )
 def test_screen_lists_the_first_changes_and_counts_the_rest(before_and_after, capsys, monkeypatch, rows_too_few, texts):
-    """So many rows are allowed as the detector with most changes has, or one fewer."""
+    """Two runs, whose boxes have a skin or none, differ in some contacts, a row each.
+
+    So many rows are allowed as the detector with most changes has, or one fewer.
+    """
     folders = [before_and_after / "coarse", before_and_after / "fine"]
     changes = {label: [*change_lines(detector)] for label, detector in diff_runs(*folders).detectors.items()}
     label = max(changes, key=lambda label: len(changes[label]))

@@ -76,7 +76,7 @@ def test_collider_contacts_in_free_poses_count_as_false(height, detector, settin
 
 
 def test_search_seeds_each_give_a_count(near_poses_of_size):
-    """A search with seeds 3 and 4 counts what a search with each of them counts alone."""
+    """A search in poses of a torus near a ball, with seeds 3 and 4, counts what a search with each counts alone."""
     settings = {"variant": "corrected", "warm_start": False, "budget": 200}
     both, third, fourth = (
         count_detections(near_poses_of_size, "qaco", seeds, **settings) for seeds in ((3, 4), (3,), (4,))

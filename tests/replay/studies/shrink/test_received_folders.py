@@ -54,9 +54,10 @@ def received_run(audited_folder, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", ["sent_along:Blind", pytest.param("os:system", marks=pytest.mark.slow)])
 def test_a_class_named_by_a_folder_alone_is_never_imported(received_run, name, capsys):
-    """The summary of the run says that its detector is ``module:Class`` of a module that came with it, or of Python.
+    """A run folder says that its detector is ``module:Class``, of a module that came with it, or of Python's ``os``.
 
     ``shrink`` needs the class: it stops and names the option that allows it. ``diff`` and ``share`` need no detector.
+    The module that came along would write the file sent_along.imported when it is imported.
     """
     tamper(received_run, "detectors", slow={"name": name, "settings": {}})
     assert main(["shrink", "run", "--miss", "1"]) == 1
@@ -96,7 +97,7 @@ def test_folder_settings_never_become_lines_of_the_written_test(received_run, ke
     ids=["window that ends at 0 s", "a frame more than the ten recorded"],
 )
 def test_folder_with_frames_unlike_its_recording_is_refused(received_run, section, changes, capsys):
-    """A section of the summary of the run is changed."""
+    """The summary of a run of ten frames says something else of them than its recording: it cannot be repeated."""
     tamper(received_run, section, **changes)
     assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
     assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())

@@ -128,7 +128,7 @@ def test_false_contact_is_taken_from_a_run_by_its_number(run_with_false_contact)
 
 
 def test_command_shrinks_a_false_contact_by_its_number(run_with_false_contact, tmp_path):
-    """The README of the case says which false contact of the run it is."""
+    """A run has one false contact: a case for it is written, whose README says which of the run it is."""
     assert main(["shrink", str(run_with_false_contact), "--false", "1", "--out", str(tmp_path / "case")]) == 0
     assert "false contact 1" in (tmp_path / "case" / "README.md").read_text(encoding="utf-8")
 
@@ -221,13 +221,13 @@ def test_written_numbers_read_back_bit_for_bit(run_folder, tmp_path):
     ids=["no such detector", "no such miss", "no such false contact"],
 )
 def test_fault_that_a_run_has_not_is_explained(run_folder, requested, message):
-    """The run audited ``slow`` and ``exact2``, which misses nothing."""
+    """The run audited the detectors ``slow``, which misses contacts, and ``exact2``, which misses nothing."""
     with pytest.raises(ShrinkError, match=message):
         fault_of_run(read_run_folder(run_folder), **requested)
 
 
 def test_command_without_a_fault_names_its_options(run_folder, capsys):
-    """An error of usage, exit code 2."""
+    """A run folder alone, without the number of a miss or a false contact: an error of usage, exit code 2."""
     assert main(["shrink", str(run_folder)]) == 2
     assert "--miss N or --false N" in " ".join(capsys.readouterr().err.split())
 

@@ -117,7 +117,7 @@ def test_failing_triangle_pairs_beyond_tolerance_are_written(wrong_answers, tmp_
 
 
 def test_file_in_place_of_the_folder_of_failing_pairs_is_refused(wrong_answers, tmp_path):
-    """``out`` names a file."""
+    """``out``, the folder for pairs about which a detector is wrong, names a file."""
     (tmp_path / "taken").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         family_tally(**wrong_answers, out=tmp_path / "taken")
@@ -152,7 +152,7 @@ def test_no_pairs_and_negative_seeds_or_tolerances_are_refused(wrong):
 
 
 def test_stress_of_all_runs_detectors_that_decide_on_meshes(monkeypatch):
-    """Of three detectors that there are, sphere does not decide on meshes."""
+    """Of the three detectors that there are here, sphere decides on bounding spheres alone."""
     monkeypatch.setattr(runner, "detector_names", lambda: ["sphere", "hybrid", "exact"])
     assert [spec.label for spec in detectors_of("all")] == ["hybrid", "exact"]
 

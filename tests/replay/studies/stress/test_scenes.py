@@ -108,7 +108,7 @@ def volume(mesh):
     ],
 )
 def test_meshes_have_the_volumes_of_their_shapes(mesh, expected, rel):
-    """``rel``: relative tolerance, wide for round shapes."""
+    """A mesh as scenes use them, and the volume of its shape; ``rel``: relative tolerance, wide for round shapes."""
     assert volume(mesh) == pytest.approx(expected, rel=rel)
 
 

@@ -40,14 +40,14 @@ def test_answer_is_judged_by_the_true_verdict(answer, truth, count):
 
 @ANSWERS
 def test_wrong_answer_within_tolerance_is_counted_apart(answer, truth, count):
-    """What would be missed or invented is ``within``; an unconfirmed answer stays one."""
+    """A depth or gap below tau excuses it: missed or invented it were, now it is ``within``; unconfirmed it stays."""
     expected = {"right": [], "unconfirmed": ["unconfirmed"], "missed": ["within"], "invented": ["within"]}
     assert judged(answer, truth, is_excused=True) == expected[count]
 
 
 @ANSWERS
 def test_undecided_answer_is_refused_and_never_wrong(answer, truth, count):
-    """Whatever verdict stands there; unconfirmed it may be beside that."""
+    """Whatever verdict the detector gave beside that it did not decide; unconfirmed the answer may be, too."""
     assert set(judged(answer, truth, is_undecided=True)) - {"unconfirmed"} == {"refused"}
 
 

@@ -32,7 +32,7 @@ def test_exact_in_batches_equals_the_predicate(family, monkeypatch):
 
 
 def test_no_triangle_pairs_have_no_verdicts():
-    """An array without a row."""
+    """The detector exact is asked about an array without a row."""
     assert verdicts_of("exact", np.zeros((0, 2, 3, 3))).shape == (0,)
 
 
