@@ -93,7 +93,7 @@ def test_a_new_column_appears_in_terminal_report_and_parquet(monkeypatch):
 
 
 def test_long_lists_are_cut_short_but_never_the_front():
-    """30 settings, r0 to r29, of which the first and the last are the front, and two that were not tried.
+    """30 settings, r0 to r29, and two that were not tried; r0 and r29 are marked as the front, which none beats.
 
     A short list has twelve rows, and r29, of the front; with ``-v`` it is complete.
     """

@@ -175,7 +175,7 @@ def test_a_run_over_an_interval_has_its_scalars_only(session_with_pulse):
 
 
 def test_no_recorded_scalars_give_no_effect(session_with_pulse):
-    """The session without its recorded numbers declares no effect either."""
+    """A session has no recorded numbers, such as of a trigger, and its scene declares no effect: none is computed."""
     assert compute(replace(session_with_pulse, scalars={}), detectors=()).effects == {}
 
 

@@ -185,12 +185,13 @@ def test_water_into_acid_is_the_wrong_order():
     assert effects["heat"].series["b/temperature"].values[-1] > 25.0
 
 
-def test_a_boiling_liquid_gets_no_hotter():
-    """In a dish over a flame the liquid boils at 40 degC, as its scene says; water poured into acid at 100 degC.
-
-    Without boiling the flame's 160 W would bring the dish to 46 degC in 10 s; the acid's heat would exceed 100 degC.
-    """
+def test_a_flame_heats_a_liquid_to_its_boiling_point():
+    """A scene says that a liquid boils at 40 degC; otherwise the flame's 160 W would make 46 degC of it in 10 s."""
     assert heat_of_flame(X_OVER_FLAME_FOR_10_S, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
+
+
+def test_water_poured_into_acid_heats_it_to_the_boiling_point():
+    """The heat of mixing would bring acid and water above 100 degC; they boil at 100 degC, and an event says so."""
     water_into_acid = (glass("a", volume_ml=60.0), acid("b", volume=60.0))
     hot = effects_of_pour(water_into_acid, degrees=[0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0

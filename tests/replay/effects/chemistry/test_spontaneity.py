@@ -226,9 +226,13 @@ def test_equation_that_does_not_proceed_has_its_reason(joule, changes, sides, re
         ([(0.0, {"HCl": 0.02})], 0.0),
         ([], 0.0),
     ],
+    ids=["one proton", "two protons", "of two vessels", "a weak acid", "a dry vessel", "no vessel"],
 )
 def test_strongest_acid_has_the_most_protons_a_litre(vessels, molar):
-    """``vessels``: millilitres, and mol of each formula; weak acids, salts and a dry vessel do not count."""
+    """``vessels``: millilitres, and mol of each formula; ``molar``: mol/L of protons in the most acid of them.
+
+    Weak acids, salts and a dry vessel do not count.
+    """
     contents = {str(row): Contents(*vessel, solids={}, solubility={}) for row, vessel in enumerate(vessels)}
     assert strongest_acid(contents) == pytest.approx(molar)
 
