@@ -74,7 +74,7 @@ def test_every_row_of_the_effect_catalogue_is_complete(kind):
     ids=["no about", "no sources", "no trigger", "no fields", "unknown key", "no unit", "no example", "no meaning"],
 )
 def test_incomplete_row_of_the_effect_catalogue_is_named(change, line):
-    """``lacking``, which the test above relies on, notices a ``change`` of a complete row by this ``line``."""
+    """A complete row, of hazard-proximity, is made incomplete by a ``change``; ``lacking`` says so in this ``line``."""
     row = deepcopy(CATALOGUE["hazard-proximity"])
     change(row)
     assert line in lacking("hazard-proximity", row)
