@@ -2,6 +2,7 @@
 
 import json
 import random
+import sys
 from itertools import combinations
 
 import pytest
@@ -182,8 +183,6 @@ def test_an_outside_effect_is_a_file_and_a_row(tmp_path, monkeypatch):
 
     Its file is imported only where a scene declares glow: not where the scene has another effect.
     """
-    import sys
-
     (tmp_path / "glow_effect.py").write_text(OUTSIDE, encoding="utf-8")
     info = tmp_path / "glow-1.0.dist-info"
     info.mkdir()

@@ -206,7 +206,7 @@ def test_temperature_of_wetted_solids_stays_between_reported_extremes(solid, mor
 def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     """Ammonia drips into copper sulfate, and the scene names the basic sulfate as the solid that falls out.
 
-    No event advises to name another solid, such as the hydroxide, as one that is beyond its solubility.
+    It falls out, and no event advises to name another solid, such as the hydroxide, that is beyond its solubility.
     """
     flask = glass("flask", volume_ml=2.0, solute="CuSO4", molar=0.1)
     ammonia = glass("burette", volume_ml=50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
@@ -216,6 +216,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
         drip, MIXING_IN_FLASK, fresh, precipitates("Cu4(OH)6SO4"), burette=ammonia, flask=flask
     )
     assert not effects["reaction"].output.events_named("supersaturated")
+    assert effects["precipitation"].output.events_named("precipitate")
 
 
 @pytest.mark.slow

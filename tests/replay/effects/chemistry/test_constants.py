@@ -157,7 +157,7 @@ def test_free_energies_agree_with_data_bases():
 def test_free_energies_called_checked_are_in_a_reaction():
     """Each free energy in constants.toml has a comment: "checked", "element" (0) or "unverified".
 
-    What is called checked is in a reaction of free_energies.toml, which the test above compares.
+    What is called checked is in a reaction of free_energies.toml, whose values are compared with PHREEQC.
     """
     noted = comments("free_energy")
     assert set(noted) == set(enthalpy.FREE_ENERGY_KJ_MOL)

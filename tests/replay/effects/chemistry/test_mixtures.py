@@ -118,10 +118,10 @@ def test_every_family_has_its_rows():
 
 
 def test_the_56_mixtures_of_the_former_solver_are_all_tested():
-    """They were compared with PHREEQC when it replaced the former solver, and stay tested.
+    """56 mixtures were compared with PHREEQC when it replaced the former solver: given_mixtures.toml lists them.
 
-    given_mixtures.toml lists at least 50 as ``computed``, by the names of rows of mixtures.toml, which a test above
-    computes; the others are ``refused``, each with a whole row, which the test below uses.
+    At least 50 are ``computed``, by names of rows of mixtures.toml, all of which are computed by a test; the others are
+    ``refused``, each with a whole row, which a test of refusals plans.
     """
     names_of_rows = {row["name"] for row in MIXTURES}
     assert set(FORMER["computed"]) - names_of_rows == set()
