@@ -36,7 +36,8 @@ def boxes_may_meet(t: int, a: int, b: int, poses: Arrays, boxes: Arrays, room: A
     move_a, move_b = translation[t, a], translation[t, b]
     largest_a = max(abs(move_a[0]), abs(move_a[1]), abs(move_a[2]))
     largest_b = max(abs(move_b[0]), abs(move_b[1]), abs(move_b[2]))
-    pad = BOX_PAD_ULPS * EPS * (sizes[a] + sizes[b] + largest_a + largest_b) + UNDERFLOW_PAD
+    size = sizes[a] + sizes[b] + largest_a + largest_b
+    pad = BOX_PAD_ULPS * EPS * size + UNDERFLOW_PAD
     relative_pose(rotation[t, a], move_a, rotation[t, b], move_b, relative_rotation, move)
     relative_box(centres[a], axes[a], centres[b], axes[b], relative_rotation, move, m, d)
     return not separated_on_all_axes(m, d, halves[a], halves[b], pad)

@@ -58,7 +58,8 @@ def overlap_of_placed(world_a: FloatArray, world_b: FloatArray, resolution: int)
     count = np.maximum(1, np.ceil((upper - lower) / pixel - 1e-9)).astype(np.int64)
     size = (upper - lower) / count
     least = DEPTH_ULPS * EPS * float(max(np.abs(world_a).max(), np.abs(world_b).max())) + UNDERFLOW_PAD
-    window, lengths = Window(lower + (0.5 + SHIFT) * size, size, count), np.zeros((3, 3))
+    first_ray = (0.5 + SHIFT) * size
+    window, lengths = Window(lower + first_ray, size, count), np.zeros((3, 3))
     layers = sum(overlap_along(world_a, world_b, axis, window, least, lengths[axis]) for axis in range(3))
     areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
     volume = float((lengths[:, 2] * areas).mean())

@@ -154,9 +154,10 @@ def segment_meets_triangle_2d(p: Memory, a: int, b: int, t: int, axis: int, w: M
     """Segment ab and proper triangle t..t+2 of one plane that ``axis`` does not lie in."""
     left, right = False, False
     for k in range(3):
-        if segments_meet_2d(p, a, b, t + k, t + (k + 1) % 3, axis, w):
+        other = (k + 1) % 3
+        if segments_meet_2d(p, a, b, t + k, t + other, axis, w):
             return True
-        side = cross_sign(p, t + k, t + (k + 1) % 3, t + k, a, axis, w)
+        side = cross_sign(p, t + k, t + other, t + k, a, axis, w)
         left, right = left or side > 0, right or side < 0
     return not (left and right)
 
@@ -166,7 +167,8 @@ def passes_inside(p: Memory, a: int, b: int, t: int, w: Memory) -> bool:
     """The line of ab, which crosses the plane of the proper triangle t..t+2, crosses it in the closed triangle."""
     left, right = False, False
     for k in range(3):
-        side = orientation_sign(p, a, b, t + k, t + (k + 1) % 3, w)
+        other = (k + 1) % 3
+        side = orientation_sign(p, a, b, t + k, t + other, w)
         left, right = left or side > 0, right or side < 0
     return not (left and right)
 

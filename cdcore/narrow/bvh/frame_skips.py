@@ -139,7 +139,8 @@ def fill_path(pose: PoseMemory, count: int, radius: float, reach: float) -> None
     for f in range(1, count):
         # rounding of the sum so far is below 2 u of it: growing by 4 u keeps every difference an upper bound
         if pose.changed[f] != 0:
-            total = total * (1.0 + 4.0 * ROUNDOFF) + path[f]
+            grown = total * (1.0 + 4.0 * ROUNDOFF)
+            total = grown + path[f]
         path[f] = total
 
 
