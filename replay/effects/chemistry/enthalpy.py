@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any, Final
 
-from replay.effects.chemistry.components import WATER
-
 CONSTANTS: Final[dict[str, dict[str, Any]]] = tomllib.loads(
     resources.files(__package__).joinpath("constants.toml").read_text(encoding="utf-8")
 )
@@ -33,5 +31,5 @@ def free_energy_j(changes: Mapping[str, float]) -> float:
 def _summed_energy(changes: Mapping[str, float], table: Mapping[str, float]) -> float:
     summed_energy = 0.0
     for column, many in changes.items():
-        summed_energy += many * (table[WATER] if column == WATER else table.get(column, float("nan")))
+        summed_energy += many * table.get(column, float("nan"))
     return summed_energy * 1e3

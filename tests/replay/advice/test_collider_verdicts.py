@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.small_worlds import verdict_column
 
 from cdcore.bounding.collider_shapes import box_collider
 from cdcore.bounding.hull import hull_collider
@@ -97,3 +98,9 @@ def test_kept_verdicts_have_a_limit_of_memory(assembly, monkeypatch):
         colliders = colliders_of(assembly, boxed)
         assert np.array_equal(verdicts.at_every_frame(colliders).verdict, detected_anew(assembly, colliders))
     assert len(verdicts.verdict_by_key) == len(assembly.pairs)
+
+
+def test_sample_is_held_over_frames_without_a_sample():
+    """At 100 Hz, sampled at 50: frames 0, 2 and 4. Frame 2 has no pose, so that frame 3 repeats what frame 0 said."""
+    sampled = sampled_at_rate(verdict_column("C.-.C."), rate_hz=50.0)
+    assert np.array_equal(sampled.verdict, verdict_column("CC-CCC").verdict)

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from support.shapes import unrotated_motion
-from support.small_worlds import STEP_NS, along_x, cube
+from support.small_worlds import STEP_NS, along_x, cube, unit_cubes_on_x
 
 from replay.advice import scene_outcome
 from replay.advice.scene_outcome import Outcome, ReplayedBodies, outcome_text, resting_bodies
 from replay.prepare.assemble import assemble
 from sessions import MeshData, Session
+
+PAIRS_OF_THREE = [("a", "b"), ("a", "c"), ("b", "c")]
 
 FRAMES = 17
 """At 8 Hz: half a second is four frames, so that the last frame with a frame half a second later is number 12."""
@@ -69,3 +71,9 @@ def test_outcome_names_contacts_depth_or_distance(contacts, deepest, closest, te
     no_frames = np.zeros((1, 1), np.bool_)  # contact a frame and pair: not of interest
     outcome = Outcome(contacts, no_frames, deepest=deepest, closest=closest, closest_frame=0, closest_pair=0)
     assert outcome_text(outcome) == text
+
+
+def test_closest_pair_of_several_is_reported():
+    """Unit cubes on X, still: 2 m, 3.5 m and 0.5 m lie between the surfaces of a-b, a-c and b-c."""
+    assembly = assemble(unit_cubes_on_x({"a": [0.0, 0.0], "b": [3.0, 3.0], "c": [4.5, 4.5]}), pairs=PAIRS_OF_THREE)
+    assert ReplayedBodies(assembly).outcome(assembly.motion).closest == pytest.approx(0.5)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from replay.effects.chemistry.warming import heat_given_off, temperature_after_seconds
+from replay.effects.chemistry.warming import heat_given_off, heating_curve, temperature_after_seconds
 
 
 # Source: R. M. Felder and R. W. Rousseau, Elementary Principles of Chemical Processes, table B.11.
@@ -48,3 +48,21 @@ def test_a_steady_power_leads_to_its_balance(seconds, loss_w_per_k, celsius):
         celsius=20.0, seconds=seconds, power_w=8.0, capacity=100.0, loss=loss_w_per_k, ambient=20.0
     )
     assert warmed == pytest.approx(celsius, rel=1e-12)
+
+
+@pytest.mark.parametrize(("boils", "highest"), [(100.0, 25.0), (22.5, 22.5)])
+def test_heating_curve_rises_while_there_is_power(boils, highest):
+    """A body of 10 J/K without loss, a row a second: 10 W from the first and from the sixth row on, none in between."""
+    times, power_w = np.arange(8.0), np.array([10.0, 10.0, 10.0, 0.0, 0.0, 10.0, 10.0, 10.0])
+    curve = heating_curve(times, power_w, capacity=10.0, loss=0.0, ambient=20.0, boils=boils)
+    unlimited = np.array([20.0, 21.0, 22.0, 23.0, 23.0, 23.0, 24.0, 25.0])
+    assert curve == pytest.approx(np.minimum(unlimited, highest), rel=1e-12)
+
+
+def test_heating_curve_cools_by_newtons_law_without_power():
+    """10 W for 2 s warm a body of 10 J/K that loses 1 W/K, to which the room, at 20 degC, is the balance afterwards."""
+    times, power_w = np.arange(5.0), np.array([10.0, 10.0, 0.0, 0.0, 0.0])
+    curve = heating_curve(times, power_w, capacity=10.0, loss=1.0, ambient=20.0, boils=100.0)
+    highest = 10.0 * (1.0 - np.exp(-0.2))
+    expected = 20.0 + np.array([0.0, 10.0 * (1.0 - np.exp(-0.1)), *(highest * np.exp([0.0, -0.1, -0.2]))])
+    assert curve == pytest.approx(expected, rel=1e-12)
