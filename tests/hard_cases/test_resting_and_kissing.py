@@ -108,7 +108,11 @@ def test_malformed_mesh_loses_no_contact(name, row):
 @pytest.mark.parametrize("name", ON_MESHES)
 @pytest.mark.parametrize("row", range(ODD_MESHES))
 def test_malformed_mesh_changes_no_verdict_and_no_face_pair(name, row):
-    """The same scenes, with brute force over all faces as truth; where a mesh has holes, inside is undecided."""
+    """A mesh with unused vertices, degenerate or repeated faces, or holes, in three frames beside another; truth is
+    brute force over all faces.
+
+    Where a mesh has holes, inside is undecided.
+    """
     mesh, scene = [*scenes_of_case("malformed meshes").items()][row]
     detection = detected(name, scene, faces=True)
     assert np.array_equal(detection.verdict[:, 0], scene.truth)

@@ -72,7 +72,7 @@ def test_margin_is_some_steps_of_both_bodies():
 
 
 def test_reach_doubles_after_successes_and_falls_after_failures():
-    """Both bodies together move by 1 m a frame, so that the margin in metres is how many frames a test looks ahead.
+    """Two bodies together move by 1 m a frame, so that the margin in metres is how many frames a test looks ahead.
 
     That begins at 4, doubles up to 16 where surfaces were as far apart, and else is quartered, down to 1.5.
     """
@@ -85,7 +85,7 @@ def test_reach_doubles_after_successes_and_falls_after_failures():
 
 
 def test_pair_waits_after_a_failure_at_the_least_reach():
-    """Both bodies together move by 1 m a frame; tests fail at 4 m and at the least, 1.5 m: three frames go without."""
+    """Two bodies together move by 1 m a frame; tests fail at 4 m and at the least, 1.5 m: three frames go without."""
     skips = skips_with_steps(0.25, 0.75)
     for _ in range(2):
         skips.keep_margin(0, skips.margin(pair=0), separated=False)

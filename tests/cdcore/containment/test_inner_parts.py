@@ -207,7 +207,7 @@ def test_face_axis_gap_is_at_most_the_distance():
 
     Those are its corners and 500 points inside, so that their distance is that of the boxes or a little more.
     """
-    rng = np.random.default_rng(10)
+    rng, separated = np.random.default_rng(10), 0
     unit_corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
     for _ in range(200):
         half_a, half_b, rotation = rng.uniform(0.1, 1.0, 3), rng.uniform(0.1, 1.0, 3), random_rotations(rng)
@@ -218,3 +218,5 @@ def test_face_axis_gap_is_at_most_the_distance():
         distance = np.linalg.norm(np.maximum(np.abs(points) - half_a, 0.0), axis=1).min()
         rounding = 1e-12
         assert gap <= distance + rounding
+        separated += gap > 0.0
+    assert 50 < separated < 200

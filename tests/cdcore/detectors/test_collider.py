@@ -25,7 +25,7 @@ def test_only_shape_shipped_takes_pieces_of_the_body(shape, count, width_m):
 
 @pytest.mark.parametrize("shape", ["shipped", "hull", "box"])
 def test_body_recorded_without_pieces_has_a_single_collider(shape):
-    """A box of 1 m, beside one that has pieces."""
+    """A box of 1 m is recorded as it is, beside another in pieces: its one collider is 1 m long."""
     (collider,) = create_detector("collider", [IN_PIECES, WHOLE], shape=shape).parts["whole"]
     assert np.ptp(collider.vertices[:, 0]) == pytest.approx(1.0)
 

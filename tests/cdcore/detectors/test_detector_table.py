@@ -151,7 +151,7 @@ def test_detector_of_a_failing_package_is_refused_by_name(entry, reason, monkeyp
 
 
 def test_failing_package_hides_no_built_in_detector(monkeypatch):
-    """The package offers a broken detector "sphere", as one of ours is called."""
+    """An installed package offers a broken detector "sphere", as one of ours is called."""
     point = EntryPoint("sphere", "no_such_module:Thing", table.ENTRY_POINT_GROUP)
     monkeypatch.setattr(table, "entry_points", lambda group, name: [point])
     assert load_detector("sphere") is SphereDetector
@@ -231,5 +231,5 @@ def test_every_row_has_its_purpose_and_limits(name, attribute):
 
 @pytest.mark.parametrize("name", TABLE)
 def test_every_detector_class_has_a_docstring(name):
-    """It says what the detector does."""
+    """A class's docstring says what the detector does."""
     assert load_detector(name).__doc__

@@ -174,7 +174,9 @@ def test_untestable_mesh_pairs_are_explained_as_unknown(name):
 
 @pytest.mark.parametrize("name", ["bullet", "physx"])
 def test_hulls_of_untestable_mesh_pairs_are_tested(name):
-    """Two beakers 9 m apart as convex hulls."""
+    """Two beakers 9 m apart: an engine that cannot test two meshes of this kind against each other says clear of their
+    convex hulls.
+    """
     pytest.importorskip(ENGINE_MODULE[name])
     bodies, motion = beakers_and_a_ball()
     assert create_detector(name, bodies, shape="hull").detect(motion).verdict[0, 0] == Verdict.CLEAR
@@ -209,7 +211,7 @@ def test_sheet_without_thickness_is_a_body(name):
 
 @pytest.mark.parametrize("name", BUT_MUJOCO)
 def test_oversized_mesh_is_refused_by_name(name):
-    """Edges of 1e100 m."""
+    """A box with edges of 1e100 m, called slab: an engine refuses it."""
     slab = Body("slab", TriangleMesh(box_mesh().vertices * 1e100, box_mesh().faces))
     with pytest.raises(InvalidMeshError, match="slab"):
         create_detector(name, [slab])

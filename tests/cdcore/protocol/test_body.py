@@ -28,19 +28,21 @@ def test_all_pairs_are_tested_when_pairs_is_omitted():
     ],
 )
 def test_names_and_numbers_mean_the_same_and_keep_their_order(pairs):
-    """Two pairs of table (0), rod (1) and cup (2)."""
+    """Bodies are table (0), rod (1) and cup (2): cup and table, and rod and cup, are requested by name, by number, or
+    by both.
+    """
     resolved = resolve_pairs(BODIES, pairs)
     assert resolved.tolist() == [[2, 0], [1, 2]]
     assert resolved.dtype == np.int64
 
 
 def test_empty_list_of_pairs_requests_no_pair():
-    """Unlike ``None``, which requests all."""
+    """Three bodies and an empty list: unlike ``None``, which requests all their pairs."""
     assert resolve_pairs(BODIES, []).shape == (0, 2)
 
 
 def test_two_bodies_of_equal_name_are_refused():
-    """A second body is called rod."""
+    """Bodies are table, rod and cup, and a second one called rod."""
     table, rod, cup = BODIES
     with pytest.raises(InvalidPairError, match="used twice: rod"):
         resolve_pairs([table, rod, cup, Body("rod", box_mesh())], pairs=None)

@@ -79,7 +79,7 @@ def test_faces_never_requested_raise_an_error():
 
 
 def test_segments_of_a_detection_without_them_raise_an_error():
-    """It has faces in frame 1 of pair 0, but nothing that computes segments."""
+    """A detection has faces in frame 1 of pair 0, but nothing that computes segments."""
     with pytest.raises(NotRecordedError, match="no intersection segments"):
         detection().section(frame=1, pair=0)
 
@@ -176,7 +176,7 @@ def test_no_blocks_cannot_be_joined():
 
 
 def test_verdict_numbers_stored_in_files_never_change():
-    """Files of runs have these numbers."""
+    """Files of runs have these numbers: with others an old file would be read wrongly."""
     assert {verdict.name: int(verdict) for verdict in Verdict} == {
         "CLEAR": 0,
         "CONTACT": 1,

@@ -249,7 +249,7 @@ def test_changed_poses_are_the_same_in_a_rigid_motion():
 
 
 def test_changed_poses_of_a_slice_are_those_of_the_whole():
-    """Frames 3 to 6 of nine."""
+    """Frames 3 to 6 of nine, in some of which bodies change: ``changed`` says so for each frame and body."""
     motion = resting_motion()
     assert motion.frames(3, 7).changed.tolist() == motion.changed[3:7].tolist()
 

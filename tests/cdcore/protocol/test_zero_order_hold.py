@@ -71,7 +71,7 @@ def test_repeated_answer_comes_from_the_last_answered_sample(seed):
 
 
 def test_block_without_frames_has_no_answering_sample():
-    """No samples and no frames of three pairs."""
+    """No samples and no frames of three pairs: an array of shape (0, 3)."""
     assert answering_samples(np.zeros((0, 3), dtype=bool), np.zeros(0, dtype=bool)).shape == (0, 3)
 
 
@@ -93,12 +93,12 @@ def test_samples_are_the_first_frame_and_those_at_ticks():
 
 
 def test_without_a_rate_every_frame_is_sampled():
-    """Ten frames."""
+    """Ten frames, and no sampling rate."""
     assert sampled_frames(rate_hz=None) == list(range(10))
 
 
 def test_no_frames_have_no_samples():
-    """A block without frames."""
+    """A block without frames, at two samples a second."""
     assert len(ZeroOrderHold(pairs=1, rate_hz=2.0).sampled(np.zeros(0))) == 0
 
 

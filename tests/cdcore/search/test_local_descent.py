@@ -148,7 +148,9 @@ def test_probe_spends_no_more_than_the_budget():
 
 
 def test_nested_bodies_moved_by_rounding_are_not_searched():
-    """Both origins are the same, but rounding goes with the places of both bodies, about 1 m."""
+    """A body in the middle of another moves by 1e-13 m: their origins were the same, but rounding goes with the places
+    of both bodies, about 1 m.
+    """
     inside = np.array([*np.eye(3).ravel(), 0.0, 0.0, 0.0, 0.0])
     assert budget_at_rest(moved_along_x(inside, 1e-13), inside, inside, REST_LENGTHS, FULL_BUDGET) == 0
 

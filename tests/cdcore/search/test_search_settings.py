@@ -58,12 +58,12 @@ def iterations_begun(distances, most=100):
 
 
 def test_iterations_as_printed_go_on_at_constant_distance():
-    """At 1 m all 100 are begun."""
+    """Every pair of faces is 1 m apart: all 100 iterations are begun."""
     assert iterations_begun(repeat(1.0)) == list(range(1, 101))
 
 
 def test_iterations_as_printed_end_when_distances_fall():
-    """From 10 m the distance falls by 0.1 m each time: pheromone falls below 0 before the tenth iteration."""
+    """Distances fall from 10 m by 0.1 m with each pair of faces: pheromone falls below 0 before the tenth iteration."""
     assert len(iterations_begun(10.0 - 0.1 * k for k in count())) < 10
 
 

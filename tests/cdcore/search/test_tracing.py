@@ -73,7 +73,8 @@ def test_search_starts_at_the_last_best_pair():
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize("settings", [{}, {"samples": 50}, {"rest": 0.1}, {"stop_first": False}], ids=str)
 def test_failed_live_searches_are_noted_without_searching_again(name, settings, monkeypatch):
-    """A motion is watched, then detected live and watched again: the same notes and faces.
+    """Bodies of a laboratory in 40 frames: their motion is watched, then detected live and watched again, with the same
+    notes and faces.
 
     The second time only the searches that hit are run again, for their faces; some searches hit and some do not.
     """

@@ -31,7 +31,7 @@ def test_touching_triangles_meet_and_smallest_gap_separates():
 
 @pytest.mark.parametrize("pairs", [[], np.zeros((0, 2, 3, 3))], ids=["empty list", "empty array"])
 def test_no_triangle_pairs_have_no_answers(pairs):
-    """An array of shape (0,)."""
+    """No pairs, as a list and as an array (0, 2, 3, 3): answers of shape (0,)."""
     assert triangles_intersect(pairs).shape == (0,)
 
 

@@ -122,17 +122,27 @@ def faces_below(tree, node):
 @each_mesh
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
 def test_every_face_is_in_a_leaf(kind, name, scale):
-    """Leaves of at most ``leaf_faces`` faces, also at scales at which products of coordinates overflow or underflow.
+    """Leaves have at most ``leaf_faces`` faces, also at scales at which products of coordinates overflow or underflow.
 
-    A tree of some depth has at most 2^(depth - 1) leaves; ``number`` is which face of the mesh a row of corners is.
+    ``number`` is which face of the mesh a row of corners is.
     """
     corners, most_faces = MESHES[name] * scale, TREE_KINDS[kind].leaf_faces
-    tree, depth = tree_of(corners, kind)
+    tree, _depth = tree_of(corners, kind)
     leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]
     assert sorted(np.concatenate(leaves)) == list(range(len(corners)))
     assert max(map(len, leaves)) <= most_faces
-    assert depth <= len(corners) <= most_faces * 2 ** (depth - 1)
     assert np.array_equal(tree.corners, corners[tree.number])
+
+
+@pytest.mark.sampled(3)
+@each_kind
+@each_mesh
+@pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
+def test_a_tree_is_at_most_as_deep_as_it_has_faces(kind, name, scale):
+    """Its faces fit into 2^(depth - 1) leaves, as many as a binary tree of that depth may have."""
+    corners = MESHES[name] * scale
+    _tree, depth = tree_of(corners, kind)
+    assert depth <= len(corners) <= TREE_KINDS[kind].leaf_faces * 2 ** (depth - 1)
 
 
 @pytest.mark.sampled(3)
@@ -142,7 +152,8 @@ def test_every_face_is_in_a_leaf(kind, name, scale):
 def test_boxes_of_nodes_fit_their_faces(kind, name, scale):
     """The box of a node holds the corners below it, and fits them to 1e-9; its size is its longest half edge.
 
-    Boxes of ``aabb``, placed along the axes of the world, are left out.
+    So it is also at scales at which products of coordinates overflow or underflow. Boxes of ``aabb``, placed along the
+    axes of the world, are left out.
     """
     corners = MESHES[name] * scale
     tree, _depth = tree_of(corners, kind)
