@@ -33,3 +33,9 @@ QUATERNION_REJECT: Final = 1e-3
 TWO_MICROMETRES: Final = 2e-6
 """Metres within which another answer is excused, called tau: float engines disagree about less than 2 micrometres, coal
 decides nothing below it, and no tracker resolves a hundred times as much (VIVE: 0.14 mm frame to frame)."""
+
+LARGEST_OF_SQUARES_M: Final = 1e150
+"""Metres whose squares doubles hold; engines and searches compare squares of lengths.
+
+At 2^600 m FCL reports contact of balls that are apart, and the convex hull of one ends the process.
+"""

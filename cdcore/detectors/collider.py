@@ -37,6 +37,7 @@ from cdcore.protocol import (
     pair_has_pose,
 )
 from cdcore.protocol.settings import MOST_METRES, RateSettings, choice, number, text, whole
+from cdcore.tolerances import LARGEST_OF_SQUARES_M
 
 FIRST: Final = np.zeros(1, dtype=np.int64)
 
@@ -96,6 +97,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     name = "collider"
     kind = "re-creation"
     online = True
+    largest_m = LARGEST_OF_SQUARES_M
     stages = ("traversal", "containment")
     Settings = ColliderSettings
     sources = (

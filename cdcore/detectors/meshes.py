@@ -37,6 +37,7 @@ from cdcore.protocol import (
 from cdcore.protocol.detection import SectionSource
 from cdcore.protocol.settings import MOST_METRES, ContainmentSettings, RateSettings, number
 from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, answering_samples
+from cdcore.tolerances import LARGEST_OF_SQUARES_M
 
 
 class _LastQueries(ZeroOrderHold):
@@ -75,6 +76,7 @@ class MeshDetector(PairDetector[Any]):
 
     kind = "engine"
     online = True
+    largest_m = LARGEST_OF_SQUARES_M
     stages: ClassVar[tuple[str, ...]] = ("spheres", "boxes", "meshes", "containment")
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any) -> None:

@@ -21,6 +21,7 @@ from cdcore.protocol.settings import choice, flag, number
 from cdcore.search.search_settings import MOST_WEIGHT, SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, LiveSearch, PairMemory, SearchAnswer, SearchStage
 from cdcore.search.tracing import NotingStage, SearchExplainer, Watched
+from cdcore.tolerances import LARGEST_OF_SQUARES_M
 
 
 class QacoDetector(PairDetector[Any]):
@@ -37,6 +38,7 @@ class QacoDetector(PairDetector[Any]):
     name = "qaco"
     kind = "paper"
     online = True
+    largest_m = LARGEST_OF_SQUARES_M
     Settings: ClassVar[type] = SearchSettings
     sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, equations (15) to (20)", *COLONY)
     choose_when = "you want to see what a sampled search costs and misses"

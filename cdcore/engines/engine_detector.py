@@ -25,6 +25,7 @@ from cdcore.protocol import (
     pair_has_pose,
 )
 from cdcore.protocol.settings import RateSettings, choice
+from cdcore.tolerances import LARGEST_OF_SQUARES_M
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +69,7 @@ class EngineDetector(PairDetector[SettingsT]):
     kind = "engine"
     stages = ("engine",)
     online = True
+    largest_m = LARGEST_OF_SQUARES_M
     title: ClassVar[str]
     """The engine's name in sentences."""
     World: ClassVar[type[EngineWorld]]

@@ -1,5 +1,6 @@
 """Classes to derive a detector from: ``PairDetector`` over whole motions, ``FrameDetector`` for a frame at a time."""
 
+import math
 import sys
 import traceback
 from abc import ABC, abstractmethod
@@ -11,7 +12,7 @@ from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.errors import InvalidPairError, InvalidPoseError, OwnDetectorError
+from cdcore.errors import InvalidMeshError, InvalidPairError, InvalidPoseError, OwnDetectorError
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection, FaceSets
@@ -41,8 +42,16 @@ class PairDetector(ABC, Generic[SettingsT]):
     """Names of what is timed."""
     kind: ClassVar[str] = "own"
     """Whose answer it is: *own* method, *paper*, *re-creation* of an engine, or the *engine* itself."""
+    largest_m: ClassVar[float] = math.inf
+    """Metres from its origin that a body may reach at most; a larger one is refused."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:
+        for body in bodies:
+            if (size_m := float(np.abs(body.mesh.bounds).max())) > self.largest_m:
+                raise InvalidMeshError(
+                    f"body {body.name!r} reaches {size_m:.1e} m from its origin, beyond all that is in nature; "
+                    f"{self.name} decides up to {self.largest_m:.0e} m: give its vertices in metres"
+                )
         self.bodies = tuple(bodies)
         self.pairs = pairs
         self.settings = settings

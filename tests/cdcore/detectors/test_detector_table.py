@@ -11,10 +11,10 @@ from support.optional import ENGINE_MODULE, ROWS
 from support.shapes import box_mesh, lab_bodies_and_motion
 
 import cdcore.detectors.detector_table as table
-from cdcore import Body, create_detector
+from cdcore import Body, TriangleMesh, create_detector
 from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, detector_names, load_detector
 from cdcore.detectors.sphere import SphereDetector
-from cdcore.errors import InvalidSettingError, MissingEngineError, UnknownDetectorError
+from cdcore.errors import InvalidMeshError, InvalidSettingError, MissingEngineError, UnknownDetectorError
 
 TABLE = [*DETECTORS, *OPTIONAL]
 """Names of all detectors of our own and of the engines of others."""
@@ -233,3 +233,12 @@ def test_every_row_has_its_purpose_and_limits(name, attribute):
 def test_every_detector_class_has_a_docstring(name):
     """A class's docstring says what the detector does."""
     assert load_detector(name).__doc__
+
+
+@pytest.mark.parametrize("name", ["static", "discrete", "hybrid", "qaco", "hybrid-qaco", "collider"])
+def test_bodies_beyond_nature_are_refused(name):
+    """FCL, searches and hulls compare squares of lengths, which doubles do not hold for a cube of 2^600 m."""
+    cube = box_mesh()
+    huge = Body("star", TriangleMesh(np.ldexp(cube.vertices, 600), cube.faces))
+    with pytest.raises(InvalidMeshError, match=r"body 'star' reaches 2.1e\+180 m .*: give its vertices in metres"):
+        create_detector(name, [BODIES[0], huge])
