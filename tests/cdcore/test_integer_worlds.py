@@ -53,8 +53,8 @@ def test_exact_detector_finds_faces_given_by_integer_arithmetic():
 
 @pytest.mark.slow
 def test_complete_detectors_find_faces_given_by_integer_arithmetic():
-    """The same in 155 worlds, with every detector that promises all faces that meet (COMPLETE): no answer is
-    contradicted by the integers.
+    """155 worlds of three bodies in four frames, and every detector that promises all faces that meet (COMPLETE): the
+    integers contradict no answer (``differences``).
     """
     for seed in SLOW_SEEDS:
         texts, _count_of_integer_tests = differences(world_of(seed), COMPLETE, live=["exact"])

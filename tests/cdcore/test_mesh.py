@@ -154,6 +154,7 @@ def test_content_hash_depends_on_coordinates_and_faces_alone():
 
 
 def test_mesh_prints_as_its_size():
+    """A box has 8 corners, and two triangles on each of 6 sides."""
     assert repr(box_mesh()) == "TriangleMesh(8 vertices, 12 faces)"
 
 

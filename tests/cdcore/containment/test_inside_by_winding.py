@@ -195,7 +195,9 @@ def test_an_interval_through_a_hole_is_not_clear():
 
 
 def test_intervals_through_a_hole_are_the_same_in_blocks():
-    """The same path through the hole, in a block of three frames and another of two."""
+    """A cube goes through the hole of a block, from x = -0.2 m to 0 in frame 1 and back in frame 3: five frames as one
+    motion, and in blocks of three frames and two.
+    """
     bodies, motion = bodies_and_motion_at_x([-0.2, 0.0, 0.0, -0.2, -0.2])
     whole = create_detector("continuous", bodies).detect(motion)
     blocks = list(create_detector("continuous", bodies).stream([motion.frames(0, 3), motion.frames(3, 5)]))

@@ -88,7 +88,8 @@ def test_contact_in_the_first_frame_begins_at_its_time():
 
 
 def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
-    """The ball has no pose in frame 2; the plate's poses of frames 4 and 5 are not linked: they belong to two takes.
+    """A ball at these heights over a plate has no pose in frame 2; the plate's poses of frames 4 and 5 are not linked:
+    they belong to two takes.
 
     From frame 1 to 3 and from 4 to 5 the ball would cross the plate; nothing says that it did.
     """
@@ -99,7 +100,11 @@ def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
 
 
 def test_contact_at_the_end_of_a_loss_begins_then():
-    """The ball has no pose in frame 2; in frame 3, at 90 Hz, its pose comes back in the plate."""
+    """A ball at these heights over a plate, seven frames at 90 Hz: it has no pose in frame 2, and comes back in the
+    plate in frame 3.
+
+    The plate's poses of frames 4 and 5 are not linked, as of two takes: the interval between them is NO_POSE.
+    """
     detection = detect(ball_over_plate([0.1, 0.1, 0.1, 0.0, 0.0, 0.1, 0.1], *lost_in_frame_2_cut_before_frame_5()))
     assert verdict_names(detection) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
     assert detection.toi == {(3, 0): (3 / 90, 3 / 90)}
@@ -114,7 +119,9 @@ def lost_in_frame_2_cut_before_frame_5():
 
 
 def test_ball_in_a_box_is_contained_until_it_leaves():
-    """The box reaches up to 0.5 m: the ball of 1 cm passes its wall on its path from 0.2 to 0.9 m, to frame 4."""
+    """A ball of 1 cm moves from the middle of a box of 1 m, which reaches up to 0.5 m: it passes its wall on its path
+    from 0.2 to 0.9 m, to frame 4.
+    """
     bodies = BALL, Body("room", box_mesh((1, 1, 1)))
     detection = detect(ball_over_plate([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=bodies), bodies)
     assert verdict_names(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
@@ -206,8 +213,8 @@ def test_resting_or_distant_bodies_cost_no_search(heights_m, examined, searched)
 
 
 def test_undecidable_pairs_are_unresolved_counted_and_explained():
-    """A millimetre above the plate the ball turns by half a turn between two frames: poses do not say
-    which way round.
+    """A ball of 1 cm, a millimetre above a plate, turns by half a turn between two frames: poses do not say which way
+    round.
     """
     bodies, motion = (BALL, PLATE), ball_over_plate([TOUCH + 0.001] * 2)
     rotation = motion.rotations.copy()

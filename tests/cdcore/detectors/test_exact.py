@@ -128,8 +128,10 @@ def test_epsilon_measures_rotation_at_the_outermost_point():
 
 
 def test_epsilon_skips_queries_of_pairs_that_move_together():
-    """Both bodies rotate and move as one in 40 frames: rounding alone changes their relative pose, by less than 1 nm
-    (epsilon), so that ``static`` queries once.
+    """A ball and a box rotate and move as one in 40 frames: rounding alone changes their relative pose, by less than 1
+    nm (epsilon), so that ``static`` queries once.
+
+    Without an epsilon it queries in each frame.
     """
     steps = np.linspace(0, 1, 40)
     rotation = Rotation.from_rotvec(np.outer(steps, [0, 1, 0])).as_matrix()

@@ -94,7 +94,9 @@ def test_the_equations_as_printed_are_counted_as_broken():
 
 
 def test_the_corrected_equations_are_never_broken():
-    """In all searches of 80 frames of a laboratory; those as printed give probabilities that are none."""
+    """The memetic search in 80 frames of a laboratory: ``broken`` counts searches whose equations give probabilities
+    that are none, as those of the paper, as printed, do.
+    """
     assert detection_of_variant("memetic").work["broken"] == 0
 
 

@@ -46,9 +46,10 @@ def test_ties_agree_in_every_mode(name, scene, size):
     ],
 )
 def test_boolean_query_stops_at_first_exact_contact(scene, size):
-    """Frames in which surfaces touch, asked for a verdict and for all face pairs: the first needs a tenth of the tests.
+    """Frames in which surfaces touch, asked for a verdict and for all face pairs: verdicts need at most a tenth of the
+    tests.
 
-    It needed a fortieth (``world_tests``: exact tests of two faces in the world's frame).
+    At the time of writing they needed a fortieth (``world_tests``: exact tests of two faces in the world's frame).
     """
     bodies, motion, meets = scene(size, frames=64)
     detector, touching = create_detector("exact", bodies), motion.take(np.flatnonzero(meets))

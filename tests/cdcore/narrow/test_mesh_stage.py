@@ -124,7 +124,7 @@ def test_pose_with_nan_is_refused_and_names_its_body():
 
 @pytest.mark.parametrize("pairs_at_once", [None, 40], ids=["all at once", "blocks of 40 pairs"])
 def test_exhaustive_search_equals_the_triangle_predicate_pair_by_pair(pairs_at_once, monkeypatch):
-    """All 23 x 31 pairs of two soups of random faces."""
+    """All 23 x 31 pairs of two soups of random faces, tested all at once, or in blocks of 40 pairs."""
     if pairs_at_once:
         monkeypatch.setattr(exhaustive, "PAIRS_AT_ONCE", pairs_at_once)
     rng = np.random.default_rng(0)

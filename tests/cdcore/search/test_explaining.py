@@ -60,7 +60,9 @@ def test_explanation_of_a_contact_names_spheres_sample_and_budget(name):
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 def test_explanation_without_faces_says_nothing_of_sample_and_budget(name):
-    """The same cubes; the detector is not told which faces meet."""
+    """Cubes of 1 m overlap, 0.9 m from each other; the detector is not told which faces meet: both answers are
+    ``None``.
+    """
     explanation = explained_cubes(name, x=0.9, faces=NO_FACES)
     assert explanation.sample_meets is None
     assert explanation.found_with_more is None

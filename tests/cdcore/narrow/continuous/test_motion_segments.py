@@ -36,25 +36,43 @@ def random_leg(rng, angle=None, size=1.0):
     )
 
 
-@pytest.mark.sampled(3)
-@pytest.mark.parametrize("degrees", [0.0, 1e-13, 1e-6, 0.3, 90.0, 120.0, 179.0, 179.999, 181.0])
-def test_legs_rotate_at_constant_rate_between_exact_ends(degrees):
-    """Twenty legs about random axes, from (0, 1, 2) to (1, 1, 1) m: at both ends the poses are the recorded ones.
+each_angle = pytest.mark.parametrize("degrees", [0.0, 1e-13, 1e-6, 0.3, 90.0, 120.0, 179.0, 179.999, 181.0])
 
-    Between them rotations are SciPy's slerp and places on the line; a rotation beyond 180 degrees goes the other way.
-    """
+
+def legs_and_their_ends(degrees):
+    """Twenty legs, and (rotation, position) of both of their ends; rotations are so many degrees from each other."""
     rng = np.random.default_rng(3)
     start, end = np.array([0.0, 1.0, 2.0]), np.array([1.0, 1.0, 1.0])
     for _ in range(20):
         axis = rng.normal(size=3)
         first = Rotation.from_rotvec(rng.normal(size=3))
         second = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis)) * first
-        leg = leg_between(first.as_matrix(), start, second.as_matrix(), end)
+        yield leg_between(first.as_matrix(), start, second.as_matrix(), end), ((first, start), (second, end))
+
+
+@pytest.mark.sampled(3)
+@each_angle
+def test_a_leg_ends_exactly_at_the_recorded_poses(degrees):
+    """Twenty legs that rotate by so many degrees about random axes, from (0, 1, 2) to (1, 1, 1) m.
+
+    A rotation beyond 180 degrees goes the other way.
+    """
+    for leg, ends in legs_and_their_ends(degrees):
         assert leg[ANGLE] == pytest.approx(np.radians(min(degrees, 360 - degrees)), abs=1e-14)
-        for fraction, recorded_rotation, recorded_position in ((0.0, first, start), (1.0, second, end)):
+        for fraction, (recorded_rotation, recorded_position) in zip((0.0, 1.0), ends, strict=True):
             rotation, position = pose_of(leg, fraction)
             assert np.array_equal(rotation, recorded_rotation.as_matrix())
             assert np.array_equal(position, recorded_position)
+
+
+@pytest.mark.sampled(3)
+@each_angle
+def test_a_leg_rotates_at_constant_rate_on_a_line(degrees):
+    """Twenty legs that rotate by so many degrees about random axes, from (0, 1, 2) to (1, 1, 1) m.
+
+    After an eighth, half and nine tenths of the leg the rotation is that of SciPy's slerp.
+    """
+    for leg, ((first, start), (second, end)) in legs_and_their_ends(degrees):
         slerp = Slerp([0, 1], Rotation.concatenate([first, second]))
         for fraction in (0.125, 0.5, 0.9):
             rotation, position = pose_of(leg, fraction)
