@@ -78,7 +78,7 @@ def assert_in_contact(result):
 def test_ten_minutes_of_exact_rest_are_a_query_per_segment():
     """A glass stands on a table for ten minutes at 90 Hz: 54,000 frames of a pose, which the detector gets in 18 parts.
 
-    All but the first frame of each part repeat an answer; it takes less than 20 s.
+    All but the first frame of each part repeat an answer (``reused``); it takes less than 20 s.
     """
     result = rested("still")
     assert_in_contact(result)
@@ -88,9 +88,9 @@ def test_ten_minutes_of_exact_rest_are_a_query_per_segment():
 
 @pytest.mark.slow
 def test_trembling_rest_is_decided_exactly_in_every_frame():
-    """For a minute at 90 Hz, 5,400 frames, the glass trembles by the last bits of its position.
+    """For a minute at 90 Hz, 5,400 frames, a glass on a table trembles by the last bits of its position.
 
-    Not every frame repeats a pose; each needs more than 100 exact tests of two faces, in less than 20 s in all.
+    Not every frame repeats a pose; on average each needs more than 100 exact tests of two faces, all within 20 s.
     """
     result = rested("trembling")
     assert_in_contact(result)

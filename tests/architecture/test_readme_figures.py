@@ -32,13 +32,13 @@ def recordings_with_contacts():
 
 
 def test_readme_counts_contacts_of_real_recordings_as_the_results_do():
-    """Least and most contacts of the seven recordings that have any."""
+    """Least and most contacts of the seven recordings that have any, by the first table of the page "results"."""
     counts = [recording.contacts for recording in recordings_with_contacts()]
     assert f"seven have contacts ({min(counts)} to {max(counts)} each)" in README
 
 
 def test_readme_states_false_contact_of_hulls_as_the_results_do():
-    """Least, most and median percentage of that table; the most is of a recording with a single contact."""
+    """Least, most and median percentage of the page "results"; the most is of a recording with a single contact."""
     recordings = recordings_with_contacts()
     percentages = [recording.false_percent for recording in recordings]
     assert f"{min(percentages):.0f} % to {max(percentages):.0f} % is false" in README

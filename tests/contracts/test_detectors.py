@@ -206,7 +206,7 @@ def test_pair_without_both_poses_gets_verdict_no_pose(name, scene):
 
 
 def test_numbers_of_an_invalid_pose_are_ignored(name, scene):
-    """Invalid poses become NaN and infinity; the answer stays that of the motion as it was."""
+    """Poses that the motion marks as invalid become NaN and infinity; the answer stays that of the motion as it was."""
     bodies, motion = scene
     translations, rotations = motion.translations.copy(), motion.rotations.copy()
     translations[~motion.valid], rotations[~motion.valid] = np.nan, np.inf

@@ -29,14 +29,17 @@ def parts_that_differ(group):
     "group", [pytest.param(group, marks=[pytest.mark.slow] if "scene" in group else []) for group in QUICK]
 )
 def test_verdicts_faces_and_counters_equal_the_kept_digests(group):
-    """``group``: worlds of tests/support/digests.py; what differs is listed by detector."""
+    """``group``: some bodies and motions; each detector has a digest of its verdicts, faces and counters of work there.
+
+    No detector has parts that differ from ``digests.json``, where they were written down.
+    """
     assert parts_that_differ(group) == {}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("group", SLOW)
 def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
-    """``group``: worlds of tests/support/digests.py; what differs from the file is listed by detector."""
+    """``group``: many bodies and motions; verdicts, faces and counters of no detector differ from ``digests.json``."""
     assert parts_that_differ(group) == {}
 
 
@@ -44,7 +47,7 @@ def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
 @pytest.mark.slow
 @pytest.mark.parametrize("group", REAL)
 def test_digests_of_real_recordings_are_unchanged(group):
-    """``group``: recordings of tests/support/digests.py; what differs from the file is listed by detector."""
+    """``group``: real recordings; no detector has verdicts, faces or counters other than in ``digests.json``."""
     assert parts_that_differ(group) == {}
 
 

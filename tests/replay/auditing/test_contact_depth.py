@@ -44,7 +44,10 @@ def test_contacts_have_depth_and_volume_of_their_worst_frame(audited_run):
 
 
 def test_depth_of_a_miss_is_its_deepest_frame(audited_run):
-    """Unit cubes at distance d overlap by 1 - d. The audit's figure for all misses is that of the deepest miss."""
+    """Unit cubes at distance d overlap by 1 - d; samples at 20 Hz miss their contacts.
+
+    A miss is as deep as the deepest of its frames, and the audit's figure for all misses is that of the deepest miss.
+    """
     for miss in audited_run.misses["slow"]:
         overlaps = [1 - X_OF_OVERLAPPING_CUBES["b"][frame] for frame in range(miss.first, miss.last + 1)]
         assert miss.depth == pytest.approx(max(overlaps))

@@ -212,7 +212,7 @@ def test_json_brings_back_the_figures_of_flicker():
 
 
 def test_reference_takes_no_release_distance():
-    """The reference, exact, is to call contact all that is up to 1 mm apart after a contact: gaps would be none."""
+    """A contact of the reference, exact, is to last up to a gap of 1 mm: it would hide the gaps of a bouncing cube."""
     with pytest.raises(DetectorSpecError, match="the reference has no release distance"):
         compute(cubes_at_gaps(BOUNCES), detectors="mesh=discrete", oracle="exact[release_m=0.001]")
 

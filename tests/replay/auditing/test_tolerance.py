@@ -129,7 +129,10 @@ NANOMETRE = 1e-9
 
 
 def test_containment_has_no_tolerance():
-    """A ball of radius 0.25 m is inside the box, in its middle and a nanometre from the wall at x = 0.5 m: missed."""
+    """A ball of radius 0.25 m is inside a box, in its middle and a nanometre from the wall at x = 0.5 m.
+
+    A detector that says that it is outside misses both, for no shift by the tolerance would make that true.
+    """
     inside = ball_on_x_and_box(0.0, 0.25 - NANOMETRE, first=ball_mesh(0.25))
     assert outcomes_of_a_liar(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
 

@@ -181,7 +181,7 @@ AT_REST, MOVING = [0, 0], [0, 1]
     ],
 )
 def test_session_without_pairs_is_refused_with_the_reason(session, text):
-    """A pair needs two bodies that have meshes and move against each other."""
+    """A pair needs two bodies that have meshes and move against each other; the error says what is missing."""
     with pytest.raises(AssemblyError, match=text):
         assemble(session)
 
@@ -237,7 +237,7 @@ def test_engine_reports_of_known_bodies_are_no_note():
 
 
 def test_note_lists_a_limited_number_of_unknown_names():
-    """Two names more are unknown than may be listed: they are a number."""
+    """Reports of an engine name two bodies more that nobody knows than a note may list: those are a number."""
     unknown = [f"x{k}" for k in range(assembling.MOST_UNKNOWN_NAMES + 2)]
     (note,) = assembling.unknown_in_reports(session_with_reports_of(*(("a", name) for name in unknown)))
     assert f" and 2 more: {len(unknown)} reports of the engine" in note

@@ -216,7 +216,10 @@ def cup_with_approximation(folder, approximation):
     ],
 )
 def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, sentence):
-    """``corners``: of the collider; ``sentence``: how it differs from an engine's, where it may."""
+    """A cup's mesh has five corners, one of them inside, and collides by ``approximation``: as a solid of ``corners``.
+
+    ``sentence``: how the solid differs from an engine's, where it may.
+    """
     scene = cup_with_approximation(tmp_path, approximation)
     (solid,) = scene.bodies["cup"].colliders
     assert len(solid.vertices) == corners
