@@ -16,7 +16,7 @@ def test_properties_repeat_their_examples(pytestconfig):
 
 
 def test_only_the_weekly_run_draws_new_examples():
-    """Of the scripts without an ending, those that decide about a release among them, only "newest" asks for it."""
+    """Only "newest" asks for it, of the scripts without an ending, some of which decide about a release."""
     scripts = [path for path in SCRIPTS.iterdir() if path.is_file() and not path.suffix]
     assert {"run", "lowest", "slow", "newest"} <= {path.name for path in scripts}
     drawing_new = [path.name for path in scripts if "--hypothesis-profile fresh" in path.read_text("utf-8")]

@@ -36,7 +36,7 @@ def test_rows_of_available_recordings_are_reproduced(real_recordings, printed_ro
         assert without_times == printed_rows[name][: -real_recordings.TIMES]
 
 
-def test_every_recording_has_a_row_in_the_order_of_the_script(real_recordings, printed_rows):
+def test_every_recording_has_a_row_in_order_of_the_script(real_recordings, printed_rows):
     """The page has a row for each of the script's recordings, eight or more."""
     names = [item.name for item in real_recordings.RECORDINGS]
     assert len(names) >= 8

@@ -52,7 +52,7 @@ def test_sentences_are_read_from_help_templates_and_catalogues(printed_sentences
     ],
 )
 def test_a_riddle_is_recognised(riddle):
-    """Of a riddle and a plain sentence only the riddle is listed, with its file and line, once for each reason."""
+    """A riddle and a plain sentence: only the riddle is listed, with its file and line, once for each reason."""
     plain = "The detector missed 2 of 18 contacts."
     lines = command.riddles([("a.py", 3, riddle), ("a.py", 4, plain)])
     assert lines

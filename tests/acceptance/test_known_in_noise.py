@@ -37,12 +37,12 @@ def heights(rng, times):
     """Heights of the tool's lowest corner: up, and down to a turning point where it stays, as fast as a hand."""
     keys = [(0.0, 0.1)]
     for start in np.linspace(0.3, SECONDS, VISITS, endpoint=False):
-        lowest, stay_s, way_s = rng.uniform(-DEEPEST_M, HIGHEST_M), rng.uniform(0.0, 0.4), rng.uniform(0.3, 0.6)
+        lowest, stay_s, travel_s = rng.uniform(-DEEPEST_M, HIGHEST_M), rng.uniform(0.0, 0.4), rng.uniform(0.3, 0.6)
         keys += [
             (start, 0.1),
-            (start + way_s, lowest),
-            (start + way_s + stay_s + 0.01, lowest),
-            (start + 2 * way_s + stay_s, 0.1),
+            (start + travel_s, lowest),
+            (start + travel_s + stay_s + 0.01, lowest),
+            (start + 2 * travel_s + stay_s, 0.1),
         ]
     at, height = np.array(keys).T
     piece = np.clip(np.searchsorted(at, times, side="right"), 1, len(at) - 1)

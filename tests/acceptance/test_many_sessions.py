@@ -69,7 +69,7 @@ def run_measured(path, out, settings, request):
 
 
 class Driven(NamedTuple):
-    """What a program that ran a batch reports: of the batch, of each session in order of its end, and of itself.
+    """Report of a program that ran a batch: of the batch, of each session in order of its end, and of itself.
 
     ``reported``: session, result, seconds since the begin, and the program's memory in bytes then. ``died``: session
     and address of each worker that died with one.
@@ -148,7 +148,7 @@ def sessions_and_digest(tmp_path_factory):
 
 
 def driven(folder, out, kill_every, where="processes"):
-    """What a program of its own reports that runs all sessions of a folder; for the arguments see ``drive``."""
+    """Report of a program of its own that runs all sessions of a folder; for the arguments see ``drive``."""
     arguments = [sys.executable, __file__, str(folder), str(out), kill_every, where]
     ended = subprocess.run(arguments, env=environment(), capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr[-3000:]
@@ -166,19 +166,19 @@ def batch_with_kills(sessions_and_digest, tmp_path_factory):
 @pytest.mark.slow
 def test_killed_workers_do_not_change_the_digest(sessions_and_digest, batch_with_kills):
     """All sessions are done, each reported once, none failed or was there before; the digest is that of one process."""
-    folder, digest_of_one_process = sessions_and_digest
+    folder, expected_digest = sessions_and_digest
     out, report = batch_with_kills
     names = [path.stem for path in sorted(folder.glob("*.mcap"))]
     assert report.killed >= (min(5, report.wall_seconds // 75) if ON_DEMAND else KILLS_OF_24)
     assert report.done == names and report.kept == [] and report.failed == {}
     reported_names, states, *_ = zip(*report.reported, strict=True)
     assert sorted(reported_names) == names and set(states) == {"done"}
-    assert report.digest == digest_of_one_process
+    assert report.digest == expected_digest
     assert not [*out.glob(".*.partial")], "no run is left half written"
 
 
 @pytest.mark.slow
-def test_tables_after_kills_are_those_of_one_process(sessions_and_digest, batch_with_kills):
+def test_tables_after_kills_are_those_of_a_single_process(sessions_and_digest, batch_with_kills):
     """All columns but times (``_ms``) are equal; each session has a row of figures for either detector, in order."""
     folder, _ = sessions_and_digest
     out, report = batch_with_kills
@@ -203,7 +203,9 @@ def test_memory_and_time_of_a_batch_do_not_grow(batch_with_kills):
     measured = [json.loads((out / f".{name}.seen").read_text()) for name, *_ in report.reported]
     worker_gained = max(gained_by_worker(measured, pid) for pid in {pid for _, pid, _ in measured})
     tenth = max(len(measured) // 10, 2)
-    first, last = (median(seconds for seconds, *_ in part) for part in (measured[:tenth], measured[-tenth:]))
+    first, last = (
+        median(seconds for seconds, *_ in tenth_of_all) for tenth_of_all in (measured[:tenth], measured[-tenth:])
+    )
     print(
         f"\n{len(report.done)} sessions in {report.wall_seconds:.1f} s, {report.killed} killed; the driver gained"
         f" {driver_gained / 2**20:.1f} MiB, a worker {worker_gained / 2**20:.1f} MiB; processor time of a session"
@@ -220,10 +222,10 @@ def test_killed_scheduler_workers_are_named_without_changing_the_digest(sessions
 
     A worker that dies with a session is reported with both: some are, and not all, as a kill may find a worker idle.
     """
-    folder, digest_of_one_process = sessions_and_digest
+    folder, expected_digest = sessions_and_digest
     report = driven(folder, tmp_path / "runs", KILL_EVERY, where="scheduler")
     assert report.killed >= KILLS_OF_24 or ON_DEMAND
-    assert report.failed == {} and report.digest == digest_of_one_process
+    assert report.failed == {} and report.digest == expected_digest
     assert len(report.done) == len(report.reported) == SESSIONS
     assert report.died and {session for session, _ in report.died} <= set(report.done)
     assert all(address.startswith("tcp://") for _, address in report.died)

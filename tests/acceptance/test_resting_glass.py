@@ -54,7 +54,7 @@ print(json.dumps({
 
 
 def rested(*arguments):
-    """What a new program measures of RUN: seconds of processor time, bytes, and the work of the detector ``exact``.
+    """Measurements of RUN by a new program: seconds of processor time, bytes, and the work of the detector ``exact``.
 
     ``reused``: frames of a pair that repeat a pose and take its answer; ``exact``: tests of face pairs in exact
     arithmetic.

@@ -86,7 +86,7 @@ def test_pages_of_a_study_name_students_only_in_links(class_and_seconds):
 
 
 @pytest.mark.parametrize("name", ["associations.csv", "reliability.csv"])
-def test_tables_of_a_study_have_no_cell_of_fewer_than_five(class_and_seconds, name):
+def test_tables_of_a_study_have_five_students_a_row(class_and_seconds, name):
     """Every row is of five students at least: of fewer, a figure could lead to one of them."""
     out, _ = class_and_seconds
     with (out / "study" / name).open(newline="") as file:

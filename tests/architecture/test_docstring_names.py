@@ -87,7 +87,7 @@ def test_names_in_docstrings_exist(sources, names_of_code):
 
 
 def test_name_of_a_docstring_that_no_code_has_is_noticed():
-    """Of two names in a docstring only ``gone`` is known; a comment does not make the other one a name of the code."""
+    """A docstring has two names, of which only ``gone`` is known; a comment does not make the other a name of code."""
     source = 'def gone():\n    """See `gone` and ``gone.never_written``."""  # never_written\n'
     assert unknown_names(source, known={"gone"}) == ["gone.never_written"]
 
@@ -108,7 +108,7 @@ def stale_parameters(tree):
 
 
 def test_documented_parameters_exist_in_the_signature(sources):
-    """Of more than 50 files with a section "Parameters", every name in it is a parameter of its function."""
+    """Each name in a section "Parameters", in more than 50 files, is a parameter of its function."""
     described = {
         path: text for path, text in sources.items() if re.search(r"^ +Parameters\n +-+\n", text, re.MULTILINE)
     }
@@ -118,7 +118,7 @@ def test_documented_parameters_exist_in_the_signature(sources):
     assert stale == []
 
 
-def test_documented_parameter_that_is_not_there_is_noticed():
+def test_documented_parameter_that_is_absent_is_noticed():
     """The docstring of f describes a and b; f has no b, which is reported with the line of the function, 1."""
     source = 'def f(a, **options):\n    """Do it.\n\n    Parameters\n    ----------\n    a, b : both.\n    """'
     assert [*stale_parameters(ast.parse(source))] == [(1, "b")]

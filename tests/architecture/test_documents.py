@@ -155,7 +155,7 @@ def settings_of(path):
 
 
 def read_by_the_product(path):
-    """What the product reads from a TOML or YAML file of a page: a scene, a mapping, settings or a codebook."""
+    """Reads a TOML or YAML file of a page as the product does: a scene, a mapping, settings or a codebook."""
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
     from sessions.importers.csv_columns_and_units import read_mapping

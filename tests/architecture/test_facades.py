@@ -34,8 +34,8 @@ def test_lazy_package_exports_equal_its_typed_imports(package):
     """
     facade = import_module(package)
     assert set(facade.__all__) == set(facade._HOME) == set(homes(package)) == set(dir(facade))
-    for name, (module, name_there) in homes(package).items():
-        assert facade.__getattr__(name) is getattr(import_module(module), name_there), name
+    for name, (module, name_in_module) in homes(package).items():
+        assert facade.__getattr__(name) is getattr(import_module(module), name_in_module), name
 
 
 @pytest.mark.parametrize("package", PACKAGES)

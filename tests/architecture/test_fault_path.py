@@ -87,7 +87,7 @@ def test_shapes_are_the_types_with_a_field_of_a_fault():
     assert shapes_of([source]) == {"A", "B", "Fault", "KeyMoment"}
 
 
-def test_shapes_of_a_fault_are_seen_in_the_package():
+def test_shapes_of_a_fault_are_listed_for_the_package():
     """Three of the types of ``replay`` that hold a fault or a cause."""
     assert shapes_of(path.read_text("utf-8") for path in PACKAGE.rglob("*.py")) >= {"Fault", "Causes", "Answer"}
 

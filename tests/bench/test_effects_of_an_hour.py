@@ -23,7 +23,7 @@ MOST_SECONDS = 2.0
 
 
 class Hour(NamedTuple):
-    """What effects are computed from: the plan of a scene, its session, assembly and detections."""
+    """Inputs of effects: the plan of a scene, its session, assembly and detections."""
 
     plan: object
     session: object

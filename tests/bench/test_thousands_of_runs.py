@@ -48,7 +48,7 @@ class Measured(NamedTuple):
 
 
 def measured(work, *arguments):
-    """What a program of its own takes for some lines of code."""
+    """Measurements of a program of its own that runs some lines of code."""
     script = MEASURED.format(work=work)
     ended = subprocess.run(
         [sys.executable, "-c", script, *arguments], env=environment(), capture_output=True, text=True

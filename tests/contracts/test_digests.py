@@ -10,18 +10,18 @@ from support.digests import FILE, QUICK, REAL, SLOW, VARIANTS, asked_in, digests
 from support.optional import needs_data
 
 KNOWN = json.loads(FILE.read_text())
-PARTS = ("verdicts", "faces", "counters")
+KINDS_OF_DIGEST = ("verdicts", "faces", "counters")
 """What the digests of a detector are of, in the order of the file."""
 
 
-def parts_that_differ(group):
-    """Detectors and settings whose digests are not those of ``digests.json``, each with the parts that differ."""
+def differing_digests(group):
+    """Detectors and settings whose digests are not those of ``digests.json``, each with the kinds that differ."""
     differing = {}
     for variant in asked_in(group):
         known, now = KNOWN[group][variant_name(*variant)].split(), digests(group, *variant).split()
-        parts = [part for part, before, after in zip(PARTS, known, now, strict=True) if before != after]
-        if parts:
-            differing[variant_name(*variant)] = parts
+        kinds = [kind for kind, before, after in zip(KINDS_OF_DIGEST, known, now, strict=True) if before != after]
+        if kinds:
+            differing[variant_name(*variant)] = kinds
     return differing
 
 
@@ -31,16 +31,16 @@ def parts_that_differ(group):
 def test_verdicts_faces_and_counters_equal_the_kept_digests(group):
     """``group``: some bodies and motions; each detector has a digest of its verdicts, faces and counters of work there.
 
-    No detector has parts that differ from ``digests.json``, where they were written down.
+    No detector has digests that differ from ``digests.json``, where they were written down.
     """
-    assert parts_that_differ(group) == {}
+    assert differing_digests(group) == {}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("group", SLOW)
 def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
     """``group``: many bodies and motions; verdicts, faces and counters of no detector differ from ``digests.json``."""
-    assert parts_that_differ(group) == {}
+    assert differing_digests(group) == {}
 
 
 @needs_data
@@ -48,7 +48,7 @@ def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
 @pytest.mark.parametrize("group", REAL)
 def test_digests_of_real_recordings_are_unchanged(group):
     """``group``: real recordings; no detector has verdicts, faces or counters other than in ``digests.json``."""
-    assert parts_that_differ(group) == {}
+    assert differing_digests(group) == {}
 
 
 def test_every_row_of_the_table_has_digests():

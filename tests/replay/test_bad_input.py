@@ -30,7 +30,7 @@ from sessions.errors import SessionError
 from sessions.model.scene import Scene, SceneBody
 
 TABLE = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))["refused"]
-APART = {"a": range(11), "b": [50] * 11}
+SEPARATE = {"a": range(11), "b": [50] * 11}
 """X of two unit cubes in 11 frames, which never meet."""
 
 CIRCLE = Scene(bodies=(SceneBody("a", parent="b"), SceneBody("b", parent="a")))
@@ -44,7 +44,7 @@ CALLS = {
     "tolerance": lambda tau: Tolerance(assembly=None, faces=None, tau=tau),
     "noise": lambda words: parse_noise([words]),
     "noisy copies": lambda count: parse_noise(["vive"], count),
-    "run": lambda settings: compute(unit_cubes_on_x(APART), **{"detectors": "hybrid", **settings}),
+    "run": lambda settings: compute(unit_cubes_on_x(SEPARATE), **{"detectors": "hybrid", **settings}),
     "pair": lambda pair: chosen_pairs(Scene(), ("hand",), {}, [pair]),
     "parents": lambda tracked: Kinematics(CIRCLE, tuple(tracked), ("a",)),
     "policy": lambda word: parse_policy([word]),

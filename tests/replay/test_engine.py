@@ -151,10 +151,10 @@ def test_live_and_offline_detectors_answer_alike():
     is_live = {label: detector.live for label, detector in live.document.detectors.items()}
     assert is_live == {"hybrid": True, "sphere": True, "image-space": False, "static": True, "continuous": False}
     assert not any(detector.live for detector in offline.document.detectors.values())
-    one_time_a_frame, a_single_time = (12,), ()
+    a_time_for_each_frame, a_single_time = (12,), ()
     for label, detection in live.detections.items():
         assert detection.digest == offline.detections[label].digest
-        expected = one_time_a_frame if is_live[label] else a_single_time
+        expected = a_time_for_each_frame if is_live[label] else a_single_time
         assert {np.shape(seconds) for seconds in detection.seconds.values()} == {expected}
 
 
@@ -192,7 +192,7 @@ def session_of_hours_has_6_frames(monkeypatch):
 
 
 def answers(result):
-    """What a run answers, by kind."""
+    """Answers of a run, by kind."""
     detections = result.detections.items()
     return {
         "digests": {label: detection.digest for label, detection in detections},

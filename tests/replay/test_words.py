@@ -112,7 +112,7 @@ def test_fraction_keeps_digits_that_distinguish_it_from_0_and_100(fraction, text
     ],
 )
 def test_number_above_a_limit_is_printed_above_the_limit(value, limit, text):
-    """As many digits as it takes: with three, 11.14 would be 11.1, the limit itself."""
+    """It has as many digits as it takes: with three, 11.14 would be 11.1, the limit itself."""
     assert words.number_above(value, limit) == text
 
 

@@ -38,7 +38,7 @@ class Planted:
 
     @staticmethod
     def spoil(contact):
-        """What the detector reports where this is true: contact of (T, P), frames by pairs."""
+        """Returns the contact that the detector reports where this one is true: (T, P), frames by pairs."""
         return contact
 
 

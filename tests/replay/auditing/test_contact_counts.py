@@ -111,14 +111,14 @@ def test_missed_and_late_counts_agree_with_counting_by_hand(first_pair, second_p
     assert counts.late_or_cut_short == len({miss.contact for miss in misses}) - counts.missed
 
 
-def drawn_proportions(random, contacts, every=4, length_spread=0.8, never_seen=0.0):
+def drawn_proportions(random, contacts, every=4, length_spread=0.8, wholly_missed=0.0):
     """Proportions missed, false, and of faces listed, of a random session: the detector samples ``every``-th frame.
 
     Contacts last about 0.12 s at 90 Hz (lognormal, of this spread), with pauses of 20 to 89 frames. A fraction
-    ``never_seen`` of the contacts is ten times as long, and missed whole.
+    ``wholly_missed`` of the contacts is ten times as long, and missed whole.
     """
     frames = np.maximum(np.rint(90 * random.lognormal(np.log(0.12), length_spread, contacts)), 1).astype(int)
-    lost = random.random(contacts) < never_seen if never_seen else np.zeros(contacts, dtype=bool)
+    lost = random.random(contacts) < wholly_missed if wholly_missed else np.zeros(contacts, dtype=bool)
     frames[lost] *= 10
     lasting = np.column_stack([random.integers(20, 90, contacts), frames]).ravel()
     truth = np.append(np.repeat(np.tile([False, True], contacts), lasting), [False] * every)
@@ -170,8 +170,8 @@ def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, le
     Coverage was measured, and is of 200 random sessions. The caption of the intervals warns of this case.
     """
     random = np.random.default_rng(16)
-    true = drawn_proportions(random, contacts=20_000, never_seen=0.05)["missed"].value
-    sessions = [drawn_proportions(random, contacts, never_seen=0.05)["missed"] for _ in range(200)]
+    true = drawn_proportions(random, contacts=20_000, wholly_missed=0.05)["missed"].value
+    sessions = [drawn_proportions(random, contacts, wholly_missed=0.05)["missed"] for _ in range(200)]
     covered = np.mean([drawn.lower <= true <= drawn.upper for drawn in sessions])
     assert least_coverage <= covered <= most_coverage
     assert "They are too narrow where contacts are few and the missed ones are long" in INTERVALS_CAPTION

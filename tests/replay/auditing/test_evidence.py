@@ -111,7 +111,7 @@ def test_frames_of_a_miss_are_spread_evenly(first, last, most_frames, frames):
 
 
 def test_long_misses_are_sampled_evenly_with_both_ends():
-    """Of 10,001 frames as many are queried as are allowed, both ends among them; steps differ by one frame at most."""
+    """A miss has 10,001 frames: as many are queried as are allowed, with both ends; steps differ by one frame."""
     frames = spread_frames(first=0, last=10_000, most_frames=EVIDENCE_BUDGET.per_miss)
     assert len(frames) == EVIDENCE_BUDGET.per_miss
     assert (frames[0], frames[-1]) == (0, 10_000)

@@ -83,7 +83,7 @@ def test_interval_is_displayed_at_its_largest_gap():
 
 
 def test_false_contacts_are_numbered_by_time():
-    """Of four frames, frame 0 is a false contact, and frames 2 and 3 are another."""
+    """In four frames, frame 0 is a false contact, and frames 2 and 3 are another."""
     first, second = false_of([FALSE, NEITHER, FALSE, FALSE])
     assert (first.number, first.first) == (1, 0)
     assert (second.number, second.first) == (2, 2)

@@ -37,7 +37,7 @@ def cubes_at_gaps(metres, **more):
 
 
 def flicker(session, label="exact", **settings):
-    """What is counted of the interrupted contacts of a detector, and the whole run."""
+    """Counts of the interrupted contacts of a detector, and the whole run."""
     result = compute(session, **{"detectors": "exact,mesh=discrete", "oracle": "exact"} | settings)
     return result.document.detectors[label].flicker, result
 

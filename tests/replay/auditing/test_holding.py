@@ -130,7 +130,7 @@ def test_press_outside_the_requested_window_is_no_grasp(start, end, presses):
     assert len(grasps(assemble(session, start=start, end=end), session)) == presses
 
 
-def test_body_named_like_a_hand_is_one():
+def test_body_named_like_a_hand_is_a_hand():
     """ "hand-right" is the right hand by its name."""
     assembly, session = assembly_with_trigger(*session_of_carried_cube())
     assert {assembly.names[k]: side for k, side in hand_bodies(assembly, session).items()} == {"hand-right": "right"}
@@ -190,8 +190,8 @@ def test_contact_while_grasped_is_in_no_count():
     """
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
     compared = compare(subject, oracle, holdings=(segment_of(pair=0, first=3, last=6),))
-    first_letters = [Outcome(item).name[0] for item in compared.outcome[:, 0]]
-    assert "".join(first_letters) == "NBMGGGGNBN"
+    initials = [Outcome(item).name[0] for item in compared.outcome[:, 0]]
+    assert "".join(initials) == "NBMGGGGNBN"
 
     counts = count_contacts(compared, episodes(oracle))
     assert counts.numbers.tolist() == [1, 3]

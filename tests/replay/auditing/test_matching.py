@@ -57,11 +57,11 @@ def test_each_report_of_a_split_contact_has_its_word():
     assert result.status() == {1: "piece", 2: "matched", 3: "piece"}
 
 
-LETTERS = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
+CODES = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
 """A letter a frame: C contact, two in three, or . clear."""
 
 
-@given(LETTERS, LETTERS)
+@given(CODES, CODES)
 def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
     """Matches share as many frames in all as SciPy's best assignment; each contact of either side is counted once."""
     size = min(len(left), len(right))

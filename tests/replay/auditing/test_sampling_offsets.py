@@ -140,7 +140,7 @@ def test_typical_offset_displays_the_larger_fault_nearest_its_mean(missed, both,
 
 
 def test_missed_time_is_counted_over_all_offsets():
-    """Of one contact 5 of 10, 3 of 5 and 2 of 10 frames are missed at three sampling offsets: 10 of 25."""
+    """A contact has 5 of 10, 3 of 5 and 2 of 10 frames missed at three sampling offsets: 10 of 25."""
     counts = counts_at_offsets(missed=(5, 3, 2), both=(5, 2, 8), false_fractions=(0.0, 0.0, 0.0))
     assert counts.proportions()["missed"].value == pytest.approx(10 / 25)
 

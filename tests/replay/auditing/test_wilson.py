@@ -18,9 +18,9 @@ def test_nothing_counted_leaves_everything_open():
     assert proportion(0, 0) == Proportion(count=0, of=0, value=None, lower=0.0, upper=1.0)
 
 
-def bounds_of(part):
+def bounds_of(counted):
     """Both ends of the interval of a proportion."""
-    return part.lower, part.upper
+    return counted.lower, counted.upper
 
 
 def missed_of_contacts(missed_frames, frames):

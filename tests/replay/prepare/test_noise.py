@@ -74,8 +74,8 @@ def test_noisy_copies_have_the_requested_size_and_correlation():
     assert np.degrees(rotation_rms_rad) == pytest.approx(0.3, rel=0.1)
     for instant in (1, 2, 3):
         covariance = (position_errors[:, 0] * position_errors[:, instant]).sum(axis=1).mean()
-        seconds_apart = instants[instant] - instants[0]
-        assert covariance / 0.002**2 == pytest.approx(np.exp(-seconds_apart / 0.05), abs=0.1)
+        seconds_between = instants[instant] - instants[0]
+        assert covariance / 0.002**2 == pytest.approx(np.exp(-seconds_between / 0.05), abs=0.1)
 
 
 def test_noisy_copy_is_independent_of_blocks_and_bodies():

@@ -38,7 +38,7 @@ def test_repair_reports_held_and_dropped_samples_per_interval():
     assert (span.samples, span.held, span.dropped, span.action) == (20, 9, 11, "hold:0.1")
 
 
-def test_repair_as_json_has_its_policy_in_words():
+def test_repair_as_json_has_the_text_of_its_policy():
     """The repair is written as strict JSON and read again; its policy says the action and the limit in seconds."""
     repair = repair_session(hand_lost_from_frame_400().session(), parse_policy(["identity-while-lost=hold:0.1"]))
     document = json.loads(json.dumps(repair.as_json(), allow_nan=False))

@@ -116,7 +116,7 @@ def test_draft_keeps_the_recorded_scene():
     assert scene.body("cup") == SceneBody("cup", tags=("glass",), extra={"mass": 0.1})
 
 
-def test_pairs_are_not_drafted_beside_those_of_the_scene_or_its_effects():
+def test_pairs_are_drafted_only_where_scene_and_effects_have_none():
     """A recorded scene with a pair keeps it alone; with an effect, which names its own pair, it gets none."""
     effects = (SceneEffect("contact", {"between": ["cup", "top"]}),)
     with_pair = Scene("lab", RECORDED_BODIES, pairs=(("cup", "far"),))

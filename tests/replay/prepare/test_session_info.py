@@ -61,7 +61,7 @@ def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate_hz):
 
 @pytest.fixture(scope="module")
 def info_of_two_cubes():
-    """What is said of a session whose first of three frames, 10 ms apart, has the stamp of 5 s.
+    """Information about a session whose first of three frames, 10 ms apart, has the stamp of 5 s.
 
     Cube a moves, b rests. Declared as fixed are a bench, which has no mesh, and b, which was recorded; ghost is
     declared and nothing more. There are a task, three events and two streams of numbers.

@@ -37,7 +37,7 @@ def test_session_or_its_path_is_accepted(argument, path_is_allowed):
         pytest.param(3, False, "from_arrays", id="a number where no path is allowed"),
     ],
 )
-def test_wrong_session_is_refused_with_a_function_that_makes_one(argument, path_is_allowed, function):
+def test_wrong_session_is_refused_with_a_function_that_helps(argument, path_is_allowed, function):
     """A path can be read, anything else must be built from arrays: the error names the function that does it."""
     with pytest.raises(WrongInputError, match=function):
         require_session(argument, path=path_is_allowed)

@@ -73,7 +73,7 @@ def arm_of_mujoco(arm_model):
 
 
 def test_mjcf_poses_and_masses_agree_with_mujoco(arm_model, arm_of_mujoco):
-    """Of the four bodies that collide, to 1e-9 m. The table has no joint and does not move."""
+    """Poses of the four bodies that collide, to 1e-9 m, and their masses. The table, without a joint, does not move."""
     bodies = read_scene_source(arm_model).bodies
     model, data = arm_of_mujoco
     assert [*bodies] == ["table", "arm", "hand", "cup"]
@@ -138,7 +138,7 @@ def test_mjcf_parent_and_excluded_pairs_never_meet(arm_model):
 
 
 def test_unsupported_mjcf_parts_are_listed(arm_model):
-    """Of the model of an arm the endless floor is not taken, and the body ghost, of which nothing collides."""
+    """In the model of an arm the endless floor is not taken, nor the body ghost, of which nothing collides."""
     left_out = read_scene_source(arm_model).left_out
     assert any("endless plane of body 'world'" in sentence for sentence in left_out)
     assert any("nothing collides: ghost" in sentence for sentence in left_out)

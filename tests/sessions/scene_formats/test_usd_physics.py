@@ -269,7 +269,7 @@ def define_joint(stage, first, second):
     ],
 )
 def test_filtered_pairs_are_excluded(tmp_path, filtering, filtered):
-    """Of arm, hand and cup, the arm or its only collider names the hand or its only collider."""
+    """There are arm, hand and cup; the arm or its only collider names the hand or its only collider."""
     stage = stage_with_balls(tmp_path / "s.usda", "arm", "hand", "cup")
     api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(filtering))
     api.CreateFilteredPairsRel().AddTarget(filtered)
