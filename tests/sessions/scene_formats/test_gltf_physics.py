@@ -282,8 +282,8 @@ def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
 
 @pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
 def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
-    """A glass of three colliders and a table; at most one body, or two faces, may be placed."""
-    monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 1 if limit == "MOST_BODIES" else 2)
+    """Four nodes of a glass and a table have physics; at most two such nodes, or two faces, may be placed."""
+    monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
     with pytest.raises(SceneSourceError, match="the scene places more than"):
         scene_of(tmp_path, glass_document("KHR"))
 
