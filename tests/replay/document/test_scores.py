@@ -6,6 +6,7 @@ from msgspec import structs
 from support.report_states import MATCHING, audit_of, zeros
 from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x, verdict_column
 
+from replay.auditing.fault import FaultKind
 from replay.auditing.matching import EpisodeMatch, EpisodeMatches
 from replay.auditing.outcome import Outcome
 from replay.auditing.wilson import proportion, wilson_interval
@@ -104,3 +105,35 @@ def test_detectors_of_different_sessions_are_pooled_apart():
     """Detectors x and y have a session each, of 10 pair-frames."""
     pooled = pooled_audits([{"x": SESSION_AUDIT}, {"y": SESSION_AUDIT}])
     assert [(label, audit.time_missed.of) for label, audit in pooled.items()] == [("x", 10), ("y", 10)]
+
+
+@pytest.fixture(scope="module")
+def run_of_three_contacts():
+    """Unit cubes at 100 Hz: b is in contact with a in frames 2 and 3, in 5, and in 8 to 10; c is 0.2 m beside a.
+
+    ``slow`` samples the even frames: it misses frame 5 and reports 11 too. Spheres overlap below 1.73 m.
+    """
+    x_of_b = [3, 3, 0.9, 0.9, 3, 0.9, 3, 3, 0.9, 0.8, 0.9, 1.2]
+    session = unit_cubes_on_x({"a": [0.0] * 12, "b": x_of_b, "c": [-1.2] * 12})
+    pairs = [("a", "b"), ("a", "c")]
+    return compute(session, detectors="slow=discrete[rate_hz=50],sphere", oracle="exact", pairs=pairs).document
+
+
+def test_contacts_of_a_pair_are_counted_and_measured(run_of_three_contacts):
+    """Of a-b: 2, 1 and 3 frames by the reference, 2 and 4 by ``slow``; of a-c spheres alone report contact."""
+    first, second = run_of_three_contacts.pairs
+    exact, slow = first.contacts["exact"], first.contacts["slow"]
+    assert (exact.count, exact.seconds, exact.longest, exact.cut) == (3, pytest.approx(0.06), pytest.approx(0.03), 0)
+    assert (slow.count, slow.seconds, slow.longest) == (2, pytest.approx(0.06), pytest.approx(0.04))
+    assert [{*pair.audit} for pair in (first, second)] == [{"slow", "sphere"}, {"sphere"}]
+    assert second.audit["sphere"].pair_frames.false_contact == 12
+
+
+def test_audit_counts_misses_by_kind_and_unconfirmed_frames(run_of_three_contacts):
+    """``slow`` misses one contact and is false in frame 11; spheres are candidates in it and in all frames of a-c."""
+    slow, sphere = run_of_three_contacts.audit["slow"], run_of_three_contacts.audit["sphere"]
+    assert slow.misses_by_kind == {kind: int(kind is FaultKind.NEVER_REPORTED) for kind in slow.misses_by_kind}
+    assert (slow.misses, slow.contacts_cut) == (1, 0)
+    assert (slow.unconfirmed, sphere.unconfirmed) == (0, 13)
+    # Both contacts that it finds begin on time; one ends on time, the other a frame late.
+    assert slow.matching.end_error.mean == pytest.approx(0.005)
