@@ -26,20 +26,20 @@ def determinant(a, b, c):
 
 @given(POINT, POINT, POINT)
 def test_the_side_of_any_points_is_that_of_rational_arithmetic(a, b, c):
-    """Points may be so nearly on a line that doubles would give the wrong sign."""
+    """Three random points, from nearly on a line to far from it, wind left (1), right (-1) or are on a line (0)."""
     assert orientation(a, b, c) == sign(determinant(a, b, c))
 
 
 @given(st.integers(0, 255), st.integers(0, 255))
 def test_points_an_ulp_from_a_line_are_on_their_side(i, j):
-    """The points lie at most 255 ulps from (0.5, 0.5), which is on the line of the other two."""
+    """A point lies up to 255 ulps from (0.5, 0.5), which is on the line of (12, 12) and (24, 24)."""
     ulp = 2.0**-53
     points = (0.5 + i * ulp, 0.5 + j * ulp), (12.0, 12.0), (24.0, 24.0)
     assert orientation(*points) == sign(determinant(*points))
 
 
 def test_float64_alone_would_be_wrong_about_such_points():
-    """256 points up to 15 ulps from (0.5, 0.5), by the usual determinant in doubles."""
+    """For 256 points up to 15 ulps from (0.5, 0.5) the usual determinant in doubles has a wrong sign somewhere."""
     ulp, (bx, by), (cx, cy) = 2.0**-53, (12.0, 12.0), (24.0, 24.0)
     grid = [(0.5 + i * ulp, 0.5 + j * ulp) for i in range(16) for j in range(16)]
     rounded = [sign((x - cx) * (by - cy) - (y - cy) * (bx - cx)) for x, y in grid]
@@ -47,14 +47,17 @@ def test_float64_alone_would_be_wrong_about_such_points():
 
 
 def test_rational_arithmetic_alone_gives_the_side():
-    """50 triangles of whole coordinates from -9 to 9, by the function that is slow and exact."""
+    """The slow function, which decides where doubles cannot, is right about 50 triangles of whole coordinates."""
     for points in np.random.default_rng(6).integers(-9, 10, (50, 3, 2)).tolist():
         assert exact_orientation(*points) == sign(determinant(*points))
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-180, 1e155])
 def test_winding_is_the_sign_of_the_shoelace_sum(scale):
-    """Random polygons of whole coordinates, also where products overflow or underflow; the sum is of fractions."""
+    """200 random polygons of 3 to 8 corners have whole coordinates from -3 to 3, times ``scale``.
+
+    Products of doubles overflow at 1e155 and underflow at 1e-180; the expected sum is of fractions.
+    """
     random = np.random.default_rng(5)
     for _ in range(200):
         points = (scale * random.integers(-3, 4, (random.integers(3, 9), 2))).tolist()

@@ -34,9 +34,15 @@ def test_shape_is_closed_outward_and_within_its_size(shape, faces):
 
 
 def test_pointed_ball_is_closed_and_touches_its_sphere_on_axes():
-    """An octahedron whose 8 faces are split into 4 twice."""
+    """A ball of radius 0.5 is an octahedron whose 8 faces are split into 4 twice; all its vertices are on the sphere.
+
+    Six of them are the corners of the octahedron, exactly on the axes.
+    """
     ball = pointed_ball(0.5, splits=2)
-    assert has_consistent_winding(ball) and ball.volume > 0 and len(ball.faces) == 8 * 4**2
+    assert has_consistent_winding(ball)
+    assert ball.volume > 0
+    assert len(ball.faces) == 8 * 4**2
     assert np.linalg.norm(ball.vertices, axis=1) == pytest.approx(0.5)
     on_axes = {*map(tuple, ball.vertices[np.count_nonzero(ball.vertices, axis=1) == 1].tolist())}
-    assert on_axes == {*map(tuple, np.concatenate([0.5 * np.eye(3), -0.5 * np.eye(3)]).tolist())}
+    corners = np.concatenate([0.5 * np.eye(3), -0.5 * np.eye(3)])
+    assert on_axes == {*map(tuple, corners.tolist())}

@@ -34,16 +34,22 @@ def wall_thicknesses(instrument, seed):
 @pytest.mark.parametrize("faces", SIZES)
 @pytest.mark.parametrize("name", VESSELS)
 def test_wall_is_uniform_and_about_1_to_2_mm_thick(name, faces):
-    """Rays through the glass: the median is 0.8 to 2.5 mm, and no wall is further than 10 % from the middle of all."""
-    walls = wall_thicknesses(make_instrument(name, faces), faces)
-    assert 0.8e-3 <= np.median(walls) <= 2.5e-3
-    assert walls == pytest.approx((walls.min() + walls.max()) / 2, rel=0.10)
+    """120 rays go through a vessel's glass at right angles, away from openings and feet.
+
+    The wall's thickness is 0.8 to 2.5 mm in the median, and nowhere further than 10 % from the middle of all.
+    """
+    walls_m = wall_thicknesses(make_instrument(name, faces), seed=faces)
+    assert 0.0008 <= np.median(walls_m) <= 0.0025
+    assert walls_m == pytest.approx((walls_m.min() + walls_m.max()) / 2, rel=0.10)
 
 
 @pytest.mark.sampled(18)
 @pytest.mark.parametrize("name", VESSELS)
 def test_the_glass_itself_encloses_the_capacity(name):
-    """Not from the cavity's mesh: by rays from the axis to the glass at heights between floor and mark."""
+    """The volume of a vessel is measured by rays from its axis to the glass, at 32 heights between floor and mark.
+
+    At each height 31 rays give the mean square of the radius, and so the area. It is the nominal volume within 1 %.
+    """
     instrument = make_instrument(name, 500)
     cavity = instrument.cavity
     heights = np.linspace(cavity.floor_height, cavity.mark_height, 2 * HEIGHTS + 1)[1::2]
@@ -52,9 +58,8 @@ def test_the_glass_itself_encloses_the_capacity(name):
     origins = np.array([[0, y, 0] for y in heights for _ in rotations])
     hits = distances_along_rays(instrument.mesh.triangles, origins, np.tile(outward, (HEIGHTS, 1)))
     mean_square = np.mean([hit[0] ** 2 for hit in hits])
-    assert np.pi * mean_square * (cavity.mark_height - cavity.floor_height) == pytest.approx(
-        cavity.capacity_m3, rel=0.01
-    )
+    volume_m3 = np.pi * mean_square * (cavity.mark_height - cavity.floor_height)
+    assert volume_m3 == pytest.approx(cavity.capacity_m3, rel=0.01)
 
 
 OUTLINES = ("beaker_50", "volumetric_flask", "graduated_cylinder", "funnel", "pipette", "watch_glass")
@@ -65,6 +70,7 @@ OUTLINES = ("beaker_50", "volumetric_flask", "graduated_cylinder", "funnel", "pi
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in OUTLINES)) for name in VESSELS]
 )
 def test_glass_bends_by_little_more_than_90_degrees(name):
-    """A wall or a rim that folds back turns by more."""
+    """Neighbouring faces of a vessel differ by 1.7 rad, 97 degrees, at most; a wall that folds back has more."""
     mesh = make_instrument(name, 5000).mesh
-    assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).face_adjacency_angles.max() < 1.7
+    angles_rad = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).face_adjacency_angles
+    assert angles_rad.max() < 1.7

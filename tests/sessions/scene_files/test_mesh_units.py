@@ -29,7 +29,10 @@ def box_mesh_of(*size):
     ],
 )
 def test_mesh_unit_is_stated_by_scene_or_guessed(file, scale, size, value, origin, alternatives):
-    """``size``: edge of the mesh as read, in ``value``; ``alternatives``: units that fit its size."""
+    """A cube of ``size`` m was read by ``scale``: other than 1 it is the scene's word, and of a GLB the format's.
+
+    Of an OBJ or STL metres are guessed; ``alternatives``: the units by which the cube is 5 mm to 5 m wide, too.
+    """
     row = scene_mesh_unit(SceneBody("cup", mesh=file, scale=scale), box_mesh_of(size, size, size))
     assert (row.subject, row.value, row.origin) == (Subject.MESH_UNIT, value, origin)
     assert row.alternatives == alternatives
@@ -37,7 +40,10 @@ def test_mesh_unit_is_stated_by_scene_or_guessed(file, scale, size, value, origi
 
 
 def guessed_alternatives(sizes, stated=()):
-    """The units of OBJ files by body: each a cube of so many units, taken for the unit beside its size."""
+    """Body -> units that its OBJ file may have; ``sizes``: body -> (how many units its cube is wide, unit taken).
+
+    The user says the units of the bodies ``stated``.
+    """
     meshes = {name: box_mesh_of(*[size * UNITS[unit]] * 3) for name, (size, unit) in sizes.items()}
     poses = CONVENTIONS["canonical"]
     rows = {
@@ -49,13 +55,14 @@ def guessed_alternatives(sizes, stated=()):
 
 @pytest.mark.parametrize("millimetres", [5, 6, 7.5, 8, 9, 30])
 def test_a_lone_mesh_of_millimetres_in_centimetres_is_open(millimetres):
-    """A cube drawn 0.5 to 3 units wide, taken for metres, fits centimetres too."""
+    """A cube is 0.5 to 3 units wide: taken for metres, it may as well be in centimetres, 5 to 30 mm."""
     assert guessed_alternatives({"stopper": (millimetres / 10, "m")})["stopper"] == ("m", "cm")
 
 
 def test_two_meshes_of_unclear_unit_both_stay_unclear():
     """Meshes of 0.8 and 0.9 m may be large or in centimetres; neither is evidence for the other."""
-    assert set(guessed_alternatives({"stopper": (0.8, "m"), "lid": (0.9, "m")}).values()) == {("m", "cm")}
+    alternatives = guessed_alternatives({"stopper": (0.8, "m"), "lid": (0.9, "m")})
+    assert alternatives == {"stopper": ("m", "cm"), "lid": ("m", "cm")}
 
 
 def test_a_certain_mesh_of_its_unit_decides_a_bench():
@@ -64,21 +71,20 @@ def test_a_certain_mesh_of_its_unit_decides_a_bench():
 
 
 def test_a_bench_beside_meshes_in_centimetres_is_open():
-    """A bench of 0.8 units, beside a cup of 12 units that the user says are centimetres."""
+    """A bench of 0.8 units is beside a cup of 12 units, of which the user says that they are centimetres."""
     assert guessed_alternatives({"bench": (0.8, "m"), "cup": (12.0, "cm")}, stated=["cup"])["bench"] == ("m", "cm")
 
 
 def test_pin_beside_centimetre_meshes_may_be_smaller():
-    """A mesh is (units wide, unit taken).
-
-    A pin of 0.2 units beside a cup of 12 cm, and beside two meshes in metres too.
-    """
-    assert guessed_alternatives({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
-    sizes = {"pin": (0.2, "m"), "cup": (12.0, "cm"), "dish": (0.1, "m"), "tube": (0.1, "m")}
-    assert guessed_alternatives(sizes)["pin"] == ("m", "cm")
+    """A pin of 0.2 units, by itself metres, is beside a cup of 12 cm: it may be 2 mm, also beside meshes in metres."""
+    pin_and_cup = {"pin": (0.2, "m"), "cup": (12.0, "cm")}
+    assert guessed_alternatives(pin_and_cup)["pin"] == ("m", "cm")
+    more_in_metres = {"dish": (0.1, "m"), "tube": (0.1, "m")}
+    assert guessed_alternatives(pin_and_cup | more_in_metres)["pin"] == ("m", "cm")
 
 
 def test_unit_of_the_poses_is_a_possible_unit_of_meshes():
-    """A pin 0.2 units long, taken for metres, beside poses of Unreal, which are in centimetres."""
+    """A pin is 0.2 units long, taken for metres, beside poses of Unreal, whose lengths are in centimetres."""
     row = mesh_unit("pin.obj", box_mesh_of(0.2, 0.2, 0.2), unit="m", poses=CONVENTIONS["unreal"])
-    assert row.alternatives == ("m", "cm") and row.is_open
+    assert row.alternatives == ("m", "cm")
+    assert row.is_open

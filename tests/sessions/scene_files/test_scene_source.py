@@ -29,10 +29,10 @@ SCENE = """
 [scene]
 from = "model.xml"
 [[group]]
-name = "held"
+name = "carried"
 members = ["cup", "rod"]
 [[pair]]
-between = ["held", "shelf"]
+between = ["carried", "shelf"]
 [[ignore]]
 between = ["rod", "shelf"]
 """
@@ -40,7 +40,7 @@ between = ["rod", "shelf"]
 
 @pytest.fixture
 def scene_file(tmp_path):
-    """The file scene.toml, beside the model it takes its bodies from."""
+    """The path of scene.toml (SCENE), beside the model of MuJoCo (MODEL) that it takes its bodies from."""
     (tmp_path / "model.xml").write_text(MODEL)
     (tmp_path / "scene.toml").write_text(SCENE)
     return tmp_path / "scene.toml"
@@ -59,23 +59,26 @@ def recording_without_meshes():
 
 @pytest.mark.parametrize("axes", ["ros", "z-up", "openxr"])
 def test_fixed_bodies_of_a_scene_use_the_recordings_axes(scene_file, axes):
-    """MuJoCo's shelf at (1, 2, 3), turned by 90 degrees about x, in the world of a recording with such axes.
+    """MuJoCo's shelf is at (1, 2, 3), rotated by 90 degrees about x, and has Z up as all its models.
 
-    The axes of ROS and z-up turn world and bodies alike; beside OpenXR's Y up only the world of the model is turned.
+    A recording in axes of ROS or z-up has Z up, too, so that both the model's world and its bodies are in such axes. A
+    recording with OpenXR's Y up has the model's world turned to Y up, and its bodies as the model has them.
     """
     facts = {ASSUMPTIONS_FACT: assumptions_fact([Assumption(Subject.POSE_AXES, axes, Origin.USER)])}
     session = with_scene(replace(recording_without_meshes(), facts=facts), scene_file)
-    world = CONVENTIONS["z-up" if axes == "openxr" else axes].matrix
-    fixed = session.scene.body("shelf").fixed
-    assert fixed.position == pytest.approx(tuple(world @ [1.0, 2.0, 3.0]))
-    own = np.eye(3) if axes == "openxr" else world
-    rotation = Rotation.from_quat(fixed.quaternion_xyzw).as_matrix()
-    expected = world @ Rotation.from_euler("x", 90, degrees=True).as_matrix() @ own.T
-    np.testing.assert_allclose(rotation, expected, atol=1e-12)
+    world_axes = CONVENTIONS["z-up" if axes == "openxr" else axes].matrix
+    body_axes = np.eye(3) if axes == "openxr" else world_axes
+    shelf = session.scene.body("shelf").fixed
+    assert shelf.position == pytest.approx(tuple(world_axes @ [1.0, 2.0, 3.0]))
+    expected = world_axes @ Rotation.from_euler("x", 90, degrees=True).as_matrix() @ body_axes.T
+    np.testing.assert_allclose(Rotation.from_quat(shelf.quaternion_xyzw).as_matrix(), expected, atol=1e-12)
 
 
 def test_surfaces_that_were_guessed_are_assumptions(scene_file):
-    """The cup gets a geom that is drawn and one that collides; read once or twice, "drawn" is one guess."""
+    """The model's cup has a box that is drawn and a box that collides: that the drawn box is its surface is a guess.
+
+    It stays a single guess where the scene is read twice.
+    """
     drawn = '<geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0" group="1"/>'
     hidden = '<geom type="box" size="0.1 0.2 0.3" group="3"/>'
     body = f'<body name="cup"><freejoint/>{drawn}{hidden}</body>'
@@ -88,28 +91,40 @@ def test_surfaces_that_were_guessed_are_assumptions(scene_file):
 
 
 def test_scene_takes_bodies_of_another_program(scene_file, tmp_path):
-    """Two recorded bodies and a fixed shelf get meshes and colliders of the model, whose excluded pair is ignored too.
+    """Two recorded bodies and a fixed shelf get meshes and colliders of the model, and the cup its contact margin.
 
-    Written and read again, the session has them without the model.
+    The scene's own group is a pair with the shelf by each of its two members; one pair is ignored by the scene, one
+    excluded by the model.
     """
     session = with_scene(recording_without_meshes(), scene_file)
-    assert {*session.meshes} == {*session.colliders} == {"shelf", "cup", "rod"}
-    assert session.scene.body("shelf").fixed.position == pytest.approx((1, 3, -2))
-    assert session.scene.body("cup").fixed is None and session.scene.body("cup").extra["margin"] == 0.002
-    assert session.scene.groups[0].members == ("cup", "rod") and len(session.scene.pairs) == 2
-    assert {frozenset(pair) for pair in session.scene.ignore} == {
-        frozenset(("cup", "shelf")),
-        frozenset(("rod", "shelf")),
-    }
-    # The file of the recording needs that scene no more.
+    assert {*session.meshes} == {"shelf", "cup", "rod"}
+    assert {*session.colliders} == {"shelf", "cup", "rod"}
+    shelf, cup = session.scene.body("shelf"), session.scene.body("cup")
+    assert shelf.fixed.position == pytest.approx((1, 3, -2))  # (1, 2, 3) with Z up
+    assert cup.fixed is None
+    assert cup.extra["margin"] == 0.002
+    (group,) = session.scene.groups
+    assert group.members == ("cup", "rod")
+    assert len(session.scene.pairs) == 2
+    ignored = {frozenset(pair) for pair in session.scene.ignore}
+    assert ignored == {frozenset(("cup", "shelf")), frozenset(("rod", "shelf"))}
+
+
+def test_session_file_needs_the_scene_of_another_program_no_more(scene_file, tmp_path):
+    """The session with the model's bodies is written and read again, without model and scene."""
+    session = with_scene(recording_without_meshes(), scene_file)
     write_session(session, tmp_path / "s.mcap")
-    kept = read_session(tmp_path / "s.mcap")
-    assert kept.scene.groups == session.scene.groups and {*kept.colliders} == {*session.colliders}
+    session_of_file = read_session(tmp_path / "s.mcap")
+    assert session_of_file.scene.groups == session.scene.groups
+    assert {*session_of_file.colliders} == {"shelf", "cup", "rod"}
 
 
 @pytest.mark.parametrize("convention", ["canonical", "z-up"])
 def test_tracked_and_fixed_bodies_agree_in_any_axes(scene_file, tmp_path, convention):
-    """A cup recorded where the shelf stands, in the scene's own axes or in +Y up, has the same corners as the shelf."""
+    """The model's cup and shelf have equal boxes; a cup is recorded where the shelf stands, in axes with Z or Y up.
+
+    The corners of both boxes are then at the same places.
+    """
     rotation = Rotation.from_euler("x", 90, degrees=True)
     position = np.array([1.0, 2.0, 3.0])
     if convention == "canonical":
@@ -142,15 +157,19 @@ def test_tracked_and_fixed_bodies_agree_in_any_axes(scene_file, tmp_path, conven
     ],
 )
 def test_unusable_scene_source_is_refused_with_a_single_fault(scene_file, text, refusal):
-    """A missing model, one above the folder, an unknown surface, a root without a model, and a body that it lacks."""
+    """A model is missing or above the folder, a surface unknown, a root without a model, or a body is not in it.
+
+    Reading raises an error, and the check of a scene, which lists all faults, has one.
+    """
     scene_file.write_text(text)
     with pytest.raises(SceneError, match=refusal):
         with_scene(recording_without_meshes(), scene_file)
-    faults = checked_scene(text, "scene.toml", no_plan_problems, scene_file.parent)[2]
+    _scene, _meshes, faults = checked_scene(text, "scene.toml", no_plan_problems, scene_file.parent)
     assert len(faults) == 1
 
 
 def test_check_resolves_the_named_scene(scene_file):
-    """SCENE declares no body and takes all three from model.xml, which lies beside it."""
-    checked, _, faults = checked_scene(SCENE, "scene.toml", no_plan_problems, scene_file.parent)
-    assert not faults and {body.id for body in checked.bodies} == {"shelf", "cup", "rod"}
+    """SCENE declares no body and takes all three from model.xml, which lies beside it: nothing is wrong."""
+    scene, _meshes, faults = checked_scene(SCENE, "scene.toml", no_plan_problems, scene_file.parent)
+    assert faults == []
+    assert {body.id for body in scene.bodies} == {"shelf", "cup", "rod"}

@@ -55,14 +55,18 @@ between = ["tag:glass", "tag:support"]
 
 
 def test_a_scene_is_read_as_written():
-    """Every kind of table of BENCH_TOML: bodies with fixed pose, offset and own keys, pairs, and an effect."""
+    """BENCH_TOML has bodies with a fixed pose, an offset and keys of their own, a pair, an ignored pair and an effect.
+
+    "tag:glass" in a pair is every body with that tag. 90 degrees about x are the quaternion (sin 45, 0, 0, cos 45).
+    """
     scene = parse_scene(BENCH_TOML)
     assert scene.name == "bench"
-    assert [body.id for body in scene.bodies] == ["table", "beaker", "flask"]
-    assert scene.bodies[0].fixed == Pose((0.0, 0.88, 0.0))
-    assert scene.bodies[1].offset.quaternion_xyzw == pytest.approx((0.5**0.5, 0, 0, 0.5**0.5))
-    assert scene.bodies[1].extra == {"mass": 0.1, "faces": 800}
-    assert scene.bodies[2].extra == {"properties": {"fill_ml": 25.0}}
+    table, beaker, flask = scene.bodies
+    assert (table.id, beaker.id, flask.id) == ("table", "beaker", "flask")
+    assert table.fixed == Pose((0.0, 0.88, 0.0))
+    assert beaker.offset.quaternion_xyzw == pytest.approx((0.5**0.5, 0, 0, 0.5**0.5))
+    assert beaker.extra == {"mass": 0.1, "faces": 800}
+    assert flask.extra == {"properties": {"fill_ml": 25.0}}
     assert scene.pairs == (("beaker", "table"), ("flask", "table"))
     assert scene.ignore == (("beaker", "flask"),)
     assert scene.effects == (SceneEffect("contact", {"between": ["tag:glass", "tag:support"]}),)
@@ -70,10 +74,11 @@ def test_a_scene_is_read_as_written():
 
 
 def test_the_space_of_a_scene_has_a_radius():
-    """1,000 m unless [space] says 5 m, which is written again."""
+    """Bodies are within 1,000 m unless the table [space] says 5 m, which is written and read again."""
     assert parse_scene(BENCH_TOML).space_radius == 1000.0
     scene = parse_scene("[space]\nradius_m = 5\n" + BENCH_TOML)
-    assert scene.space_radius == 5.0 and parse_scene(scene_to_toml(scene)).space_radius == 5.0
+    assert scene.space_radius == 5.0
+    assert parse_scene(scene_to_toml(scene)).space_radius == 5.0
 
 
 FAULTY = """
@@ -90,20 +95,25 @@ scale = "feet"
 
 
 def test_every_problem_of_a_scene_is_listed():
-    """FAULTY has five faults: three unknown keys, a missing id and a scale in words."""
+    """FAULTY has five faults: three unknown keys, a missing id and a scale in words.
+
+    The error has them all, each once, and its text is the first with the command that lists the others.
+    """
     with pytest.raises(SceneError) as caught:
         parse_scene(FAULTY, "lab.toml")
     faults = caught.value.faults
-    for arguments in (
+    beginnings = (
         "[scene]: unknown key 'nam'",
         "[[body]] 1 ('table') offset: unknown key 'turn'",
         "[[body]] 2: id is missing",
         "[[body]] 2 (''): scale is 'feet'",
         "unknown key 'sapce'",
-    ):
-        assert sum(item.startswith(f"lab.toml: {arguments}") for item in faults) == 1, (arguments, faults)
-    assert len(faults) == 5
-    assert str(caught.value) == f"{faults[0]}; and more: `replay scene check` lists every fault"
+    )
+    assert len(faults) == len(beginnings)
+    for beginning in beginnings:
+        assert sum(fault.startswith(f"lab.toml: {beginning}") for fault in faults) == 1, (beginning, faults)
+    first_fault, *_others = faults
+    assert str(caught.value) == f"{first_fault}; and more: `replay scene check` lists every fault"
 
 
 numbers = st.floats(-1e6, 1e6)
@@ -125,7 +135,10 @@ bodies = st.builds(
     st.none() | st.just(()),
 )
 def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
-    """Random names, up to four random bodies, and effects that are absent or an empty list."""
+    """A scene has a random name, up to four random bodies, and effects that are absent or an empty list.
+
+    Written, read and written again it has the same content and the same text.
+    """
     scene = Scene(name=name, bodies=tuple(declared), effects=effects)
     back = parse_scene(scene_to_toml(scene))
     assert (back.name, back.bodies, back.pairs, back.effects) == (name, tuple(declared), None, effects)
@@ -136,7 +149,7 @@ def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
     st.text(CHARACTERS, max_size=200) | st.lists(st.sampled_from(BENCH_TOML.splitlines()), max_size=30).map("\n".join)
 )
 def test_any_text_ends_in_scene_or_named_error(text):
-    """Random characters, and random lines of a good scene."""
+    """A text of random characters, or of random lines of a good scene, is a scene or an error that names its file."""
     try:
         parse_scene(text)
     except SceneError as error:
@@ -147,7 +160,10 @@ TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
 def test_files_shapes_and_instruments_become_meshes(tmp_path):
-    """Requested face counts are met roughly; a body without a mesh of any kind has none."""
+    """Bodies name a mesh file, of which the scene takes half the size, a shape, an instrument, or nothing.
+
+    500 and 600 faces are met roughly; a body that names nothing has no mesh.
+    """
     (tmp_path / "t.glb").write_bytes(mesh_to_glb(TRIANGLE, "t"))
     bodies = (
         SceneBody("file", mesh="t.glb", scale=0.5),
@@ -164,40 +180,61 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
 
 @pytest.mark.parametrize(("name", "start"), [("lab", "lab: body 'cup': "), ("", "scene: body 'cup': ")])
 def test_faulty_mesh_is_named_by_scene_and_body(tmp_path, name, start):
-    """The cup's file does not exist; a scene without a name is "scene"."""
+    """The cup's file does not exist; the error begins with the scene's name, or with "scene" where it has none."""
     with pytest.raises(SceneError) as caught:
         scene_meshes(Scene(name, bodies=(SceneBody("cup", mesh="none.obj"),)), tmp_path)
     (fault,) = caught.value.faults
     assert fault.startswith(start)
 
 
-def test_check_lists_each_fault_of_a_body_once(tmp_path):
-    """The cup's scale and file are wrong, the rod is shorter than its round ends, a side of the lid is below 0."""
+def faults_of_three_bodies(tmp_path, faults_of_effects):
+    """Faults of a scene whose three bodies are all wrong, where planning its effects finds these."""
     text = """
         body = [
             {id = "cup", mesh = "none.obj", scale = -1.0},
             {id = "rod", shape = "capsule", radius = 1.0, length = 0.5},
             {id = "lid", shape = "box", size = [1.0, -1.0, 1.0]},
         ]"""
-    _, _, faults = checked_scene(text, "lab.toml", lambda scene: [], tmp_path)
-    wrong = ["cup.*scale is -1.0", "lid.*a box needs size", "cup.*none.obj does not exist", "rod.*shorter than its two"]
-    assert len(faults) == len(wrong)
-    assert all(re.search(pattern, fault) for pattern, fault in zip(wrong, faults, strict=True))
-    # Effects that repeat a fault, or cannot use a faulty body as a vessel, add none.
-    of_effects = [
-        faults[0],
-        "lab.toml: body 'cup' has a cavity that cannot be made: it has no mesh",
-        "an effect is wrong",
-    ]
-    assert checked_scene(text, "lab.toml", lambda scene: of_effects, tmp_path)[2] == [*faults, "an effect is wrong"]
+    _scene, _meshes, faults = checked_scene(text, "lab.toml", lambda scene: faults_of_effects, tmp_path)
+    return faults
+
+
+def test_check_lists_each_fault_of_a_body_once(tmp_path):
+    """The cup's scale and file are wrong, the rod is shorter than its round ends, a side of the lid is below 0."""
+    faults = faults_of_three_bodies(tmp_path, faults_of_effects=[])
+    patterns = (
+        "cup.*scale is -1.0",
+        "lid.*a box needs size",
+        "cup.*none.obj does not exist",
+        "rod.*shorter than its two",
+    )
+    for pattern, fault in zip(patterns, faults, strict=True):
+        assert re.search(pattern, fault)
+
+
+def test_faults_of_effects_that_follow_from_bodies_are_left_out(tmp_path):
+    """Faults of effects are that of a body again, a body that is no vessel without a mesh, and a fault of their own."""
+    faults = faults_of_three_bodies(tmp_path, faults_of_effects=[])
+    of_vessel = "lab.toml: body 'cup' has a cavity that cannot be made: it has no mesh"
+    of_effects = [faults[0], of_vessel, "an effect is wrong"]
+    assert faults_of_three_bodies(tmp_path, faults_of_effects=of_effects) == [*faults, "an effect is wrong"]
 
 
 def test_scene_text_omits_meshes_that_bodies_already_have():
-    """The scene's text says that a is a box. A recorded triangle takes its place: neither shape nor text is kept."""
+    """A scene's text says that "a" is a box; a recorded triangle takes its place: shape and text are dropped."""
     scene = parse_scene('[[body]]\nid = "a"\nshape = "box"\nsize = [1, 1, 1]')
-    still = Session.from_arrays([0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, scene=scene)
-    known = with_meshes(still, {"a": TRIANGLE}, []).scene
-    assert (known.bodies[0].shape, known.text) == ("", "") and with_meshes(still, {}, []).scene is scene
+    recording = Session.from_arrays([0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, scene=scene)
+    scene_with_triangle = with_meshes(recording, {"a": TRIANGLE}, []).scene
+    (body,) = scene_with_triangle.bodies
+    assert body.shape == ""
+    assert scene_with_triangle.text == ""
+
+
+def test_scene_without_recorded_meshes_is_unchanged():
+    """The only body is a box by the scene, and no mesh was recorded."""
+    scene = parse_scene('[[body]]\nid = "a"\nshape = "box"\nsize = [1, 1, 1]')
+    recording = Session.from_arrays([0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, scene=scene)
+    assert with_meshes(recording, {}, []).scene is scene
 
 
 THREE_BODIES = """
@@ -211,7 +248,10 @@ id = "glass"
 
 
 def test_group_takes_its_members_by_name_and_pattern():
-    """ "in*" is the index; a pair with the group is a pair with each member; the scene is written and read again."""
+    """A group "hand" has the thumb and, by the pattern "in*", the index; a pair with it is a pair with each member.
+
+    Written and read again the scene is the same.
+    """
     scene = parse_scene(
         THREE_BODIES + '[[group]]\nname = "hand"\nmembers = ["thumb", "in*"]\n[[pair]]\nbetween = ["hand", "glass"]'
     )
@@ -233,7 +273,7 @@ def test_group_takes_its_members_by_name_and_pattern():
     ],
 )
 def test_faulty_group_is_refused_with_its_reason(tables, fault):
-    """A body's name, an unknown member, a single member, and a member of two groups (thumb)."""
+    """A group has a body's name, an unknown member, a single member, or a member (the thumb) of another group."""
     with pytest.raises(SceneError, match=fault):
         parse_scene(THREE_BODIES + tables)
 
@@ -252,34 +292,52 @@ between = ["glass", "lid"]
 """
 
 
-def test_scene_without_bodies_adds_to_the_recorded(tmp_path):
-    """The recorded scene has a name, a mass and an effect, which stay; a second file adds a group and a pair with it.
+def recording_of_a_hand(scene):
+    """A session of thumb, index and glass, at rest in two frames, with this scene."""
+    at_rest = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
+    return Session.from_arrays([0, 1], dict.fromkeys(("thumb", "index", "glass"), at_rest), {}, scene)
 
-    A member that is neither recorded nor declared is refused.
-    """
-    names = ("thumb", "index", "glass")
-    still = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
+
+def test_scene_without_bodies_adds_to_the_recorded(tmp_path):
+    """The recorded scene has a name, a mass and an effect, which stay; a second file adds a group and pairs with it."""
     own = parse_scene(OWN_SCENE)
-    session = Session.from_arrays([0, 1], dict.fromkeys(names, still), {}, own)
-    small = tmp_path / "small.toml"
-    small.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "index"]\n[[pair]]\nbetween = ["hand", "glass"]')
-    scene = with_scene(session, small).scene
-    assert scene.body("glass").extra == {"mass": 0.2} and scene.name == "own" and scene.effects == own.effects
-    assert scene.groups == (SceneGroup("hand", ("thumb", "index")),) and len(scene.pairs) == 2
+    added = tmp_path / "added.toml"
+    added.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "index"]\n[[pair]]\nbetween = ["hand", "glass"]')
+    scene = with_scene(recording_of_a_hand(own), added).scene
+    assert scene.name == "own"
+    assert scene.body("glass").extra == {"mass": 0.2}
+    assert scene.effects == own.effects
+    assert scene.groups == (SceneGroup("hand", ("thumb", "index")),)
+    assert scene.pairs == (("thumb", "glass"), ("index", "glass"))
     assert replace(parse_scene(scene_to_toml(scene)), text="") == scene
-    small.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "palm"]')
+
+
+def test_added_group_of_unrecorded_bodies_is_refused(tmp_path):
+    """The second file has a group with a palm, which is neither recorded nor declared."""
+    added = tmp_path / "added.toml"
+    added.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "palm"]')
     with pytest.raises(SceneError, match="no body is 'palm'"):
-        with_scene(session, small)
+        with_scene(recording_of_a_hand(parse_scene(OWN_SCENE)), added)
+
+
+HAND = SceneGroup("hand", ("thumb", "index"))
 
 
 def test_groups_of_a_recording_stay_where_a_scene_has_none():
-    """The recorded hand is thumb and index.
+    """A hand of thumb and index is recorded; a scene without groups gets it, and the index as a body."""
+    scene = Scene(bodies=(SceneBody("glass"), SceneBody("thumb")))
+    extended = with_recorded_groups(scene, Scene(groups=(HAND,)))
+    assert [body.id for body in extended.bodies] == ["glass", "thumb", "index"]
+    assert extended.groups == (HAND,)
 
-    A scene without groups gets it, and index as a body; one with groups is kept.
-    """
-    hand, pair = SceneGroup("hand", ("thumb", "index")), SceneGroup("pair", ("glass", "lid"))
-    recorded = Scene(groups=(hand,))
-    extended = with_recorded_groups(Scene(bodies=(SceneBody("glass"), SceneBody("thumb"))), recorded)
-    assert [body.id for body in extended.bodies] == ["glass", "thumb", "index"] and extended.groups == (hand,)
-    grouped, plain = Scene(groups=(pair,)), Scene(bodies=(SceneBody("glass"),))
-    assert with_recorded_groups(grouped, recorded) is grouped and with_recorded_groups(plain, Scene()) is plain
+
+@pytest.mark.parametrize(
+    ("scene", "recorded"),
+    [
+        pytest.param(Scene(groups=(SceneGroup("pair", ("glass", "lid")),)), Scene(groups=(HAND,)), id="own groups"),
+        pytest.param(Scene(bodies=(SceneBody("glass"),)), Scene(), id="no groups at all"),
+    ],
+)
+def test_scene_without_need_of_recorded_groups_is_unchanged(scene, recorded):
+    """A scene has groups of its own, or none were recorded."""
+    assert with_recorded_groups(scene, recorded) is scene
