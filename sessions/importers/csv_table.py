@@ -163,7 +163,10 @@ class CsvTable:
         names = [" ".join(filter(None, column)) for column in cells]
         repeated = sorted(name for name in {*names} if names.count(name) > 1)
         if repeated and len(heads) < 2:
-            raise ImportFileError(f"{self.source}: line {self._above}: column {repeated[0]!r} occurs twice; rename one")
+            raise ImportFileError(
+                f"{self.source}: line {self._above}: column {repeated[0]!r} occurs twice; rename one, or name the "
+                "columns by several lines: header_lines in a mapping"
+            )
         names = [f"{name} (column {at})" if name in repeated else name for at, name in enumerate(names, start=1)]
         self.columns = tuple(names)
 
