@@ -23,7 +23,9 @@ def random_triangles_in_rows(count=400):
 
 
 def test_row_spans_agree_with_slow_reference_bit_by_bit():
-    """The pixels of each row that each of 400 triangles covers."""
+    """400 random triangles over rows of pixels: the pixels that each of them covers in a row, by kernels and by plain
+    Python.
+    """
     triangles = random_triangles_in_rows()
     for values, expected in zip(row_spans(*triangles, WIDTH), row_spans_slowly(*triangles, WIDTH), strict=True):
         assert np.array_equal(values, expected)

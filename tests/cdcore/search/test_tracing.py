@@ -41,10 +41,10 @@ def placed(motion, frame, body, points):
 @pytest.mark.slow
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
 def test_traced_search_equals_the_untraced_search(settings):
-    """The searches noted of 40 frames spend as many evaluations as the detector counts.
+    """Bodies of a laboratory in 40 frames: searches are noted, and some of them are run again, step by step ("traced").
 
-    Traced again, some of them have the same result, a row for each evaluation, and a hit where the detector says
-    contact; rows of the paper's own equations ("printed") do not say the last iteration.
+    A trace has the same result, a row for each evaluation, and a hit where the detector says contact. Rows by the
+    paper's own equations ("printed") do not say the last iteration.
     """
     detector, motion, watched = watched_laboratory(**settings)
     detection, noted = detector.detect(motion), watched.search.noted
@@ -54,7 +54,8 @@ def test_traced_search_equals_the_untraced_search(settings):
         assert trace.result == query.result
         assert len(trace.distance) == query.result.evaluations
         assert (query.result.hit is not None) == (detection.verdict[frame, pair] == Verdict.CONTACT)
-        assert settings.get("variant") == "printed" or trace.iteration.max() == query.result.iterations
+        if settings.get("variant") != "printed":
+            assert trace.iteration.max() == query.result.iterations
 
 
 def test_search_starts_at_the_last_best_pair():

@@ -163,18 +163,21 @@ def test_motion_bounds_exceed_simple_motions_by_rounding_only(case):
 
 
 def test_pad_of_a_leg_grows_with_its_distance():
-    """Metres of rounding: some 1e-13 near the origin, at least 10,000 times as many 1,000 km from it.
-
-    Of a leg between matrices that are 1e-3 off a rotation there is no bound.
-    """
+    """Metres of rounding: some 1e-13 near the origin, at least 10,000 times as many 1,000 km from it."""
     rng = np.random.default_rng(1)
-    near, far, skewed = random_leg(rng), random_leg(rng, size=1e6), random_leg(rng)
-    skewed[0] += 1e-3
-    legs_a, legs_b = np.array([near, far, skewed]).T, np.array([near, near, far]).T
-    pad_near, pad_far, pad_skewed = leg_pads(legs_a, reach_a=0.1, legs_b=legs_b, reach_b=0.1)
+    near, far = random_leg(rng), random_leg(rng, size=1e6)
+    legs_a, legs_b = np.array([near, far]).T, np.array([near, near]).T
+    pad_near, pad_far = leg_pads(legs_a, reach_a=0.1, legs_b=legs_b, reach_b=0.1)
     assert 1e-14 < pad_near < 1e-11
     assert 1e4 * pad_near < pad_far < np.inf
-    assert pad_skewed == np.inf
+
+
+def test_pad_of_a_leg_between_matrices_that_are_no_rotations_is_infinite():
+    """An entry of the first rotation matrix of a leg is off by 1e-3: there is no bound."""
+    rng = np.random.default_rng(1)
+    leg, skewed = random_leg(rng)[:, None], random_leg(rng)[:, None]
+    skewed[0] += 1e-3
+    assert leg_pads(skewed, reach_a=0.1, legs_b=leg, reach_b=0.1).tolist() == [np.inf]
 
 
 def test_pad_covers_a_stretched_rotation():
