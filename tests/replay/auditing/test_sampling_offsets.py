@@ -8,7 +8,7 @@ from support.small_worlds import unit_cubes_on_x, verdict_column
 
 from replay.auditing.compare import compare
 from replay.auditing.outcome import Outcome
-from replay.auditing.sampling_offsets import OFFSET_COUNT, OffsetCounts, has_offsets, offset_counts
+from replay.auditing.sampling_offsets import OFFSET_COUNT, OffsetCounts, has_offsets, offset_counts, sampling_offsets
 from replay.auditing.wilson import proportion
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY
@@ -157,3 +157,10 @@ def test_missed_time_is_counted_over_all_offsets():
 def test_only_detectors_of_a_rate_are_counted_at_offsets(name, settings, frames, is_counted):
     """A user's own detector and one of a recording of more than an hour keep the offset they have, rate or not."""
     assert has_offsets(DetectorSpec("slow", name, settings), frames) == is_counted
+
+
+def test_offsets_are_spread_evenly_over_a_sample():
+    """At 50 Hz, 20 ms apart: the first by half of a sixteenth of it, the last as far before the next sample."""
+    offsets = sampling_offsets(50.0)
+    assert len(offsets) == OFFSET_COUNT == 16
+    assert offsets == pytest.approx(np.linspace(0.02 / 32, 0.02 - 0.02 / 32, 16))

@@ -1,5 +1,6 @@
 """The order of faults on a page, and those that have a picture."""
 
+from dataclasses import replace
 from math import nan
 from types import SimpleNamespace
 
@@ -8,7 +9,7 @@ from support.report_states import audit_of, document_with
 
 from replay.auditing.fault import Cause, Fault, FaultKind
 from replay.show.report import fault_cards
-from replay.show.report.fault_cards import CARD_SIZE, FIRST_SIZE, MOST_PAIRS, card, cards
+from replay.show.report.fault_cards import CARD_SIZE, FIRST_SIZE, MOST_PAIRS, card, cards, fault_counts, first_fault
 
 
 def fault_of(number, body="rod", depth=nan, kind=FaultKind.NEVER_REPORTED, start=0.3, end=0.5, why=""):
@@ -152,3 +153,36 @@ def test_card_of_a_run_without_stills_has_no_picture():
 def test_card_explains_a_fault_or_names_its_cause(why, text):
     """A card prints the sentence that explains its fault (``why``); without one, that nobody examined it."""
     assert card(view_of_detectors("hull"), fault_of(1, why=why)).why == text
+
+
+MISS, LATE = fault_of(1), fault_of(2, kind=FaultKind.REPORTED_LATE)
+FALSE = fault_of(1, kind=FaultKind.NO_CONTACT)
+UNCONFIRMED = replace(FALSE, cause=Cause.BOUNDING_VOLUMES)
+
+
+@pytest.mark.parametrize(
+    ("faults", "others", "text"),
+    [
+        ([MISS], [], "1 fault: 1 missed."),
+        ([MISS, LATE], [], "2 faults: 1 missed, 1 late or cut short. Missed and late contacts share their numbers"),
+        ([MISS, FALSE], [MISS], "2 of the 3 faults of this run: 1 false contact, 1 missed."),
+        ([MISS, UNCONFIRMED], [], "2 faults: 1 unconfirmed contact, 1 missed."),
+    ],
+)
+def test_faults_of_a_detector_are_counted_by_kind(faults, others, text):
+    """``others``: faults of another detector; a contact of bounding volumes alone is unconfirmed."""
+    ranks = [SimpleNamespace(label="other", phases=16), SimpleNamespace(label="hull", phases=1)]
+    view = SimpleNamespace(faults={"hull": faults, "other": others}, ranking=ranks)
+    counted = fault_counts(view, "hull")
+    assert counted.startswith(text)
+    assert "start time of sampling" not in counted and "start time of sampling" in fault_counts(view, "other")
+
+
+def test_first_fault_is_that_of_the_first_answer(monkeypatch):
+    """Miss 1, false contact 1 and the late contact 2 of a detector; an answer without a moment is about none."""
+    monkeypatch.setattr(fault_cards, "card", lambda view, fault, *, is_first_picture: fault)
+    for kind, number, fault in (("miss", 1, MISS), ("false", 1, FALSE), ("miss", 2, LATE), ("miss", 3, None)):
+        answer = SimpleNamespace(label="hull", moment=SimpleNamespace(kind=kind, number=number))
+        view = SimpleNamespace(answers=[answer], faults={"hull": [MISS, FALSE, LATE]})
+        assert first_fault(view) is fault
+    assert first_fault(SimpleNamespace(answers=[SimpleNamespace(moment=None)])) is None
