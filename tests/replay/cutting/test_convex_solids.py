@@ -161,8 +161,8 @@ def test_flat_mesh_of_many_faces_stays_as_it_is():
     assert within_triangles(fine_square) is fine_square
 
 
-def test_points_lie_beyond_the_planes_of_a_box_by_their_distance():
-    """Of 300 points, more than are computed together, along x: half the box is 0.5 m long; inside it is negative."""
+def test_points_lie_beyond_planes_of_a_box_by_their_distance():
+    """300 points along x, more than are computed together; half the box is 0.5 m long, and inside is negative."""
     points = np.zeros((300, 3))
     points[:, 0] = np.linspace(0.2, 2.0, 300)
     assert len(points) > POINTS_AT_ONCE

@@ -186,7 +186,7 @@ def test_single_convex_piece_is_the_hull_of_the_mesh():
     assert piece.content_hash == hull_of(BEAKER.vertices).content_hash
 
 
-def test_single_piece_of_many_faces_is_made_coarser_within_its_size():
+def test_single_piece_of_many_faces_becomes_coarser_within_its_size():
     """A ball of 1,280 faces; engines take 255. The size is that of the box around it."""
     ball = ball_of(subdivisions=3)
     (piece,) = convex_pieces(Cut(ball, AUTO_METHOD, most=1))

@@ -74,7 +74,7 @@ def test_oval_body_has_no_axis():
     assert round_axis(TriangleMesh(BEAKER.vertices * [1.0, 1.5, 1.0], BEAKER.faces)) is None
 
 
-def test_body_that_is_not_round_or_has_no_inside_is_not_cut_in_sectors():
+def test_body_not_round_or_without_inside_is_not_cut():
     """A box; and the beaker with one face turned round, of which nobody knows the inside."""
     assert sector_pieces(box_mesh((0.1, 0.05, 0.2))) is None
     one_face_turned = np.vstack([BEAKER.faces[:1, ::-1], BEAKER.faces[1:]])

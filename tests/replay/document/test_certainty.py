@@ -29,7 +29,10 @@ def ranking_of(missed, contacts):
 
 @pytest.mark.parametrize(("missed", "contacts", "is_wide"), [(2, 3, True), (70, 100, False), (5, 100, False)])
 def test_interval_wider_than_half_of_all_is_not_very_sure(missed, contacts, is_wide):
-    """Wilson's 95 % intervals: 21 to 94 % of 2 in 3, 60 to 78 % of 70 in 100, 2 to 11 % of 5 in 100."""
+    """A detector missed so many of the contacts, of which Wilson's 95 % interval says how many it may miss.
+
+    It is 21 to 94 % of 2 in 3, 60 to 78 % of 70 in 100, and 2 to 11 % of 5 in 100.
+    """
     first, *_ = certainty(document_with(audit={"slow": audit_of()}), ranking_of(missed, contacts))
     assert first.startswith("Not very: with ") == is_wide
 

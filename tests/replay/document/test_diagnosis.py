@@ -62,9 +62,10 @@ def loss_with_fix(session, answer):
     ],
 )
 def test_a_fix_changes_the_setting_that_is_the_cause(make_session, detector, setting):
-    """The command of the fix runs the detector with this setting, without errors; the run itself did not measure it.
+    """Cubes pass 15 mm apart, or a cube is inside another; the fix is a command with the detector in this setting.
 
-    ``skin_m`` is a contact offset of each body, here more than half of the 15 mm; ``containment`` a test of inside.
+    So run it makes no error; the run itself had not measured that. ``skin_m`` is a contact offset of each body in
+    metres, ``containment`` a test of what is inside.
     """
     (answer,) = compute(make_session(), detectors=f"it={detector},exact").answers
     assert not answer.fix.measured
@@ -73,7 +74,7 @@ def test_a_fix_changes_the_setting_that_is_the_cause(make_session, detector, set
 
 
 def test_fix_measured_as_no_better_is_not_advised():
-    """The run has the hull at 50 Hz and at every frame, which is as wrong: the hollow is filled in both.
+    """A crumb is in the hollow of a channel, which its hull fills, at 50 Hz as at every frame: both are as wrong.
 
     So neither sampling every frame is advised, nor the other detector of the run, by its label.
     """
@@ -89,7 +90,10 @@ def test_fix_measured_as_no_better_is_not_advised():
 
 
 def test_pieces_of_a_cube_are_not_advised_its_offset_is():
-    """A cube is convex: up to 64 convex pieces of it are one piece, whose contact offset is what is wrong."""
+    """Two cubes pass 15 mm apart, in contact for a contact offset (``skin_m``) of 10 mm each.
+
+    A cube is convex: up to 64 convex pieces of it are one piece, so that more pieces would mend nothing.
+    """
     pieces = "it=collider[shape=compound,pieces=64,method=box,skin_m=0.01]"
     (answer,) = compute(separate_cubes(), detectors=f"{pieces},exact").answers
     assert "pieces" not in answer.fix.text
@@ -117,9 +121,9 @@ def test_pieces_may_help_where_a_closed_collider_is_wrong(setting, cause, undeci
 
 @pytest.mark.slow
 def test_two_numbers_of_pieces_are_two_settings():
-    """Compounds of 1, 2 and 4 convex pieces; the fix of each is twice as many pieces, with the figures of that row.
+    """A crumb in the hollow of a channel, by its hull and by up to 1, 2 and 4 convex pieces of it, cut by planes.
 
-    Cut by planes, all numbers of pieces of a body come from a single cut; one piece is the hull.
+    One piece is the hull. The fix of each is twice as many pieces, with the figures of that row of the ranking.
     """
     compounds = [f"c{pieces}=collider[shape=compound,pieces={pieces},method=planes]" for pieces in (1, 2, 4)]
     run = compute(crumb_in_hollow(), detectors=["hull=collider[shape=hull]", *compounds, "exact"])

@@ -487,8 +487,8 @@ def check_claims_and_fixes(seed, *, engines, again):
 def test_sentences_and_fixes_of_a_planted_session_hold(seed):
     """A session and detectors with many kinds of faults are drawn from the seed.
 
-    Each sentence on a fault must match one form of MISSED or FALSE, and the predicate beside that form; each fix must
-    have the figures of the detector that it names.
+    Each sentence on a fault must match one form of MISSED or FALSE, a regular expression, and the predicate beside that
+    form, which computes again what the sentence says; each fix must have the figures of the detector that it names.
     """
     assert check_claims_and_fixes(seed, engines=False, again=False) > 0
 

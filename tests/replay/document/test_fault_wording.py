@@ -117,7 +117,7 @@ WHEN = {
 
 @pytest.mark.parametrize(("faults", "session_seconds"), WHEN.values(), ids=WHEN)
 def test_sentences_about_error_and_moment_read_as_they_did(faults, session_seconds, snapshot):
-    """What went wrong, when, and when else, in words, as the snapshot file has them; a row of WHEN is all faults.
+    """The snapshot file has what went wrong, when, and when else, in words; a row of WHEN is all faults.
 
     They are misses, or false contacts, of the detector ``slow`` in a session of so many seconds; the moment, 0.04 s, is
     that of the first.

@@ -72,7 +72,7 @@ def test_members_are_not_paired_and_touch_as_a_group(run_with_hand):
     assert run_with_hand.document.audit["paper"].contacts == 2
 
 
-def test_table_of_pairs_names_the_group_and_below_it_its_members(run_with_hand):
+def test_table_of_pairs_names_group_and_below_it_members(run_with_hand):
     """Thumb and index of a hand touch a glass: frames 2 and 3, and frames 3, 4 and 6; the palm never does.
 
     The hand has two contacts, frames 2 to 4 and 6; five frames are 2 of the thumb and 3 of the index.

@@ -24,7 +24,7 @@ def detector_times(mean, p99, *, live=True, busy=0.0):
 
 
 def price_of_slow_and_exact(busy, p99=1e-4):
-    """What a run of slow (0.01 ms a frame) and exact, the reference (0.041 ms), says of the cost.
+    """The cost of a run of slow (0.01 ms a frame) and exact, the reference (0.041 ms).
 
     ``busy``: fraction of the time in which other work took the processor; ``p99``: seconds that 99 % of the frames of
     exact do not exceed, None: not measured.
@@ -39,7 +39,7 @@ def price_of_slow_and_exact(busy, p99=1e-4):
     return price_reason(SimpleNamespace(document=document, ranking=ranking), decision_to_ship=None)
 
 
-def test_cost_is_the_time_of_the_reference_beside_the_worst_detector():
+def test_cost_is_the_reference_time_beside_the_worst_detector():
     """exact takes 0.041 ms a frame, 0.37 % of the 11.1 ms at 90 Hz, and slow, the only other detector, 0.01 ms.
 
     Other work took 3 % of the processor, which does not matter.
@@ -88,7 +88,10 @@ def test_errors_wrong_scales_and_misplaced_meshes_are_doubts(code, severity, is_
 
 
 def test_cost_of_sampling_every_frame_is_measured_only_live():
-    """A detector of 10 Hz, run frame by frame, is also timed at every frame; hybrid samples every frame anyway."""
+    """A detector of 10 Hz, run frame by frame, is also timed at every frame: ``phases`` has it beside other samplings.
+
+    hybrid, the reference, samples every frame anyway.
+    """
     live = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid")
     assert live.document.detectors["slow"].live
     seconds_a_frame = live.document.detectors["slow"].seconds.at_every_frame
@@ -96,8 +99,8 @@ def test_cost_of_sampling_every_frame_is_measured_only_live():
     assert live.document.detectors["hybrid"].seconds.at_every_frame is None
 
 
-def test_offline_run_has_the_same_counts_and_no_time_of_every_frame():
-    """Counts over the sampling offsets (``phases``) do not depend on whether frames are given one by one."""
+def test_offline_run_has_equal_counts_and_no_time_of_every_frame():
+    """A detector of 10 Hz gets frames one by one, or all at once; ``phases``: its counts over sampling offsets."""
     live, offline = (
         compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=offline)
         for offline in (False, True)

@@ -172,9 +172,9 @@ def table_of_ranking(document):
 
 
 def test_ranking_prints_zeros_and_dashes_for_the_reference():
-    """Compared with itself the reference is never late: dashes; a detector that missed nothing: 0.
+    """hull50 missed none of 18 contacts and had one late, and 967 of its 1,000 frames are false; mesh50 missed one.
 
-    0.4 ms are 3.6 % of the 11.1 ms of a frame at 90 Hz.
+    The reference is compared with itself, never late: dashes. 0.4 ms are 3.6 % of the 11.1 ms of a frame at 90 Hz.
     """
     table = table_of_ranking(document_of_audits(**AUDITS_OF_THREE))
     assert [*table.head] == [

@@ -32,7 +32,7 @@ def test_contacts_of_a_body_with_its_parent_are_not_counted():
 
 
 def test_excused_contacts_count_in_no_fraction():
-    """Of three contacts of the reference the first is reported, the second missed, the third excused.
+    """The reference has three contacts: the first is reported, the second missed, the third excused.
 
     Of two reports the first is of the first contact, 0.5 s late, the second is excused. So of 2 contacts, and of 1
     report, fractions are taken; mean, median, 95 % and largest of a single error are the error.
@@ -46,7 +46,7 @@ def test_excused_contacts_count_in_no_fraction():
 
 
 def test_pair_frames_only_the_detector_left_undecided_are_counted():
-    """Of five frames the first four are left out of the comparison; two of these the reference decided.
+    """The first four of five frames are left out of the comparison; the reference decided two of these.
 
     The reference says clear, undecided, contact, no pose, contact (``.uC-C``).
     """

@@ -254,14 +254,14 @@ def test_a_shipped_fix_has_its_trade_in_the_same_sentence():
 
 
 @pytest.mark.parametrize(("false", "missed"), [(0.1, 8), (0.8, 1)])
-def test_fix_that_adds_more_errors_than_it_removes_is_not_shipped(false, missed):
+def test_fix_that_adds_more_errors_is_not_shipped(false, missed):
     """8 of 9 missed, or 80 % false and 1 of 9 missed, is no better than 86 % false; exact is too slow."""
     document = document_of("a", "exact", answers=(Answer("a", "", fix=fix_that_splits_b(false, missed)),))
     decision = shipping_decision(document, [rank_of("a", false=0.86), rank_of("exact", p99=TOO_SLOW)])
     assert decision.rank.label == "a" and not decision.is_fix
 
 
-def test_decision_is_the_fix_in_an_engine_and_exact_in_own_code():
+def test_decision_is_fix_in_engine_and_exact_in_own_code():
     """Split meshes leave 10 % false contact and 1 of 9 missed, less than 86 %; exact is fast enough."""
     answers = (Answer("a", "", fix=fix_that_splits_b(false=0.1, missed=1)),)
     ranks = [rank_of("a", false=0.86), rank_of("exact")]
@@ -299,8 +299,11 @@ def test_without_a_contact_another_session_is_to_decide():
     assert reasons_of("in a hollow")["Do"].text.startswith("Decide with another")
 
 
-def test_without_a_contact_a_cut_that_ends_false_contact_is_advised():
-    """The gate cut into two pieces reports no false contact; in own code exact is proposed."""
+def test_cut_that_ends_false_contact_is_advised_without_a_contact():
+    """A ball in the hollow of a gate touches nothing: the hull of the gate reports contact, two pieces of it do not.
+
+    The gate is to be cut in an engine; in code of one's own exact, the reference, is proposed.
+    """
     reasons = reasons_of("in a hollow that is cut")
     assert reasons["Do"].text.startswith("In your engine, split gate")
     assert reasons["Do"].figures == f"False 100 % -> 0 %, no contact to miss. {FIX_FILES_SENTENCE}"
@@ -382,7 +385,7 @@ def test_without_an_audit_nothing_is_recommended_or_sure():
 
 @pytest.mark.parametrize("state", AUDITED)
 def test_interval_of_the_answer_is_that_of_the_ranking(state):
-    """Where there are contacts the first sentence on certainty has their number, and the 95 % interval of the worst.
+    """With contacts, the first sentence on certainty has their number and the worst detector's 95 % interval.
 
     Its larger fault, false contact or missed contacts, is stated; an interval of over 50 % is not very certain.
     """

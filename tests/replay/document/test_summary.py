@@ -129,12 +129,12 @@ def test_facts_about_a_person_stay_in_the_session_file():
 
     A room that is "not stated" is no fact; the name of the session's file has the person's name too.
     """
-    shown = {"clock": "steady", "pseudonym": "S07"}
+    public = {"clock": "steady", "pseudonym": "S07"}
     private = {"devices": "LHR-8F0A0C11 -> left", "student_name": "Anna Muster", "email": "anna@example.org"}
-    facts = {**shown, **private, "room": "not stated"}
+    facts = {**public, **private, "room": "not stated"}
     session = unit_cubes_on_x({"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts=facts)
     result = compute(replace(session, origin="anna.muster/s.mcap"), detectors="hybrid", oracle="none")
-    assert result.document.session.facts == shown
+    assert result.document.session.facts == public
     assert result.document.session.facts_withheld == len(private)
     report = report_html(result)
     assert "3 facts withheld" in report

@@ -52,7 +52,7 @@ def test_two_sessions_of_a_name_are_refused_before_any_work(tmp_path):
 
 
 def test_existing_run_folder_is_refused_before_any_work(two_session_files, tmp_path):
-    """Of the sessions p and q the run folder of q exists: that of p is not begun."""
+    """The run folder of q exists, so that the one of p, the session before it, is not begun."""
     (tmp_path / "out" / "q").mkdir(parents=True)
     with pytest.raises(OutputError, match="q exists"):
         replay.audit(two_session_files, out=tmp_path / "out")

@@ -38,11 +38,11 @@ def test_two_processes_give_the_digest_of_a_single_process(three_session_files, 
 
     No run was there before, so none is kept as it was.
     """
-    by_one = run_batch(three_session_files, tmp_path / "one", settings=SETTINGS)
-    by_two = run_batch(three_session_files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
-    assert by_one.digest == by_two.digest != ""
-    assert by_one.done == by_two.done == ("s0", "s1", "s2")
-    assert not by_one.failed and not by_one.kept
+    by_one_process = run_batch(three_session_files, tmp_path / "one", settings=SETTINGS)
+    by_two_processes = run_batch(three_session_files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
+    assert by_one_process.digest == by_two_processes.digest != ""
+    assert by_one_process.done == by_two_processes.done == ("s0", "s1", "s2")
+    assert not by_one_process.failed and not by_one_process.kept
 
 
 @pytest.mark.slow
@@ -119,7 +119,7 @@ def test_batch_folder_is_refused_after_its_scene_file_changed(tmp_path):
 
 @pytest.mark.slow
 def test_failure_is_reported_and_ends_no_other_session(three_session_files, tmp_path):
-    """Of three files that of s1 is no session; a batch with a failure has no digest."""
+    """The file of s1, one of three, is no session; a batch with a failure has no digest."""
     three_session_files[1].write_bytes(b"no session")
     batch = run_batch(three_session_files, tmp_path / "runs", settings=SETTINGS)
     assert batch.done == ("s0", "s2")

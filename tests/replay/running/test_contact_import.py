@@ -276,7 +276,7 @@ def test_engine_has_the_same_faults_imported_on_the_recordings_clock(engine_of_5
 
 
 def test_offset_of_a_clock_an_hour_ahead_is_fitted(engine_of_50_hz):
-    """Of another clock a delay cannot be distinguished from the offset, so that reports lose it.
+    """A delay by another clock cannot be distinguished from the offset, so that reports lose it.
 
     Without a delay the fit is within a few milliseconds, so a few contacts more or less begin a frame late.
     """

@@ -127,7 +127,7 @@ def test_store_runs_have_the_digest_of_local_runs(store, local_digest, tmp_path)
     assert {path.name for path in path_of_place(f"{store}/runs/s0").iterdir()} == files_here
 
 
-def test_summary_is_the_last_file_that_is_put_into_a_store(tmp_path):
+def test_summary_is_the_last_file_put_into_a_store(tmp_path):
     """Without summary.json a run counts as broken off; a store in memory lists files in the order of their writing."""
     pytest.importorskip("upath")
     write_session(unit_cubes_on_x({"a": [0.0] * 3, "b": [3.0, 2.0, 0.9]}), tmp_path / "s0.mcap")

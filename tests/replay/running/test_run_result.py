@@ -61,7 +61,10 @@ class Page(HTMLParser):
 
 
 def test_repr_of_run_session_and_detection_fits_fifteen_lines(result_of_bump, result_of_crowd):
-    """Of a run, of one without detectors, of one without a reference, of sessions, and of each detection."""
+    """Session and detections of a run of six bodies, with names of over 200 letters, by eleven detectors.
+
+    And of a small session, of its run without detectors, and without a reference.
+    """
     session = result_of_bump.session
     printed = [
         result_of_crowd, result_of_crowd.session, *result_of_crowd.detections.values(), session,
@@ -83,7 +86,7 @@ def test_repr_of_a_session_file_reads_no_frames(tmp_path):
 
 
 def test_repr_of_a_run_lists_the_first_six_detectors(result_of_crowd):
-    """Of eleven, in the order of the ranking; the others are counted."""
+    """Eleven detectors in the order of the ranking: the first ones are named, the others counted."""
     ranked = [rank.label for rank in result_of_crowd.ranking]
     assert len(ranked) == 11
     _title, *lines = repr(result_of_crowd).split("\n")
@@ -102,7 +105,7 @@ def test_run_displays_ranking_and_answer_in_text_and_html(result_of_bump):
 
 
 def test_run_that_was_not_written_says_so(result_of_bump):
-    """It has no link."""
+    """Without a folder of the run there is nothing to link to."""
     page = Page(result_of_bump._repr_html_())
     assert page.links == []
     assert "Nothing was written" in page.text

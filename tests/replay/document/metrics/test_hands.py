@@ -85,7 +85,7 @@ def assembly_with_jump(request):
 
 
 def test_jump_from_zero_to_unix_time_adds_no_minutes(assembly_with_jump):
-    """Of 3 s of poses up to 0.5 s may be lost at the jump; the half century of it is no time with poses."""
+    """3 s have poses, and up to 0.5 s may be lost at the jump; its half century is no time with poses."""
     result = measure_hands(assembly_with_jump, hands=[0, 1])
     assert 2.5 <= result.valid_minutes * 60 <= 3.0
 

@@ -92,7 +92,7 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_
     assert {row["contact_frames"] for row in rows_by_detector.values()} == {in_contact}
 
 
-def test_rows_of_a_run_share_their_session_and_not_their_settings(rows_by_detector):
+def test_rows_of_a_run_share_session_but_not_settings(rows_by_detector):
     """A run by slow, hybrid and exact has a row each; both columns are digests."""
     assert len({row["session"] for row in rows_by_detector.values()}) == 1
     assert len({row["settings"] for row in rows_by_detector.values()}) == 3

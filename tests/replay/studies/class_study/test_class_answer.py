@@ -126,7 +126,7 @@ def test_first_sessions_lead_to_their_miss(class_runs, study_without_association
 
 
 def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
-    """Of six students only the misses of beaker and burette stay: the links name student and second alone."""
+    """Only the misses of beaker and burette stay, six students': the links name student and second alone."""
     runs = read_class(made_class(tmp_path / "runs", sessions=6, students=6))
     is_of_beaker = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
     misses_of_beaker = runs.tables["misses"].filter(pa.array(is_of_beaker))
@@ -374,7 +374,7 @@ def test_least_correlation_is_found_in_four_of_five_samples(students, tests):
 
 
 @pytest.mark.parametrize("tests", [1, 6])
-def test_students_needed_for_the_least_correlation_are_those_it_came_from(tests):
+def test_students_needed_is_the_inverse_of_least_correlation(tests):
     """Found in a class of 100, a correlation takes 100 students, or 101 where rounding up adds a student."""
     assert students_needed(least_correlation(students=100, tests=tests), tests) in (100, 101)
 

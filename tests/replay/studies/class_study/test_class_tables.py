@@ -137,7 +137,7 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of):
 
 
 def test_list_of_sessions_has_no_figure(tables_of, tmp_path):
-    """Of eight sessions of as many students five are listed: a name, what to look at, and a detector."""
+    """Five of eight students' sessions are listed: a name, what to look at, and a detector."""
     runs, _ = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     sessions = sessions_table(runs, places(runs, tmp_path))
     assert [column.name for column in sessions.columns] == ["session", "look at", "by"]

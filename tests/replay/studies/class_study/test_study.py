@@ -66,7 +66,7 @@ def rules_of_refusals(result):
 
 
 def test_study_finds_only_the_planted_association():
-    """Of 52 students ease of use goes with motivation (0.7 in the model); contacts a minute go with nothing."""
+    """Ease of use goes with motivation in 52 students (0.7 in the model); contacts a minute go with nothing."""
     answers, contacts = a_class(count=52, seed=3)
     study = analyse(TWO_REGRESSIONS, questionnaire(answers), metrics(contacts))
     ease, moved = study.coefficients
@@ -432,7 +432,7 @@ def test_group_with_fewer_than_five_answers_is_not_compared(answering, sizes, ru
 
 @pytest.mark.parametrize(("size", "printed"), [(5, "5"), (4, "fewer than 5")])
 def test_size_of_a_group_below_five_is_not_printed(size, printed):
-    """Of 40 students so many are in the second group."""
+    """So many of the 40 students are in the second group."""
     answers, contacts = a_class(count=40)
     group_of_each = ["first"] * (40 - size) + ["second"] * size
     study = analyse(TWO_REGRESSIONS_AND_GROUPS, questionnaire(answers, group_of_each), metrics(contacts))
@@ -527,7 +527,7 @@ TABLE_OF_RESULTS = r"result +figure +conclusion"
 
 
 def test_verbose_terminal_lists_associated_results_first(class_runs, tmp_path):
-    """Of two results, in the order of the codebook, only the second, of contacts, is an association."""
+    """Only the second of two results, of contacts, is an association; both are in the order of the codebook."""
     study = study_of_class()
     not_associated, associated = study.findings
     assert (not_associated.conclusion, associated.conclusion) == ("not distinguished from chance", "associated")

@@ -156,7 +156,7 @@ def test_runs_without_a_common_detector_say_so():
     assert answer_of(run_with_digests(), run_with_digests(), detectors={}, settings={}) == "No detector compares."
 
 
-def test_runs_with_only_the_reference_in_common_say_whether_contacts_changed():
+def test_runs_with_only_a_common_reference_say_whether_contacts_changed():
     """The second run lost a contact of exact, the reference, and shares no other detector with the first."""
     reference = replace(diff_of_hull50(loss=(None, None), lost=("a contact",)), labels=("exact", "exact"))
     answer = answer_of(run_with_digests(), run_with_digests(), {"exact": reference}, {})

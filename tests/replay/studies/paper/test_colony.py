@@ -107,7 +107,7 @@ def test_every_equation_is_switched_off_in_turn(tables_of_small_experiment):
 
 
 def test_rows_count_mean_hits_and_evaluations_a_pose(monkeypatch):
-    """Of 14 poses 10 collide and 4 are free; every search is planted to count the same with both its seeds.
+    """10 of 14 poses collide and 4 are free; every search is planted to count the same with both its seeds.
 
     They hit 6 and 8 of 10 poses, 7 on average, with 100 and 300 evaluations, 20 a pose, and report 0 and 1 free pose.
     """

@@ -22,7 +22,7 @@ from replay.studies.stress.solids import box_mesh
 
 @pytest.mark.slow
 def test_samples_cover_as_many_poses_in_the_same_time(snapshot, monkeypatch):
-    """Of 8 poses five collide: the snapshot has how many of their pairs that meet are in samples of 200 faces and of
+    """Five of 8 poses collide: the snapshot has how many of their pairs that meet are in samples of 200 faces and of
     all, and after how many evaluations a random search hits (None: not after 3,000).
     """
     monkeypatch.setattr(feature_samples, "SAMPLE_SIZES", (200, None))

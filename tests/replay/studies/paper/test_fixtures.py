@@ -77,7 +77,7 @@ def test_the_meshes_are_closed_at_any_tessellation(make, sections):
 
 
 def test_face_in_several_pairs_is_counted_once():
-    """Of three pairs: faces 0 and 1 of the first body, and 5 and 6 of the second; of no pair no face."""
+    """Three pairs are of faces 0 and 1 of the first body, and 5 and 6 of the second; no pair has no face."""
     assert faces_of_pairs(np.array([[0, 5], [0, 6], [1, 6]])) == 4
     assert faces_of_pairs(np.zeros((0, 2), dtype=np.int64)) == 0
 

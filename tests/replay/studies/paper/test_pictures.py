@@ -50,8 +50,8 @@ def drawn_figures(monkeypatch):
 
 def answers_in_seconds(*seconds):
     """Poses of 100 faces in which 5 of 10 faces were found, in so many seconds each."""
-    found = {"target": 100, "faces": 5, "true_faces": 10, "pairs": 4, "true_pairs": 4, "right_pairs": 4}
-    return np.array([(*found.values(), 5, second) for second in seconds], ANSWER_DTYPE)  # 5 operations
+    answer = {"target": 100, "faces": 5, "true_faces": 10, "pairs": 4, "true_pairs": 4, "right_pairs": 4}
+    return np.array([(*answer.values(), 5, second) for second in seconds], ANSWER_DTYPE)  # 5 operations
 
 
 def test_figure_7_has_a_panel_for_budgets_time_and_families(drawn_figures):
@@ -84,7 +84,7 @@ def test_figure_7_has_a_panel_for_budgets_time_and_families(drawn_figures):
 
 @pytest.mark.parametrize(("evaluations", "scale"), [(None, "linear"), (50.0, "log")], ids=["no evaluations", "some"])
 def test_figure_8_has_coverage_misses_and_evaluations_of_covered(drawn_figures, evaluations, scale):
-    """Of samples of 50 faces 0.2 of 10 poses have no pair that meets; the search misses 0.25 of the 8 others.
+    """Samples of 50 faces have no pair that meets in 0.2 of 10 poses; the search misses 0.25 of the 8 others.
 
     ``evaluations``: within which the search hits 90 %; without any the axis has no logarithm to draw.
     """

@@ -46,7 +46,7 @@ def test_complete_rows_find_all_faces_and_no_row_invents(name, poses):
 @few_or_more_poses
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.counters == TREE_COUNTS])
 def test_larger_budget_never_finds_fewer_faces(name, poses):
-    """Hierarchies may do 5 % to 100 % of the operations of a whole answer: with 100 % they find every face.
+    """Hierarchies, rows of ROWS, may do 5 % to 100 % of the operations of an answer: with all they find every face.
 
     With a quarter of the operations they find some faces and not nearly all: a budget cuts short.
     """

@@ -50,8 +50,8 @@ def test_recall_pools_poses_and_a_whole_pose_has_every_pair():
     """
     # target, faces, true faces, pairs reported, true pairs, right pairs, operations, seconds
     whole = (100, 10, 10, 4, 4, 4, 0, 0.001)
-    part = (100, 5, 20, 3, 12, 2, 0, 0.004)
-    (row,) = completion_table({"exact": np.array([whole, whole, part], ANSWER_DTYPE)}).rows
+    partial = (100, 5, 20, 3, 12, 2, 0, 0.004)
+    (row,) = completion_table({"exact": np.array([whole, whole, partial], ANSWER_DTYPE)}).rows
     label, poses, whole_poses, faces, face_recall, pair_recall, precision, operations, milliseconds = row
     assert (label, poses, whole_poses) == ("exact", 3, 2)
     assert (faces, face_recall) == (25 / 3, 25 / 40)

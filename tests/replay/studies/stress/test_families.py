@@ -46,7 +46,7 @@ def test_exact_test_gives_the_answer_known_by_construction(family):
     ],
 )
 def test_degenerate_families_are_not_decided_by_the_float_filter_alone(family):
-    """Of 400 pairs of a family a filter in floating point leaves more than a quarter open for exact arithmetic."""
+    """A filter in floating point leaves more than a quarter of 400 pairs open for exact arithmetic."""
     open_after_filter, _open_after_exact_sums = left_open(triangle_family(family).pairs(400))
     assert open_after_filter > 100
 

@@ -76,9 +76,9 @@ def test_an_answer_is_counted_once_under_the_right_word(family, verdicts, tau, c
     tally = family_tally(
         "planted", triangle_family(family), any_seed, PAIRS_ABOVE_AND_BELOW, truth=TRUTH, verdict=verdicts, tau=tau
     )
-    words = ("missed", "invented", "within", "refused", "unconfirmed")
-    assert {word: getattr(tally, word) for word in words} == dict.fromkeys(words, 0) | counts
-    assert tally.failed == sum(count for word, count in counts.items() if word != "unconfirmed")
+    count_names = ("missed", "invented", "within", "refused", "unconfirmed")
+    assert {name: getattr(tally, name) for name in count_names} == dict.fromkeys(count_names, 0) | counts
+    assert tally.failed == sum(count for name, count in counts.items() if name != "unconfirmed")
 
 
 def test_progress_counts_families_and_cases():
@@ -116,7 +116,7 @@ def test_failing_triangle_pairs_beyond_tolerance_are_written(wrong_answers, tmp_
     assert np.array_equal(cases.verdict, OPPOSITE_OF_TRUTH[cases.row])
 
 
-def test_file_in_place_of_the_folder_of_failing_pairs_is_refused(wrong_answers, tmp_path):
+def test_file_in_place_of_the_output_folder_is_refused(wrong_answers, tmp_path):
     """``out``, the folder for pairs about which a detector is wrong, names a file."""
     (tmp_path / "taken").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
@@ -152,7 +152,7 @@ def test_no_pairs_and_negative_seeds_or_tolerances_are_refused(wrong):
 
 
 def test_stress_of_all_runs_detectors_that_decide_on_meshes(monkeypatch):
-    """Of the three detectors that there are here, sphere decides on bounding spheres alone."""
+    """There are three detectors here; sphere decides on bounding spheres alone."""
     monkeypatch.setattr(runner, "detector_names", lambda: ["sphere", "hybrid", "exact"])
     assert [spec.label for spec in detectors_of("all")] == ["hybrid", "exact"]
 
