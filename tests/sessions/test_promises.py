@@ -109,8 +109,9 @@ def test_killed_recorder_loses_at_most_0_3_s(tmp_path):
 
 @pytest.mark.bench
 def test_ten_minutes_are_read_and_written_at_library_speed(tmp_path):
-    """A file has 54,000 frames of 12 bodies, ten minutes at 90 Hz; the yardstick is the processor time in which the
-    library of the format iterates over its messages: reading takes at most 3 times as long, writing twice.
+    """Reading takes at most 3 times the processor time in which the format's library iterates over the messages.
+
+    Writing takes at most twice that. The file has 54,000 frames of 12 bodies, ten minutes at 90 Hz.
     """
     frames, bodies = 54_000, 12
     random = np.random.default_rng(0)

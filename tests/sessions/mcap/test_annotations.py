@@ -19,20 +19,26 @@ def test_any_intervals_come_back_in_order(given_spans):
 
 
 def test_open_interval_is_closed_by_its_successor_only():
-    """Messages in order: pour opens, stir opens, pour closes, pour opens again; the session ends at 20 ns."""
-    first = Interval(start_ns=5, end_ns=9, kind="task", name="pour")
-    other = Interval(start_ns=5, end_ns=7, kind="task", name="stir")
-    messages = [(first, False), (other, False), (first, True), (first, False)]
-    result = a.read_intervals([a.interval_message(span, closed=closed)[2] for span, closed in messages], 20)
-    assert result == (
-        first,
+    """Messages say: pour begins, stir begins, pour ends at 9 ns, pour begins again; the session ends at 20 ns.
+
+    What was not ended lasts until then, and is marked as unclosed.
+    """
+    pour = Interval(start_ns=5, end_ns=9, kind="task", name="pour")
+    stir = Interval(start_ns=5, end_ns=7, kind="task", name="stir")
+    messages = [(pour, False), (stir, False), (pour, True), (pour, False)]
+    payloads = []
+    for interval, is_closed in messages:
+        _topic, _stamp, payload = a.interval_message(interval, closed=is_closed)
+        payloads.append(payload)
+    assert a.read_intervals(payloads, 20) == (
+        pour,
         Interval(start_ns=5, end_ns=20, kind="task", name="stir", data={"unclosed": "true"}),
         Interval(start_ns=5, end_ns=20, kind="task", name="pour", data={"unclosed": "true"}),
     )
 
 
 def test_samples_stamped_before_zero_are_refused():
-    """The span of such stamps may exceed 64 bits, and `replay info` prints it."""
+    """A stream of numbers and a hand have samples before 0, so that the time between two may exceed 64 bits of ns."""
     scalar = message_class("ScalarSamples")(sample_ns=[-(2**62), 0, 2**63 - 1], value=[1, 2, 3])
     hand = message_class("Hand")()
     hand.timestamp.seconds = -1
@@ -43,7 +49,7 @@ def test_samples_stamped_before_zero_are_refused():
 
 @pytest.mark.parametrize(("phase", "point"), [(0, []), (4, []), (1, [1.0, 2.0]), (0, [1.0, 2.0])])
 def test_live_contact_of_unknown_phase_or_partial_point_is_refused(phase, point):
-    """Phases are 1 to 3, and a point has no number or three."""
+    """A contact in a file has a phase from 1 to 3, and a point of no number or of three."""
     payload = message_class("Contact")(body_a="a", body_b="b", phase=phase, point=point).SerializeToString()
     with pytest.raises(SessionFileError, match="no known phase or a point that is not three numbers"):
         a.read_contact(payload)

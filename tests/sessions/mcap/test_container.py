@@ -9,7 +9,7 @@ from sessions.mcap.writer import write_session
 
 
 def read_catalogue(path):
-    """The catalogue of a file."""
+    """The catalogue of a file: its chunks ("regions"), each with the channels that it holds."""
     with path.open("rb") as stream:
         return module.read_catalogue(path, stream)
 
@@ -24,7 +24,7 @@ def session_file(tmp_path):
 
 
 def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
-    """``channels`` of a region are those of its index; None: any."""
+    """Another program wrote a file without such indices: nobody knows the channels of its only chunk (None)."""
     from mcap.writer import IndexType
 
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=1)), index_types=IndexType.NONE)
@@ -32,13 +32,18 @@ def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
 
 
 def test_tear_is_at_first_incomplete_record(session_file):
-    """The file is cut 70 bytes into its second chunk, and then before its last byte."""
+    """The file is cut 70 bytes into its second chunk: its first is read, and the tear is where the second begins."""
     data = session_file.read_bytes()
-    chunk = read_catalogue(session_file).regions[1]
-    session_file.write_bytes(data[: chunk.span.start + 70])
-    torn = read_catalogue(session_file)
-    assert len(torn.regions) == 1 and torn.tear == chunk.span.start
-    session_file.write_bytes(data[:-1])
+    _first_chunk, second_chunk, *_others = read_catalogue(session_file).regions
+    session_file.write_bytes(data[: second_chunk.span.start + 70])
+    catalogue = read_catalogue(session_file)
+    assert len(catalogue.regions) == 1
+    assert catalogue.tear == second_chunk.span.start
+
+
+def test_file_that_lacks_its_last_byte_is_torn(session_file):
+    """The last byte is of the mark at the end of every file."""
+    session_file.write_bytes(session_file.read_bytes()[:-1])
     assert read_catalogue(session_file).tear is not None
 
 
@@ -56,14 +61,17 @@ def test_oversized_declarations_are_refused_before_reading(session_file, tmp_pat
 
 
 def test_attachment_name_is_reported_only_if_complete():
-    """The length of the name stands at byte 25, its eight letters end at byte 37: 12 sizes are too short."""
+    """The record of an attachment has the length of its name, 8, in bytes 25 to 28, and the name in bytes 29 to 36.
+
+    Cut to 25 up to 36 bytes, 12 sizes, it lacks a letter or more; with 37 and more the name is whole.
+    """
     record = bytes(25) + (8).to_bytes(4, "little") + b"stem.glb" + bytes(30)
     names = [module.attachment_name(record[:size]) for size in range(25, len(record))]
     assert names == [""] * 12 + ["stem.glb"] * 30
 
 
 def test_chunk_that_claims_its_neighbour_hides_no_messages(session_file, tmp_path):
-    """The stated length of the first chunk is written so that it ends with the second."""
+    """The first of several chunks states a length that ends with the second; the catalogue has both all the same."""
     regions = read_catalogue(session_file).regions
     first, second = regions[0].span, regions[1].span
     content = bytearray(session_file.read_bytes())

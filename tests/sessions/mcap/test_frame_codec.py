@@ -24,7 +24,7 @@ from sessions.model.session import Frames, Status
 
 
 def frame_messages(*records):
-    """Messages of frames as a reader finds them in a file."""
+    """A table of messages as a reader finds them in a file; records are (channel, sequence, log, publish, payload)."""
     return messages_of_region(
         b"".join(map(packed, records)),
         Region(RecordSpan(Opcode.MESSAGE, start=0, end=0), size=0, channels=None),
@@ -54,7 +54,7 @@ def decoded_frames(tables, names=None):
 
 @given(any_frames(), st.integers(1, 4))
 def test_frames_survive_any_chunk_boundary(frames, every):
-    """A chunk holds 1 to 4 messages."""
+    """Random frames are encoded as messages, 1 to 4 in a chunk, and decoded chunk by chunk to the same frames."""
     records = encoded_records(frames)
     tables = [frame_messages(*records[start : start + every]) for start in range(0, len(records), every)]
     assert_same_frames(decoded_frames(tables, frames.names), frames)
@@ -62,9 +62,9 @@ def test_frames_survive_any_chunk_boundary(frames, every):
 
 @given(st.data())
 def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
-    """Up to four of 40 messages have a byte damaged; both ways give the same frames, or both refuse.
+    """Up to four of 40 messages have a byte damaged: decoded in a table or one by one they give the same, or a refusal.
 
-    Messages one by one go through the protobuf library.
+    One by one they go through the protobuf library.
     """
     frames = random_frames(
         data.draw(st.integers(0, 9)), count=40, bodies=2, absent=data.draw(st.sampled_from([0.0, 0.3]))
@@ -91,36 +91,60 @@ def tracking_payload(status, **header):
     return message.SerializeToString()
 
 
-@pytest.mark.parametrize(("sequence", "log", "publish"), [(8, 6, 5), (7, 9, 5), (7, 6, 9)])
-def test_note_without_matching_frame_changes_nothing(sequence, log, publish):
-    """Records: (channel, sequence, log, publish time, payload); channel 2 notes what channel 1's frame lost."""
-    payload = protobuf_messages(random_frames(seed=0, count=1, bodies=1))[0][2]
-    good = [(2, 7, 6, 5, tracking_payload(Status.LOST)), (1, 7, 6, 5, payload)]
-    wrong = [(2, sequence, log, publish, tracking_payload(Status.LOST)), (1, 7, 6, 5, payload)]
-    assert decoded_frames([frame_messages(*good)]).status.tolist() == [[Status.LOST]]
-    assert decoded_frames([frame_messages(*wrong)]).status.tolist() == [[Status.VALID]]
+def record_of(channel, payload, sequence=7, log=6, publish=5):
+    """A message of channel 1, poses of a frame, or of channel 2, a note on the status of bodies in a frame."""
+    return (channel, sequence, log, publish, payload)
 
 
-def test_note_adds_no_sample_or_unknown_status():
-    """Status 0 is absent, 1 valid, 9 unknown: none changes a recorded pose; and no pose is made of a note alone."""
-    payload = protobuf_messages(random_frames(seed=0, count=1, bodies=1))[0][2]
-    for status in (0, 1, 9):
-        records = (2, 7, 6, 5, tracking_payload(status)), (1, 7, 6, 5, payload)
-        assert decoded_frames([frame_messages(*records)]).status.tolist() == [[Status.VALID]]
-    records = (2, 7, 6, 5, tracking_payload(Status.LOST)), (1, 7, 6, 5, b"")
-    assert decoded_frames([frame_messages(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
+POSES, NOTE = 1, 2
+((_PUBLISH, _LOG, PAYLOAD_OF_BODY_0),) = protobuf_messages(random_frames(seed=0, count=1, bodies=1))
+
+
+@pytest.mark.parametrize(
+    ("other", "status"),
+    [
+        pytest.param({}, Status.LOST, id="the same frame"),
+        pytest.param({"sequence": 8}, Status.VALID, id="another number"),
+        pytest.param({"log": 9}, Status.VALID, id="another log time"),
+        pytest.param({"publish": 9}, Status.VALID, id="another stamp"),
+    ],
+)
+def test_note_without_matching_frame_changes_nothing(other, status):
+    """A note says that body 0 was lost in a frame, which it names by sequence, log and publish time."""
+    note = record_of(NOTE, tracking_payload(Status.LOST), **other)
+    frames = decoded_frames([frame_messages(note, record_of(POSES, PAYLOAD_OF_BODY_0))])
+    assert frames.status.tolist() == [[status]]
+
+
+@pytest.mark.parametrize(
+    "status", [pytest.param(0, id="absent"), pytest.param(1, id="valid"), pytest.param(9, id="unknown")]
+)
+def test_note_of_absent_or_unknown_status_changes_nothing(status):
+    """A frame has a pose of body 0, which therefore is valid."""
+    note = record_of(NOTE, tracking_payload(status))
+    frames = decoded_frames([frame_messages(note, record_of(POSES, PAYLOAD_OF_BODY_0))])
+    assert frames.status.tolist() == [[Status.VALID]]
+
+
+def test_note_alone_makes_no_sample():
+    """A note says that body 0 was lost in a frame that has no pose of it."""
+    note = record_of(NOTE, tracking_payload(Status.LOST))
+    frames = decoded_frames([frame_messages(note, record_of(POSES, b""))], ("body 0",))
+    assert frames.status.tolist() == [[Status.ABSENT]]
 
 
 def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
-    """The list of bodies is empty.
+    """Two frames have a pose of "body 0", and the list of bodies is empty: the decoder goes on, and counts it.
 
-    Two frames of "body 0" are decoded one by one; ``met`` is keyed by frame and body.
+    ``met`` is (frame of reference, body) -> first and last stamp and number of samples.
     """
     frames, tolerant = random_frames(seed=0, count=2, bodies=1), decoder_of_frames((), strict=False)
     for publish, log, payload in protobuf_messages(frames):
         assert len([*tolerant.decode(frame_messages((1, 0, log, publish, payload)))]) == 1
-    (met,), (first, last) = tolerant.met.values(), frames.stamp_ns.tolist()
-    assert [*tolerant.met] == [("world", "body 0")] and (met.first_ns, met.last_ns, met.count) == (first, last, 2)
+    first_ns, last_ns = frames.stamp_ns.tolist()
+    assert [*tolerant.met] == [("world", "body 0")]
+    (met,) = tolerant.met.values()
+    assert (met.first_ns, met.last_ns, met.count) == (first_ns, last_ns, 2)
 
 
 def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):

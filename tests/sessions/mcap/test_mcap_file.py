@@ -20,7 +20,7 @@ from sessions.model.session import Frames
 
 @pytest.mark.parametrize("length", [1, 7, 800, 10_000])
 def test_blocks_are_full_but_the_last(tmp_path, length):
-    """``length``: frames in a block, of 800."""
+    """A file of 800 frames (30 for blocks of 1) is read in blocks of ``length``; joined they are the frames."""
     frames = random_frames(seed=1, count=30 if length == 1 else 800, bodies=6, odd=0.02)
     write_session(session_of(frames, scene=Scene(name="bench")), tmp_path / "s.mcap")
     blocks = [*McapFrames(McapFile(tmp_path / "s.mcap"), frames.names).blocks(length)]
@@ -29,7 +29,7 @@ def test_blocks_are_full_but_the_last(tmp_path, length):
 
 
 def test_channels_are_known_that_only_the_chunks_declare(tmp_path):
-    """Three chunks of a message each; the summary at the end of the file repeats no channel."""
+    """A file has three chunks of a message each, and no channel in the summary at its end."""
     with (tmp_path / "s.mcap").open("wb") as stream:
         writer = Writer(stream, chunk_size=1, repeat_channels=False)
         writer.start()
@@ -58,11 +58,11 @@ def test_descriptor_sets_alone_decode_every_channel(topic):
 
 
 def test_field_numbers_of_files_that_exist_never_change():
-    """Numbers of fields in two messages, as in files that were written."""
-    numbers = {f.name: f.number for f in message_class("Interval").DESCRIPTOR.fields}
-    assert numbers == {"start": 1, "end": 2, "kind": 3, "name": 4, "data": 5}
-    numbers = {f.name: f.number for f in message_class("TrackSamples").DESCRIPTOR.fields}
-    assert numbers == {"sample_ns": 1, "position": 2, "quaternion_xyzw": 3, "valid": 4}
+    """Protobuf writes numbers in place of names, which therefore must mean the same field for ever."""
+    of_interval = {field.name: field.number for field in message_class("Interval").DESCRIPTOR.fields}
+    assert of_interval == {"start": 1, "end": 2, "kind": 3, "name": 4, "data": 5}
+    of_track = {field.name: field.number for field in message_class("TrackSamples").DESCRIPTOR.fields}
+    assert of_track == {"sample_ns": 1, "position": 2, "quaternion_xyzw": 3, "valid": 4}
 
 
 def entities_by_id(meshes, scene=None):
@@ -92,12 +92,11 @@ def test_bodies_are_drawn_up_to_a_limit_of_bytes(monkeypatch):
 
 @pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])
 def test_fixed_body_is_drawn_at_its_pose(parent, frame):
-    """In the frame of the body that carries it, or of the world; glass is drawn transparent."""
+    """A cup of glass is fixed at (1, 2, 3) of the tray that carries it, or of the world, and drawn transparent."""
     fixed = SceneBody("cup", parent=parent, fixed=Pose((1.0, 2.0, 3.0)), tags=("glass",))
     entity = entities_by_id({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
-    (piece,) = entity.triangles
-    assert (entity.frame_id, piece.pose.position.z, piece.pose.orientation.w) == (
-        frame,
-        3.0,
-        1.0,
-    ) and piece.color.a < 1.0
+    assert entity.frame_id == frame
+    (triangles,) = entity.triangles
+    assert triangles.pose.position.z == 3.0
+    assert triangles.pose.orientation.w == 1.0
+    assert triangles.color.a < 1.0

@@ -27,36 +27,52 @@ BARE = {"use_statistics": False, "repeat_channels": False, "repeat_schemas": Fal
 
 @pytest.mark.parametrize(
     "options",
-    [{"compression": CompressionType.LZ4}, {"compression": CompressionType.NONE}, {"use_chunking": False}, BARE],
+    [
+        pytest.param({"compression": CompressionType.LZ4}, id="LZ4"),
+        pytest.param({"compression": CompressionType.NONE}, id="not compressed"),
+        pytest.param({"use_chunking": False}, id="no chunks"),
+        pytest.param(BARE, id="no index"),
+    ],
 )
 def test_any_compression_is_read_with_or_without_chunks_and_index(tmp_path, options):
-    """200 frames of a foreign file, beside a plain loop over its messages."""
+    """Another program's file has 200 frames of five bodies; a plain loop over its messages gives the same frames."""
     messages = protobuf_messages(random_frames(seed=2, count=200, bodies=5, absent=0.3))
     path = write_foreign(tmp_path / "f.mcap", messages, chunk_size=1 << 14, **options)
     assert_same_frames(read_session(path).frames, read_frames_plainly(path))
     assert len(read_session(path).frames) == 200
 
 
-def test_foreign_file_is_identified_and_needs_poses(tmp_path):
-    """A file of poses of three bodies by another program states no handedness; one of log messages is refused."""
+def test_foreign_file_is_identified(tmp_path):
+    """A file of poses of three bodies by another program states no profile and no handedness, and has no events."""
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=2)))
     session = read_session(path)
-    assert session.facts["profile"] == "none" and session.facts["handedness"] == "not stated"
-    assert session.names == ("body 0", "body 1", "body 2") and session.events == ()
+    assert session.facts["profile"] == "none"
+    assert session.facts["handedness"] == "not stated"
+    assert session.names == ("body 0", "body 1", "body 2")
+    assert session.events == ()
+
+
+def test_foreign_file_without_poses_is_refused(tmp_path):
+    """The file has one message of a log."""
     log = Log(message="hello", name="node", file="main.cpp")
-    spec_file = write_foreign(tmp_path / "g.mcap", [(5, 6, log.SerializeToString())], topic="/log")
+    path = write_foreign(tmp_path / "g.mcap", [(5, 6, log.SerializeToString())], topic="/log")
     with pytest.raises(SessionFileError, match="no poses"):
-        read_session(spec_file)
+        read_session(path)
 
 
 def test_stream_is_decoded_once_on_first_use(tmp_path, monkeypatch):
-    """Names of scalars are known without decoding; ``requested``: the streams that were decoded."""
-    heart, requested = ScalarTrack([1, 2], [70, 71]), []
+    """A file has one scalar, "heart", whose name is known before its numbers are decoded; they are decoded once."""
+    heart, decoded_prefixes = ScalarTrack([1, 2], [70, 71]), []
     write_session(session_of(random_frames(seed=1), scalars={"heart": heart}), tmp_path / "s.mcap")
-    monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: requested.append(prefix) or heart)
+    monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: decoded_prefixes.append(prefix) or heart)
     scalars = read_session(tmp_path / "s.mcap").scalars
-    assert [*scalars] == ["heart"] and "heart" in scalars and "pulse" not in scalars and requested == []
-    assert scalars["heart"] is scalars["heart"] is heart and requested == ["/scalars/"]
+    assert [*scalars] == ["heart"]
+    assert "heart" in scalars
+    assert "pulse" not in scalars
+    assert decoded_prefixes == []
+    assert scalars["heart"] is heart
+    assert scalars["heart"] is heart
+    assert decoded_prefixes == ["/scalars/"]
 
 
 def damaged(path, offset, byte=None):
@@ -82,7 +98,7 @@ def test_flipped_chunk_byte_is_reported_and_not_read(session_file):
 
 
 def test_poses_missing_in_the_chunk_index_are_read(session_file):
-    """All message indexes of channel 1, the poses, are taken out of the file."""
+    """A file lists the messages of each chunk by channel; the lists of channel 1, the poses, are taken out of it."""
     frames = read_session(session_file).frames
     of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
     session_file.write_bytes(
@@ -125,21 +141,22 @@ def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, text):
         read_session(path)
 
 
-def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
-    """Poses in "world" and then in "room" are refused.
-
-    A message that holds each body twice is read, with the first pose.
-    """
+def test_poses_in_two_frames_of_reference_are_refused(tmp_path):
+    """The first message has poses in the frame "world", all others in "room"."""
     frames = random_frames(seed=2)
-    two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
+    in_world, in_room = protobuf_messages(frames), protobuf_messages(frames, parent="room")
     with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):
-        read_session(write_foreign(tmp_path / "f.mcap", two))
-    publish, log, payload = protobuf_messages(frames)[0]
-    other = protobuf_messages(frames)[1][2]
-    path = write_foreign(tmp_path / "f.mcap", [(publish, log, payload + other)])
+        read_session(write_foreign(tmp_path / "f.mcap", [*in_world[:1], *in_room[1:]]))
+
+
+def test_first_of_two_poses_in_a_message_counts(tmp_path):
+    """The only message has the poses of frame 0 and behind them those of frame 1; the doctor says so of each body."""
+    frames = random_frames(seed=2)
+    (publish, log, payload), (_publish, _log, another_payload), *_others = protobuf_messages(frames)
+    path = write_foreign(tmp_path / "f.mcap", [(publish, log, payload + another_payload)])
     assert_same_frames(read_session(path).frames, frames.segment(0, 1))
-    (result,) = {item.message for item in examine(path) if item.code == "duplicate-stamps"}
-    assert result == "1 frames hold two samples of it; the first was taken"
+    messages = {finding.message for finding in examine(path) if finding.code == "duplicate-stamps"}
+    assert messages == {"1 frames hold two samples of it; the first was taken"}
 
 
 def test_torn_session_file_is_refused_with_the_recover_command(session_file):
@@ -163,7 +180,10 @@ print(count, peak_bytes() // 1024)
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="peak memory is measured in KiB of Linux")
 def test_block_reading_memory_is_independent_of_session_length(tmp_path):
-    """Sessions of 6,000 and of 60,000 frames; peak memory in KiB, by a process of its own."""
+    """Sessions of 6,000 and of 60,000 frames are read in blocks, each by a process that prints its peak memory in KiB.
+
+    The long session takes at most 8 MB more; 20 MB would be one chunk in ten that is not given back.
+    """
     frames = random_frames(seed=1, count=3000, bodies=12)
 
     class Repeated:
@@ -185,4 +205,5 @@ def test_block_reading_memory_is_independent_of_session_length(tmp_path):
         count, peak = map(int, done.stdout.split())
         assert count == 3000 * times
         peaks.append(peak)
-    assert peaks[1] - peaks[0] < 8 * 1024  # 20 MB more would be one chunk kept in ten
+    peak_of_short_kib, peak_of_long_kib = peaks
+    assert peak_of_long_kib - peak_of_short_kib < 8 * 1024

@@ -47,7 +47,11 @@ def session_once_written(partial):
 
 
 def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
-    """Read twice: by this package and by a plain loop over the protobuf messages."""
+    """400 frames of four bodies, many lost or absent, are recorded behind a first frame in which all bodies stand.
+
+    They are read by this package and by a plain loop over the protobuf messages; facts and a mesh are in the file, and
+    no other file is left.
+    """
     frames = random_frames(seed=5, count=400, bodies=4, absent=0.2, odd=0.2)
     with Recorder(tmp_path / "s.mcap", meshes={"body 1": tetrahedron()}, facts={"vr_type": "desktop"}) as recorder:
         recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, UPRIGHT_POSE))
@@ -96,7 +100,7 @@ def test_recorded_events_hands_gaze_and_scalars_are_read_back(tmp_path):
 
 
 def test_several_threads_lose_nothing(tmp_path):
-    """Three threads record 150 poses and hands each into one file."""
+    """Three threads, of anna, ben and cleo, record 150 poses of a head and 150 samples of a hand each into one file."""
     with Recorder(tmp_path / "s.mcap") as recorder:
 
         def run(who):
@@ -112,9 +116,9 @@ def test_several_threads_lose_nothing(tmp_path):
     session = read_session(tmp_path / "s.mcap")
     assert len(session.frames) == 450
     for column in range(3):
-        mine = session.frames.stamp_ns[session.frames.status[:, column] == Status.VALID]
-        assert mine.tolist() == list(range(150))
-    assert all(len(hand) == 150 for hand in session.hands.values())
+        stamps_of_body = session.frames.stamp_ns[session.frames.status[:, column] == Status.VALID]
+        assert stamps_of_body.tolist() == list(range(150))
+    assert [len(hand) for hand in session.hands.values()] == [150, 150, 150]
 
 
 def test_open_recording_is_in_the_partial_file(tmp_path):
@@ -139,9 +143,9 @@ def test_open_recording_is_in_the_partial_file(tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there the system itself refuses to remove an open file")
 def test_two_recorders_never_write_the_same_file(tmp_path):
-    """The second is refused while the first records.
+    """A second recorder of the same file is refused while the first records, even if it may overwrite it.
 
-    A link with the name of the partial file is replaced, not followed.
+    A link to a precious file has the name of the partial file (the one written until the end): it is not followed.
     """
     path, precious = tmp_path / "s.mcap", tmp_path / "thesis"
     precious.write_text("years")

@@ -116,7 +116,10 @@ def damaged_file(tmp_path, data):
 
 
 def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_path):
-    """Cut at random and at ends of chunks, which hold 45 frames each after the first two."""
+    """A file of 420 frames is cut at six random bytes and at ends of chunks, of 45 frames each behind the first two.
+
+    Recovered are the first frames, at least those of whole chunks; without a whole chunk it is refused.
+    """
     data, truth = whole_file.read_bytes(), read_session(whole_file).frames
     spans, out = chunks(data), tmp_path / "out.mcap"
     for offset in [*np.random.default_rng(2).integers(0, len(data), 6).tolist(), *(end for _, end in spans[2:5])]:
@@ -134,7 +137,10 @@ def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_p
 
 
 def test_foreign_file_is_recovered_with_its_channels(tmp_path):
-    """The second half of the fourth chunk is damaged: more than 150 of 200 frames remain."""
+    """Another program's file has 200 frames in chunks of 4 kB; the second half of its fourth chunk is damaged.
+
+    More than 150 frames remain, not all, in a session file that says that it is foreign.
+    """
     frames = random_frames(seed=3, count=200, bodies=2)
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames), chunk_size=4096)
     data = path.read_bytes()
@@ -150,7 +156,7 @@ def test_foreign_file_is_recovered_with_its_channels(tmp_path):
     "data, text", [(b"", "it is empty"), (b"hello", "not an MCAP"), (b"\x89MCAP0\r\n", "no chunk")]
 )
 def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, text):
-    """Nothing, another text, and the first eight bytes of a session file."""
+    """A file has nothing in it, another text, or only the first eight bytes of a session file."""
     with pytest.raises(SessionFileError, match=text):
         recover(damaged_file(tmp_path, data), tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
@@ -162,7 +168,8 @@ def test_recover_drops_an_undecodable_pose_message(tmp_path):
     messages[7] = (*messages[7][:2], b"\xff" + messages[7][2][1:])
     path = write_foreign(tmp_path / "f.mcap", messages, enable_crcs=False)
     result = recover(path, tmp_path / "out.mcap")
-    assert result.frames == 199 and not result.whole
+    assert result.frames == 199
+    assert not result.whole
 
 
 def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole_file, tmp_path):

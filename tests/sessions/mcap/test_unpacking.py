@@ -19,7 +19,10 @@ COMPRESS = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
 
 
 def unpacked_chunk(given, compression, size=None, crc=None, before=0):
-    """The bytes of a chunk that states this size and checksum, as the bounded unpacker gives them."""
+    """The table of messages in a chunk of these bytes that states a size and a checksum, by default the right ones.
+
+    ``before``: messages of the file that were read before.
+    """
     size = len(TWO_MESSAGES) if size is None else size
     crc = zlib.crc32(TWO_MESSAGES) if crc is None else crc
     builder = RecordBuilder()
@@ -31,31 +34,45 @@ def unpacked_chunk(given, compression, size=None, crc=None, before=0):
 
 @pytest.mark.parametrize("compression", COMPRESS)
 def test_messages_are_listed_with_their_stamps_and_payloads(compression):
-    """Messages are (channel, sequence, log time, publish time, payload)."""
+    """A chunk has two messages: (channel, sequence, log time, publish time, payload) of TWO_MESSAGES.
+
+    Only row 1 is of channel 2; no row is of channel 9.
+    """
     table = unpacked_chunk(COMPRESS[compression](TWO_MESSAGES), compression)
     assert [table.payload(row) for row in range(2)] == [b"hello", b""]
-    assert (table.channel.tolist(), table.sequence.tolist()) == ([1, 2], [7, 8])
-    assert (table.log_ns.tolist(), table.publish_ns.tolist()) == ([3, 5], [4, 6])
+    assert table.channel.tolist() == [1, 2]
+    assert table.sequence.tolist() == [7, 8]
+    assert table.log_ns.tolist() == [3, 5]
+    assert table.publish_ns.tolist() == [4, 6]
     assert table.of_channels({2, 9}).tolist() == [1]
+
+
+def test_empty_chunk_has_no_messages():
+    """The chunk has no bytes, and states so; the checksum 0 means none."""
     assert unpacked_chunk(b"", "", size=0, crc=0).channel.tolist() == []
 
 
-def test_small_tables_are_joined_without_reading_beyond_the_end(monkeypatch):
-    """Five tables of two messages each; two tables fit into one."""
+def test_small_tables_are_joined(monkeypatch):
+    """Five tables have two messages each, and two of them fit into one."""
     monkeypatch.setattr("sessions.mcap.unpacking.JOINED_BYTES", 2 * len(TWO_MESSAGES))
     tables = [*together([unpacked_chunk(TWO_MESSAGES, "")] * 5)]
-    assert [table.channel.tolist() for table in tables] == [[1, 2] * 2, [1, 2] * 2, [1, 2]]
-    assert tables[0].payload(2) == b"hello"
+    assert [table.channel.tolist() for table in tables] == [[1, 2, 1, 2], [1, 2, 1, 2], [1, 2]]
+    first_message_of_second_chunk = 2
+    assert tables[0].payload(first_message_of_second_chunk) == b"hello"
+
+
+def test_rows_beyond_the_end_of_the_bytes_are_not_read():
+    """A row of two bytes would begin at the last of five."""
     with pytest.raises(IndexError):
         rows_at(np.zeros(5, np.uint8), np.array([4]), 2)
 
 
 @pytest.mark.parametrize("compression", COMPRESS)
-def test_chunk_of_undeclared_size_is_damaged(compression):
-    """The chunk states 0, 1, one too few and one too many bytes."""
-    for size in (0, 1, len(TWO_MESSAGES) - 1, len(TWO_MESSAGES) + 1):
-        with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
-            unpacked_chunk(COMPRESS[compression](TWO_MESSAGES), compression, size)
+@pytest.mark.parametrize("size", [0, 1, len(TWO_MESSAGES) - 1, len(TWO_MESSAGES) + 1])
+def test_chunk_of_undeclared_size_is_damaged(compression, size):
+    """A chunk of two messages states another size than they have."""
+    with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
+        unpacked_chunk(COMPRESS[compression](TWO_MESSAGES), compression, size)
 
 
 @pytest.mark.slow
@@ -88,7 +105,7 @@ def test_bad_checksum_compression_or_length_is_damage():
 
 
 def test_total_messages_are_limited_by_file_size():
-    """``before``: messages read so far. 100,000 are allowed; the chunk has two."""
+    """A small file may have 100,000 messages; two stand in a chunk behind 99,998 or 99,999 others."""
     assert unpacked_chunk(TWO_MESSAGES, "", before=99_998).channel.tolist() == [1, 2]
     with pytest.raises(SessionFileError, match="more than 100,000 messages"):
         unpacked_chunk(TWO_MESSAGES, "", before=99_999)

@@ -97,7 +97,7 @@ class Ragged:
 
 
 def test_bytes_do_not_depend_on_block_sizes(tmp_path):
-    """4,000 frames whole, or cut after frames 1, 2, 700 and 3,999."""
+    """A session of 4,000 frames comes in one block, or is cut after frames 1, 2, 700 and 3,999: both give one file."""
     frames = random_frames(seed=8, count=4000, bodies=6, odd=0.05)
     write_session(session_of(frames), tmp_path / "a.mcap")
     write_session(Session(Ragged(frames, [1, 2, 700, 3999]), {}), tmp_path / "b.mcap")
@@ -106,7 +106,7 @@ def test_bytes_do_not_depend_on_block_sizes(tmp_path):
 
 
 def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
-    """All frames at -5 ns, then an event at -1 ns."""
+    """All frames are at -5 ns, or, in a second session, an event is at -1 ns."""
     frames = random_frames(seed=0)
     early = Frames(
         frames.names,
@@ -144,6 +144,8 @@ def test_rewritten_file_states_itself_and_its_meshes_anew():
 
 
 def test_attachments_of_meshes_and_colliders_name_their_body():
-    """Names of files made of "a/b" give it back; other names give nothing."""
-    assert mesh_name(mesh_file("a/b")) == "a/b" and mesh_name("scene.toml") is None
-    assert collider_name(collider_file("a/b", 12)) == ("a/b", 12) and collider_name(mesh_file("a/b")) is None
+    """The file names of the mesh, and of collider 12, of a body "a/b" give it back; other names give nothing."""
+    assert mesh_name(mesh_file("a/b")) == "a/b"
+    assert mesh_name("scene.toml") is None
+    assert collider_name(collider_file("a/b", 12)) == ("a/b", 12)
+    assert collider_name(mesh_file("a/b")) is None

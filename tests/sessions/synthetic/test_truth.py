@@ -90,11 +90,11 @@ def intervals_closer_than(gap):
     [("contact", NOISE, NOISE + TESSELLATION), ("contained", NOISE + TESSELLATION, NOISE)],
 )
 def test_episode_length_is_bounded_by_noise_and_tessellation(kind, earliest, latest):
-    """Smooth shapes meet from 2 to 4 s, and poses are 0.5 s late; ``earliest``, ``latest``: seconds that the meshes may
-    meet earlier, and later, than that (``nominal``). Noise does either.
+    """Smooth shapes meet from 2 to 4 s; poses are 0.5 s late, so that in the recording they do later (``nominal``).
 
-    Meshes lie inside the smooth shapes: so they touch later, and are contained earlier. Of a mere touch at 8 s nothing
-    is sure, and it ends with the session.
+    Meshes may meet ``earliest`` seconds before that, and ``latest`` after it. Noise does either; meshes lie inside the
+    smooth shapes: so they touch later, and are contained earlier. Of a mere touch at 8 s nothing is sure, and it ends
+    with the session.
     """
     meeting, touch = levelled_episodes(("a", "b"), kind, intervals_closer_than, **BOUNDS)
     begin, end = 2.0 + LATENCY, 4.0 + LATENCY
