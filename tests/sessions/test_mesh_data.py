@@ -68,3 +68,9 @@ def test_joined_meshes_keep_their_faces_in_order():
     np.testing.assert_array_equal(both.triangles, [*closed.triangles, *single.triangles])
     assert has_consistent_winding(closed)
     assert not has_consistent_winding(both)
+
+
+def test_volume_is_kept_far_from_the_origin():
+    """A cube of 1 m, 3,333 km from the origin in each direction, where doubles are half a nanometre apart."""
+    far_cube = MeshData(cube().vertices + 1e7 / 3, cube().faces)
+    assert far_cube.volume == pytest.approx(1.0, rel=1e-6)
