@@ -118,7 +118,10 @@ def test_lengths_and_times_use_the_row_of_units(tmp_path, units, metres, seconds
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize("column", SECONDS_OF_A_UNIT)
 def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
-    """The command imports SECONDS, written in the unit of headings as "time_ms", and they are seconds again."""
+    """A recording has the stamps SECONDS in the unit of its heading, as 5000 below "time_ms" for 5 s.
+
+    The command that imports it makes a session with the same seconds.
+    """
     out = tmp_path / "s.mcap"
     path = write_recording(tmp_path / "log.csv", time=column, seconds=SECONDS_OF_A_UNIT[column])
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0

@@ -275,7 +275,10 @@ def test_flag_without_a_name_is_that_of_every_body(tmp_path):
 
 
 def test_draft_asks_which_of_two_flags_counts(tmp_path):
-    """Each row has a flag for its position, which says 1, and a flag for its rotation, which says 0."""
+    """Each row has a flag for its position, which says 1, and a flag for its rotation, which says 0.
+
+    The import without a mapping is refused with a draft of one, which leaves open which flag is meant.
+    """
     rows = [csv_row(SECONDS[k], pose(k), 1, 0) for k in range(COUNT)]
     refusal = refused_draft(tmp_path, f"time,{POSE},pos_valid,rot_valid", *rows)
     assert "which of the columns 'pos_valid' and 'rot_valid' says whether a pose is valid" in refusal.unknown

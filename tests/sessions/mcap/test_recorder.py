@@ -124,21 +124,30 @@ def test_several_threads_lose_nothing(tmp_path):
 def test_open_recording_is_in_the_partial_file(tmp_path):
     """A frame at 7 ns can be recovered before the recorder is closed; the partial file itself is refused as cut short.
 
-    A call with a wrong name changes nothing; closing twice is allowed, recording after it is not.
+    Once the recorder is closed there is no partial file.
     """
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(7, {"wand": UPRIGHT_POSE})
     session = session_once_written(tmp_path / "s.mcap.partial")
-    assert session.names == ("wand",) and session.frames.stamp_ns.tolist() == [7]
+    assert session.names == ("wand",)
+    assert session.frames.stamp_ns.tolist() == [7]
     with pytest.raises(TornFileError, match="replay recover"):
         read_session(tmp_path / "s.mcap.partial")
+    recorder.close()
+    assert not (tmp_path / "s.mcap.partial").exists()
+
+
+def test_closed_recorder_may_be_closed_and_records_nothing(tmp_path):
+    """A recorder has a frame at 7 ns; a call with a number for a body's name is refused and adds none."""
+    recorder = Recorder(tmp_path / "s.mcap")
+    recorder.poses(7, {"wand": UPRIGHT_POSE})
     with pytest.raises(SessionError, match="not all named by text"):
         recorder.poses(8, {3: UPRIGHT_POSE})
     recorder.close()
     recorder.close()
     with pytest.raises(SessionError, match="closed"):
-        recorder.poses(8, {"wand": UPRIGHT_POSE})
-    assert not (tmp_path / "s.mcap.partial").exists()
+        recorder.poses(9, {"wand": UPRIGHT_POSE})
+    assert read_session(tmp_path / "s.mcap").frames.stamp_ns.tolist() == [7]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there the system itself refuses to remove an open file")
@@ -158,7 +167,10 @@ def test_two_recorders_never_write_the_same_file(tmp_path):
 
 
 def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
-    """A whole recording and a partial one are kept unless ``overwrite`` says so; a missing folder is refused."""
+    """A whole recording, or what a recording that was cut short left (.partial), stays unless ``overwrite`` says so.
+
+    With it the second recording takes the place of what was left, and the third that of the whole second.
+    """
     path = tmp_path / "s.mcap"
     with Recorder(path) as recorder:
         recorder.poses(1, {"wand": UPRIGHT_POSE})
@@ -167,25 +179,32 @@ def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
     path.rename(tmp_path / "s.mcap.partial")
     with pytest.raises(SessionFileError, match=r"cut short.*replay recover"):
         Recorder(path)
-    for stamp in (2, 3):  # in place of what was cut short, and of a whole recording
+    for stamp in (2, 3):
         with Recorder(path, overwrite=True) as recorder:
             recorder.poses(stamp, {"wand": UPRIGHT_POSE})
         assert read_session(path).frames.stamp_ns.tolist() == [stamp]
+
+
+def test_recorder_in_a_missing_folder_is_refused(tmp_path):
+    """The folder of the file is not there."""
     with pytest.raises(SessionFileError, match="check the folder"):
         Recorder(tmp_path / "nowhere" / "s.mcap")
 
 
 def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
-    """Each write takes 30 ms. Of 3,000 frames never more than 2 * FRAMES_WAITING wait, and none is lost."""
-    written, waiting = [], []
-    plain = recorder_module.SessionWriter.frames
+    """A thread writes what is recorded, and each write takes 30 ms: the program that records has to wait.
 
-    def slow(self, frames):
+    Of 3,000 frames never more than 2 * FRAMES_WAITING are in memory, and none is lost.
+    """
+    written, waiting = [], []
+    write_frames = recorder_module.SessionWriter.frames
+
+    def write_slowly(self, frames):
         time.sleep(0.03)
         written.append(len(frames))
-        plain(self, frames)
+        write_frames(self, frames)
 
-    monkeypatch.setattr(recorder_module.SessionWriter, "frames", slow)
+    monkeypatch.setattr(recorder_module.SessionWriter, "frames", write_slowly)
     with Recorder(tmp_path / "s.mcap") as recorder:
         for number in range(3000):
             recorder.poses(number, {"cup": UPRIGHT_POSE})
@@ -195,7 +214,10 @@ def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
 
 
 def test_full_disk_is_reported_by_next_call_and_keeps_data(tmp_path, monkeypatch):
-    """A thread writes what the program records, so the error comes with a later call, here within 10 seconds."""
+    """The disk is full after one frame. A thread writes what the program records: the error comes with a later call.
+
+    Here that is within 10 seconds; closing raises it too, and the frame can be recovered.
+    """
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(1, {"cup": UPRIGHT_POSE})
     session_once_written(tmp_path / "s.mcap.partial")

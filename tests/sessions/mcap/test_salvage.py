@@ -77,9 +77,10 @@ DAMAGE = {
 
 @pytest.mark.parametrize("name", DAMAGE)
 def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole_file, tmp_path, name, snapshot):
-    """A row of DAMAGE. Sentences of the doctor and of the recovery, or its refusal, are in the snapshot.
+    """A whole file of 420 frames gets a damage of DAMAGE; the doctor examines it, and its recovery writes a new file.
 
-    Recovered frames are those of the whole file, the new file has no such damage, and its facts say what was lost.
+    Recovered frames are those of the whole file, the new file has no such damage, and its facts say what was lost. All
+    sentences of the doctor and of the recovery, or its refusal, equal the snapshot.
     """
     path, out, truth = tmp_path / "damaged.mcap", tmp_path / "out.mcap", read_session(whole_file).frames
     path.write_bytes(DAMAGE[name](whole_file.read_bytes()))
@@ -173,9 +174,9 @@ def test_recover_drops_an_undecodable_pose_message(tmp_path):
 
 
 def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole_file, tmp_path):
-    """The mesh's checksum is set to 0, which means none.
+    """The checksum of a mesh is set to 0, which means none: its hash agrees, so that nothing is lost.
 
-    Then its last byte is changed; or its hash is of another kind too.
+    Then its last byte is changed, or its hash is of another kind too: the mesh is lost.
     """
     data = bytearray(whole_file.read_bytes())
     end = next(end for opcode, _, end in records(data) if opcode == Opcode.ATTACHMENT)
@@ -187,7 +188,7 @@ def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole_file, tmp_path):
 
 
 def test_the_damaged_file_is_not_overwritten(whole_file, tmp_path):
-    """Recovered to itself a file stays bit for bit; a file that is absent is refused."""
+    """A file is recovered to itself, which is refused and leaves it bit for bit; so is a file that is not there."""
     digest = hashlib.sha256(whole_file.read_bytes()).hexdigest()
     with pytest.raises(SessionFileError, match="the damaged file itself"):
         recover(whole_file, whole_file, overwrite=True)

@@ -60,7 +60,10 @@ def test_a_rotated_point_is_the_same_in_both_frames(name):
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_axes_as_text_point_in_the_stated_directions(text):
-    """The axis that a text calls up becomes +Y of a session, and the axis it calls forward, if any, becomes -Z."""
+    """The axis that a text calls up becomes +Y of a session, and the axis it calls forward, if any, becomes -Z.
+
+    TEXTS says of "LH y-up z-forward": left-handed, z is forward, y is up; of "x up" it says no axis that is forward.
+    """
     handedness, forward, up = TEXTS[text]
     described = convention(text)
     assert described.handedness == handedness

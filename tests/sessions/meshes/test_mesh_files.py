@@ -61,13 +61,17 @@ TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 
 
 @pytest.mark.parametrize(
     "faces",
-    [TETRAHEDRON[1][:3], [[0, 1, 2], *TETRAHEDRON[1][1:]], TETRAHEDRON[1] * 2],
-    ids=["open", "one face turned", "every face twice"],
+    [
+        pytest.param([[0, 2, 1], [0, 1, 3], [0, 3, 2]], id="three of four faces"),
+        pytest.param([[0, 1, 2], [0, 1, 3], [0, 3, 2], [1, 2, 3]], id="the first reversed"),
+        pytest.param([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] * 2, id="every face twice"),
+    ],
 )
 def test_open_reversed_or_doubled_faces_are_not_closed(faces):
-    """A tetrahedron of four faces is closed; three of them, one reversed, or each twice are not."""
-    assert has_consistent_winding(MeshData(*TETRAHEDRON))
-    assert not has_consistent_winding(MeshData(TETRAHEDRON[0], faces))
+    """A tetrahedron of the faces 0 2 1, 0 1 3, 0 3 2 and 1 2 3 is closed; ``faces`` are changed from these."""
+    vertices, closed_faces = TETRAHEDRON
+    assert has_consistent_winding(MeshData(vertices, closed_faces))
+    assert not has_consistent_winding(MeshData(vertices, faces))
 
 
 def test_a_mirroring_node_still_gives_an_outward_mesh():

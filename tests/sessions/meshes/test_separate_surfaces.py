@@ -69,7 +69,10 @@ def test_search_ends_at_the_largest_number_of_groups():
 
 
 def test_instruments_and_devices_of_others_are_one_surface():
-    """Three instruments of the product's catalogue, and files of other programs where these are at hand, are whole."""
+    """Three instruments of the product's catalogue, and files of other programs where these are at hand, are whole.
+
+    Whatever pieces they have, none is so far from the others that it is a second surface.
+    """
     meshes = [make_instrument(name, 500).mesh for name in ("beaker_250", "hand_left", "proxy_wand")]
     meshes += [load_mesh(file) for file in (*DATA.rglob("*.obj"), *DATA.rglob("htc*.glb"))]
     for mesh in meshes:

@@ -123,7 +123,9 @@ POURS = {
 def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
     """An experiment pours liquid from glass to glass, and spills some; its truth has volume, time and target of each.
 
-    ``check_pour`` compares them with the recorded tilt of the glass. Volumes are also added up from glass to glass.
+    ``check_pour`` counts what the recorded tilt of a glass keeps in it: less than before from the stated time on,
+    within two frames, and in the end so much less as is stated, within 2 %; its lip is above the opening of the target,
+    or for a spill beside it. Volumes are also added up from glass to glass.
     """
     run = made(name)
     content_ml = {
