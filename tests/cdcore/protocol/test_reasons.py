@@ -24,8 +24,8 @@ def detection(verdict, reasons=(), containment=TEXTS, start=0):
 
 
 def test_undecided_verdicts_get_the_reason_of_their_pair():
-    """What a detection says of its pairs: inside of pair 0 is undecided, as cup has holes; pair 1 is not supported;
-    pair 2 is decided.
+    """A detection has a text for two of its pairs: inside of pair 0 is undecided, as cup has holes; pair 1 is not
+    supported. Pair 2 has none.
 
     Reasons are by frame and pair; where the pair's text has none, NO_REASON says so.
     """

@@ -197,9 +197,10 @@ def test_reports_are_counted_by_segments_joined_by_tolerance():
 
 
 def test_contacts_without_a_decided_frame_are_undecided():
-    """Of four contacts of two pairs the first was left out in three frames, the second in one of three.
+    """Four contacts of two pairs: the first was left out in all its three frames, the second in one of three.
 
-    The third was missed, and of the last only its tolerance is known.
+    The third was missed; the last lies within the tolerance alone. So one is undecided, and another has undecided
+    frames: 4 in all.
     """
     frames = np.zeros((4, len(Outcome)), dtype=np.int64)
     frames[0, Outcome.LEFT_OUT] = 3

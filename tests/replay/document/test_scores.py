@@ -34,8 +34,8 @@ def test_contacts_of_a_body_with_its_parent_are_not_counted():
 def test_excused_contacts_count_in_no_fraction():
     """The reference has three contacts: the first is reported, the second missed, the third excused.
 
-    Of two reports the first is of the first contact, 0.5 s late, the second is excused. So of 2 contacts, and of 1
-    report, fractions are taken; mean, median, 95 % and largest of a single error are the error.
+    The first of two reports is of the first contact, 0.5 s late, the second is excused. So fractions are of 2 contacts
+    and of 1 report; mean, median, 95 % and largest of a single error are the error.
     """
     match = EpisodeMatch(truth=1, reported=1, overlap=3, onset_error=0.5, duration_error=-0.25)
     matches = EpisodeMatches((match,), missed=(2,), excused_truth=(3,), excused_reports=(2,))

@@ -50,7 +50,7 @@ def test_passes_rest_and_cross_at_their_speeds():
     assert profile.values == pytest.approx((0.4, 0.4, -0.4, -0.4, 0.4))
 
 
-def test_intervals_are_cut_to_the_recording_and_joined_where_they_touch():
-    """Of 4 seconds; the first lies before it, the last behind it, and two touch at 2 s."""
+def test_intervals_are_cut_to_the_recording_and_joined():
+    """A recording of 4 s: intervals lie before and behind it, two reach over its ends, and two touch at 2 s."""
     spans = [(2.0, 2.5), (-2.0, -1.0), (1.0, 2.0), (3.0, 9.0), (-1.0, 0.5), (1.2, 1.3), (5.0, 6.0)]
     assert joined_intervals(spans, 4.0) == [(0.0, 0.5), (1.0, 2.5), (3.0, 4.0)]

@@ -92,7 +92,7 @@ def test_a_true_multiple_regression_keeps_its_label(tmp_path):
     assert remarks and "label" not in {remark.row for remark in remarks}
 
 
-def test_rows_of_one_outcome_with_different_fits_are_no_multiple_regression(tmp_path):
+def test_rows_with_different_fits_are_no_multiple_regression(tmp_path):
     """Rows of y have fits of 0.5 and 0.4, which one regression cannot have; both rows of z have 0.3."""
     rows = ", ".join(
         f'{{outcome = "{outcome}", predictor = "{name}", beta = 0.7, adjusted_fit = {fit}, p = 0.0}}'
