@@ -46,9 +46,14 @@ def test_damaged_machine_code_gives_the_right_answer(monkeypatch, capsys):
     ],
 )
 def test_a_wrong_answer_is_a_fault(monkeypatch, tmp_path, code, answer):
-    """A program with a damaged cache ends so, where "right" is the answer: the script reports the first damage."""
+    """The expected answer is "right"; a program with a damaged cache crashes, prints "wrong", or does not end.
+
+    The script says so of the first damage of its list, number 0, which flips one bit of a file.
+    """
     (tmp_path / "whole").mkdir()
     (tmp_path / "whole" / "a.nbi").write_bytes(b"index" * 99)
     shutil.copytree(tmp_path / "whole", tmp_path / "foreign")
     monkeypatch.setattr(damaged_caches, "answer", lambda _: damaged_caches.Ended(code, answer, ""))
-    assert damaged_caches.fault_of(0, 0, tmp_path, "right").startswith("0 flip_one_bit: ended with")
+    assert damaged_caches.fault_of(number=0, seed=0, work=tmp_path, right="right") == (
+        f"0 flip_one_bit: ended with {code}, printed {answer!r}; "
+    )

@@ -17,7 +17,7 @@ MODELS = Path(os.environ.get("REAL_HANDS", "hands"))
 def test_published_page_of_real_hands_counts_no_disagreement():
     """Three clips of people who drink: the page has a row for each, with its frames in contact.
 
-    The column of frames in which python-fcl differs has only zeros.
+    The counts of contact frames are those measured when the page was made; in none of them python-fcl differs.
     """
     text = page("results")
     assert command.HEAD in text
@@ -39,7 +39,7 @@ def test_references_have_commits_and_commands(tmp_path):
         assert any(repository in line for line in commands)
 
 
-def test_absent_models_are_said(tmp_path, capsys):
+def test_absent_models_are_reported(tmp_path, capsys):
     """The folder of models is empty: the script says whose are missing, and that they can be fetched."""
     command.write_page(tmp_path)
     assert "lacks the models of MyoDM; fetch them" in capsys.readouterr().out

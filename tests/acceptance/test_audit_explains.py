@@ -27,7 +27,7 @@ WINDOWS = {
 """Name of a made-up session of chemistry -> seconds in which its bodies touch."""
 
 
-def recorded(scene):
+def session_of_scene(scene):
     """A made-up session of a scene; the meshes of the titration are larger than its glassware, by CLUMSY."""
     session, _ = synthetic_session(scene)
     if scene != "titration":
@@ -46,7 +46,7 @@ def test_misses_have_a_cause(scene, oracle):
     More than five missed frames of pairs were examined, and no miss was left out of that.
     """
     start, end = WINDOWS[scene]
-    result = compute(recorded(scene), detectors=DETECTORS, oracle=oracle, start=start, end=end)
+    result = compute(session_of_scene(scene), detectors=DETECTORS, oracle=oracle, start=start, end=end)
     causes_with_misses = [causes for causes in result.causes.values() if causes.examined_misses]
     examined = sum(causes.examined_misses for causes in causes_with_misses)
     unexplained = sum(causes.pair_frames.get(Cause.UNEXPLAINED, 0) for causes in causes_with_misses)

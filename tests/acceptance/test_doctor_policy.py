@@ -42,15 +42,15 @@ def touching_session():
     return draft
 
 
-def verdicts(draft, **how):
-    """A run of ``hybrid`` over a draft, without a reference."""
+def run_of_hybrid(draft, **how):
+    """The run of the detector ``hybrid`` over a session, without a reference."""
     return run(draft.session(), detectors="hybrid", oracle="none", **how)
 
 
 @pytest.fixture(scope="module")
 def sound_verdicts():
     """Verdicts (frames, pairs) over the session without a fault."""
-    return verdicts(touching_session()).detections["hybrid"].verdict
+    return run_of_hybrid(touching_session()).detections["hybrid"].verdict
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def run_with_fault():
         draft = touching_session()
         name, frame = FAULTY[kind]
         planted = FAULTS[name](draft, body=HAND, frame=frame)
-        return verdicts(draft, policy=[f"{kind}={action_text(action)}"]), planted
+        return run_of_hybrid(draft, policy=[f"{kind}={action_text(action)}"]), planted
 
     return faulty_run
 

@@ -188,7 +188,7 @@ def test_every_toml_and_yaml_block_is_readable(tmp_path, name, file, text):
 
 @pytest.mark.parametrize(("name", "file", "text"), files_of_documents(".yml"))
 def test_workflow_of_a_page_gives_inputs_that_the_action_has(name, file, text):
-    """A workflow of GitHub that uses the action "audit"."""
+    """A workflow of GitHub uses our action "audit": each input that it gives is declared in action.yml."""
     steps = [step for job in yaml.safe_load(text)["jobs"].values() for step in job["steps"]]
     inputs_given = {name for step in steps if "/actions/audit@" in step["uses"] for name in step["with"]}
     assert inputs_given
@@ -196,7 +196,10 @@ def test_workflow_of_a_page_gives_inputs_that_the_action_has(name, file, text):
 
 
 def test_every_toml_and_yaml_block_has_a_file_name():
-    """So the tests above read all of them; among the files of pages are also a CSV and a Python file."""
+    """A block is read by the tests above only if it has a name, so there are as many named files as such blocks.
+
+    Files of other kinds that pages show are CSV and Python.
+    """
     endings = set()
     for name, text in DOCUMENTS.items():
         files = [file for file in displayed_files(text) if file.endswith((".toml", ".yaml", ".yml"))]
@@ -293,7 +296,7 @@ def links():
 
 
 def test_every_link_leads_to_a_file():
-    """Links of documents, pages of the guide and READMEs of packages; links to the web are left out."""
+    """The targets of links in documents, guide and READMEs of packages exist; links to the web are left out."""
     file_links = [*links()]
     assert file_links
     assert [(str(path), target) for path, target in file_links if not (path.parent / target).exists()] == []
@@ -364,7 +367,7 @@ def test_readme_names_every_imported_library(folder):
 
 
 def test_paths_in_documents_exist():
-    """Paths in backticks that begin with a package or with "tests", in README, CONTRIBUTING and the guide."""
+    """README, CONTRIBUTING and guide: each path in backticks below a package or "tests" is in the checkout."""
     paths = [
         (name, path)
         for name, text in DOCUMENTS.items()

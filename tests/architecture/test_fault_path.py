@@ -88,7 +88,7 @@ def test_shapes_are_the_types_with_a_field_of_a_fault():
 
 
 def test_shapes_of_a_fault_are_listed_for_the_package():
-    """Three of the types of ``replay`` that hold a fault or a cause."""
+    """The search for types that hold a fault or a cause finds three in the sources of ``replay`` that do."""
     assert shapes_of(path.read_text("utf-8") for path in PACKAGE.rglob("*.py")) >= {"Fault", "Causes", "Answer"}
 
 

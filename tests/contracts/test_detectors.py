@@ -215,7 +215,7 @@ def test_numbers_of_an_invalid_pose_are_ignored(name, scene):
 
 
 def test_an_empty_motion_gives_an_empty_answer(name, scene):
-    """No frames, and the ten pairs of five bodies; the answer has a digest all the same."""
+    """The motion has no frames, its five bodies ten pairs; the answer has a digest all the same."""
     bodies, motion = scene
     detection = create_detector(name, bodies).detect(motion.frames(0, 0), faces=True)
     assert detection.verdict.shape == (0, 10)
@@ -312,7 +312,7 @@ def test_detectors_accept_meshes_of_a_single_triangle(name):
 
 
 def test_the_scene_of_these_tests_has_every_verdict_that_counts():
-    """By ``hybrid``: a scene without contacts, or without lost poses, would test nothing above."""
+    """``hybrid`` reports clear, contact and lost poses: without any of them the tests above would prove less."""
     verdicts = set(np.unique(detection_of_whole_motion("hybrid").verdict).tolist())
     assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= verdicts
 

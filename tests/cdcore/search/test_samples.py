@@ -88,7 +88,7 @@ def test_sampled_search_finds_only_pairs_of_sampled_faces(variant):
 
 
 @pytest.mark.parametrize("variant", ["memetic", "local"])
-def test_curve_from_a_sampled_hit_has_faces_that_were_not_drawn(variant):
+def test_curve_from_a_sampled_hit_has_undrawn_faces(variant):
     """150 of 600 faces of two balls each are drawn, and these searches hit two of them that meet: from there all face
     pairs of the balls that meet are found.
     """

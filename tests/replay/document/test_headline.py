@@ -99,7 +99,7 @@ def test_cost_of_sampling_every_frame_is_measured_only_live():
     assert live.document.detectors["hybrid"].seconds.at_every_frame is None
 
 
-def test_offline_run_has_equal_counts_and_no_time_of_every_frame():
+def test_offline_run_has_equal_counts_but_no_times_of_frames():
     """A detector of 10 Hz gets frames one by one, or all at once; ``phases``: its counts over sampling offsets."""
     live, offline = (
         compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=offline)

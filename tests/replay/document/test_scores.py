@@ -120,7 +120,10 @@ def run_of_three_contacts():
 
 
 def test_contacts_of_a_pair_are_counted_and_measured(run_of_three_contacts):
-    """Of a-b: 2, 1 and 3 frames by the reference, 2 and 4 by ``slow``; of a-c spheres alone report contact."""
+    """Pair a-b has 2, 1 and 3 contact frames of 10 ms by the reference, 2 and 4 by ``slow``.
+
+    On a-c spheres alone report contact, falsely in all 12 frames; its audit leaves out ``slow``, which reports nothing.
+    """
     first, second = run_of_three_contacts.pairs
     exact, slow = first.contacts["exact"], first.contacts["slow"]
     assert (exact.count, exact.seconds, exact.longest, exact.cut) == (3, pytest.approx(0.06), pytest.approx(0.03), 0)

@@ -172,7 +172,7 @@ def test_pad_of_a_leg_grows_with_its_distance():
     assert 1e4 * pad_near < pad_far < np.inf
 
 
-def test_pad_of_a_leg_between_matrices_that_are_no_rotations_is_infinite():
+def test_pad_of_a_leg_of_no_rotations_is_infinite():
     """An entry of the first rotation matrix of a leg is off by 1e-3: there is no bound."""
     rng = np.random.default_rng(1)
     leg, skewed = random_leg(rng)[:, None], random_leg(rng)[:, None]

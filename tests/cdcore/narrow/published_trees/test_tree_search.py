@@ -138,7 +138,7 @@ def test_every_face_is_in_a_leaf(kind, name, scale):
 @each_kind
 @each_mesh
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
-def test_a_tree_is_at_most_as_deep_as_it_has_faces(kind, name, scale):
+def test_tree_has_at_most_as_many_levels_as_faces(kind, name, scale):
     """Its faces fit into 2^(depth - 1) leaves, as many as a binary tree of that depth may have."""
     corners = MESHES[name] * scale
     _tree, depth = tree_of(corners, kind)
