@@ -58,19 +58,24 @@ def full_session():
 
 
 def test_session_survives_its_file_and_rewrites_to_same_bytes(tmp_path):
-    """A session with something of every kind is written, read and written again, each time to the same bytes."""
+    """A session with something of every kind is written to written.mcap and read again: nothing is lost.
+
+    Written again, and made and written anew, it has the same bytes.
+    """
     session = full_session()
     round_trips(session, tmp_path)
-    again = read_session(tmp_path / "written.mcap")
-    assert_same_frames(again.frames, session.frames)
-    assert again.facts.items() >= session.facts.items() and again.facts["format"] == "vrlab/1"
-    assert tuple(again.live_contacts) == session.live_contacts and list(again.fast_tracks) == ["body 1"]
-    assert [mesh_to_glb(mesh, name) for name, mesh in again.meshes.items()] == [
+    session_of_file = read_session(tmp_path / "written.mcap")
+    assert_same_frames(session_of_file.frames, session.frames)
+    assert session_of_file.facts.items() >= session.facts.items()
+    assert session_of_file.facts["format"] == "vrlab/1"
+    assert tuple(session_of_file.live_contacts) == session.live_contacts
+    assert list(session_of_file.fast_tracks) == ["body 1"]
+    assert [mesh_to_glb(mesh, name) for name, mesh in session_of_file.meshes.items()] == [
         mesh_to_glb(mesh, name) for name, mesh in session.meshes.items()
     ]
-    for number, item in enumerate((again, full_session())):
-        write_session(item, tmp_path / f"{number}.mcap")
-        assert (tmp_path / f"{number}.mcap").read_bytes() == (tmp_path / "written.mcap").read_bytes()
+    for equal_session in (session_of_file, full_session()):
+        write_session(equal_session, tmp_path / "rewritten.mcap", overwrite=True)
+        assert (tmp_path / "rewritten.mcap").read_bytes() == (tmp_path / "written.mcap").read_bytes()
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -128,14 +133,17 @@ tags = ["glass"]
 
 
 def test_scene_text_survives_and_changed_scene_gets_new_text(tmp_path):
-    """The author's text is kept as long as it says the same scene; one more body makes a new text, also from none."""
+    """A file has the author's text of a scene as long as it says the same; one more body makes a new text.
+
+    So does a scene of which there was no text.
+    """
     scene = parse_scene(SCENE)
     changed = replace(scene, bodies=(*scene.bodies, SceneBody("cup", shape="sphere", size={"radius": 0.1})))
-    for item in (scene, changed, replace(changed, text="")):
-        write_session(session_of(random_frames(seed=0), scene=item), tmp_path / "s.mcap")
+    for written, has_text_of_author in ((scene, True), (changed, False), (replace(changed, text=""), False)):
+        write_session(session_of(random_frames(seed=0), scene=written), tmp_path / "s.mcap")
         result = read_session(tmp_path / "s.mcap").scene
-        assert replace(result, text="") == replace(item, text="")
-        assert (result.text == scene.text) == (item is scene)
+        assert replace(result, text="") == replace(written, text="")
+        assert (result.text == SCENE) == has_text_of_author
 
 
 def test_rewritten_file_states_itself_and_its_meshes_anew():
