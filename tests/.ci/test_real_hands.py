@@ -49,5 +49,5 @@ def test_absent_models_are_reported(tmp_path, capsys):
 @pytest.mark.skipif(not command.is_complete(MODELS), reason="no models of MyoDM; .ci/real_hands.py fetches them")
 @pytest.mark.parametrize("clip", command.CLIPS, ids=lambda clip: clip.vessel)
 def test_row_of_the_page_is_reproduced(clip):
-    """The row that the script makes of a clip is on the page."""
+    """The script counts contacts of a clip anew from the models; the row that it makes is on the page."""
     assert command.row(clip, MODELS) in page("results")

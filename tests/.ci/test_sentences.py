@@ -60,7 +60,7 @@ def test_a_riddle_is_recognised(riddle):
 
 
 def test_docstrings_are_not_collected_as_printed_sentences(printed_sentences):
-    """The first line of a module's docstring is long enough for a sentence, and is not among them."""
+    """The first line of a module's docstring has words enough for a sentence, but is not among those collected."""
     docstring = ast.get_docstring(ast.parse((command.ROOT / "replay/document/headline.py").read_text("utf-8")))
     first_line = docstring.splitlines()[0]
     assert len(first_line.split()) > command.LEAST_WORDS

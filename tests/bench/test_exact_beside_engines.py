@@ -52,7 +52,7 @@ def test_exact_grows_no_faster_than_its_pair_frames(grows, distant):
     """1 to 100 minutes of frames, 5 to 60 bodies or 500 to 50,000 faces, of bodies far from each other or near.
 
     The least of three passes, divided by frames times pairs: that of the largest size is below three times that of the
-    smallest; with more faces it may be more.
+    smallest. Time with more faces is only printed: it may grow with them.
     """
     seconds_per_pair_frame = []
     for size in GROWTH[grows]:

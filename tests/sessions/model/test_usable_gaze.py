@@ -1,4 +1,4 @@
-"""Which samples of a gaze hold a ray, and which gazes and hands are refused."""
+"""Samples of a gaze that hold a ray, and gazes and hands that are refused."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from sessions.model.session import GazeTrack, HandTrack
 FORWARD = (0.0, 0.0, -1.0)
 
 
-def test_gaze_is_usable_where_it_is_valid_and_has_a_ray():
+def test_gaze_is_usable_where_valid_and_with_a_ray():
     """Five samples: a ray, closed eyes, no direction, a direction and an origin that are no numbers."""
     directions = np.array([FORWARD, FORWARD, (0.0, 0.0, 0.0), (np.nan, 0.0, 0.0), FORWARD])
     origins = np.zeros((5, 3))

@@ -132,7 +132,7 @@ def test_mjcf_capsule_lies_about_mujocos_segment(arm_model, arm_of_mujoco):
 
 
 def test_mjcf_parent_and_excluded_pairs_never_meet(arm_model):
-    """A parent with its child (arm, hand), and the pair that the file excludes (hand, cup)."""
+    """The hand is a child of the arm, and the file excludes hand and cup: these two pairs are excluded, and no other."""
     excluded = read_scene_source(arm_model).excluded
     assert {frozenset(pair) for pair in excluded} == {frozenset(("arm", "hand")), frozenset(("hand", "cup"))}
 
@@ -568,7 +568,10 @@ def test_switched_off_contacts_are_named(tmp_path, flag):
     ],
 )
 def test_motion_of_another_model_or_of_objects_is_refused(arm_model, arrays, refusal):
-    """``arrays``: of the .npz beside the model of the arm, which has ten numbers a frame."""
+    """``arrays``: of the .npz beside the model of an arm, which has ten numbers a frame.
+
+    They are two joints of the robot, the cup's pose in seven, and the ghost's joint.
+    """
     np.savez(arm_model.with_suffix(".npz"), **arrays)
     with pytest.raises(SessionError, match=refusal):
         import_session("mjcf", arm_model)
