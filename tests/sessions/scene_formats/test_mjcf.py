@@ -132,7 +132,7 @@ def test_mjcf_capsule_lies_about_mujocos_segment(arm_model, arm_of_mujoco):
 
 
 def test_mjcf_parent_and_excluded_pairs_never_meet(arm_model):
-    """The hand is a child of the arm, and the file excludes hand and cup: these two pairs are excluded, and no other."""
+    """The hand is a child of the arm, and the file excludes hand and cup: these two pairs alone are excluded."""
     excluded = read_scene_source(arm_model).excluded
     assert {frozenset(pair) for pair in excluded} == {frozenset(("arm", "hand")), frozenset(("hand", "cup"))}
 
