@@ -261,7 +261,7 @@ def _session_with_contacts(
 
     joined_session, clock_fit = import_contacts(source, read_session(session, scene=scene), offset=offset)
     return joined_session, [
-        f"{len(joined_session.live_contacts):,} reports of {source}; {clock_fit}",
+        f"{plural(len(joined_session.live_contacts), 'report')} of {source}; {clock_fit}",
         *unknown_in_reports(joined_session),
     ]
 
@@ -294,7 +294,7 @@ def _import_notes(session: "Session") -> Iterator[str]:
     from sessions.model.assumption import DRAFTED, Origin, Subject
     from sessions.scene_files.answers import recording_assumptions
 
-    yield f"{len(session.frames):,} frames of {', '.join(_names_by_group(session))}"
+    yield f"{plural(len(session.frames), 'frame')} of {', '.join(_names_by_group(session))}"
     if "taken_for" in session.facts:
         yield f"taken for {session.facts['taken_for']}"
     if session.facts.get("conversions", "none") != "none":

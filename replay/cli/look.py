@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import EXIT_DATA_LOSS, EXIT_OK, People, TerminalProgress, answer
+from replay.words import plural
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -177,7 +178,8 @@ def _write_pictures(review: "AssumptionReview", folder: Path, people: People) ->
 def _check_answers(questions: Sequence["Question"], given: Answers) -> None:
     for number, alternative in given.items():
         if number >= len(questions):
-            number_text = "there is no question" if not questions else f"there are {len(questions)} questions"
+            verb = "is" if len(questions) == 1 else "are"
+            number_text = f"there {verb} {plural(len(questions), 'question')}" if questions else "there is no question"
             raise click.BadParameter(
                 f"{number + 1}{ascii_lowercase[alternative]}: {number_text}", param_hint="--answer"
             )

@@ -6,6 +6,7 @@ from replay.document.run_result import Summarised
 from replay.document.summary import CAVEAT
 from replay.document.tables import Table, markdown, markdown_text
 from replay.show.sections import Section, SectionName, details_markdown, section_of
+from replay.words import plural
 
 HEADING_LEVEL = 3
 """Heading of a table: the page of a build has headings of its own above."""
@@ -13,12 +14,13 @@ HEADING_LEVEL = 3
 
 def run_markdown(result: Summarised, broken_limits: Sequence[str]) -> str:
     """One session: which gates failed, what is wrong, why, what mends it, the ranking, and what the reference takes."""
-    size_text = f"{result.document.session.frames:,} frames, {len(result.document.session.bodies)} bodies"
+    session = result.document.session
+    size_text = f"{plural(session.frames, 'frame')}, {plural(len(session.bodies), 'body', 'bodies')}"
     answer = section_of(result, SectionName.ANSWER)
     answers = [f"**{sentence}**" for sentence in answer.sentences[:1]]
     ranking = section_of(result, SectionName.RANKING)
     tables = ranking.tables if len(result.document.audit) > 1 else ()
-    session_title = result.document.session.scene or "Session"
+    session_title = session.scene or "Session"
     return markdown_page(
         session_title,
         broken_limits,

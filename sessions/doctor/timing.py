@@ -109,7 +109,8 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
     short = rows[step[rows] <= LONG_GAP_NS]
     if len(short):
         longest = step[short].max() / 1e6
-        message = f"{len(short)} steps over 3 medians of {median / 1e6:.1f} ms, the longest {longest:.0f} ms"
+        steps = "1 step" if len(short) == 1 else f"{len(short):,} steps"
+        message = f"{steps} over 3 medians of {median / 1e6:.1f} ms, the longest {longest:.0f} ms"
         span = Span(int(stamps[short[0]]), int(stamps[short[-1] + 1]), zero)
         yield span.finding("gap", message, body, len(short), Severity.NOTE)
 

@@ -114,8 +114,8 @@ def replayed_sentence(result: RunResult) -> str:
     """Sentence with the duration, frames, bodies and pairs replayed."""
     times, assembly = result.assembly.motion.times, result.assembly
     duration_s = float(times[-1] - times[0]) if len(times) else 0.0
-    pairs = plural(len(assembly.pairs), "pair")
-    return f"{words.duration(duration_s)}, {len(times):,} frames, {len(assembly.bodies)} bodies, {pairs}."
+    frames, pairs = plural(len(times), "frame"), plural(len(assembly.pairs), "pair")
+    return f"{words.duration(duration_s)}, {frames}, {plural(len(assembly.bodies), 'body', 'bodies')}, {pairs}."
 
 
 def detector_text(result: RunResult, label: str) -> str:

@@ -188,7 +188,7 @@ def test_doctor_refuses_answers_that_fit_no_question(recording, capsys):
     Each is a wrong call (2), and nothing is written.
     """
     refusals = {
-        "2a": "there are 1 questions",
+        "2a": "there is 1 question",
         "1d": "question 1 has the answers a, b, c",
         "b": "no question and a letter|not a question and a letter",
     }
