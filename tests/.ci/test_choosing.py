@@ -29,7 +29,10 @@ def test_every_detector_has_a_row_with_its_kind():
 
 
 def test_the_page_names_the_detectors_that_cannot_run_live():
-    """Those whose class says that it needs a whole motion (``online`` false)."""
+    """The page "glossary" names image-space and continuous, whose class says that it needs a whole motion.
+
+    Their ``online`` is false, that of every other detector true.
+    """
     offline = [name for name in DETECTORS | OPTIONAL if not load_detector(name).online]
     assert offline == ["image-space", "continuous"]
     assert "All but `image-space` and `continuous` run frame by frame" in page("glossary")

@@ -17,7 +17,7 @@ def site(tmp_path_factory):
 
 
 def test_site_has_a_page_for_readme_index_and_every_topic(site):
-    """README is the page "index", the list of topics "guide"."""
+    """The site has a page for every topic of the guide; README is the page "index", the list of topics "guide"."""
     assert {path.stem for path in site.glob("*.html")} == {"index", "guide", *topics()}
 
 

@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import pytest
 
-FIRST_PLACEHOLDER = 0
 TOP = Path(__file__).parents[2]
 
 FIRST = """

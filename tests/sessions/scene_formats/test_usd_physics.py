@@ -484,7 +484,7 @@ def test_concave_faces_are_cut_inside_their_outline(tmp_path):
 
 
 def test_holes_of_a_usd_mesh_are_no_faces(tmp_path):
-    """Faces 1 and 4 of six are holes; the numbers 6 and -1, of no face, are passed over."""
+    """A mesh of six faces lists 1 and 4 as holes, which are left out; 6 and -1, numbers of no face, are passed over."""
     stage = new_stage(tmp_path / "shell.usda")
     rigid_body(stage, "/shell")
     shell = collider(stage_mesh(stage, "/shell/mesh"))
@@ -639,7 +639,7 @@ def test_mesh_of_contradicting_face_counts_is_listed(tmp_path, counts):
     ],
 )
 def test_mesh_without_faces_or_corners_is_listed(tmp_path, corners, faces):
-    """The mesh is a second collider of a cup beside a ball."""
+    """A cup has two colliders, a ball and a mesh without a triangle: the mesh is listed as not taken."""
     stage = new_stage(tmp_path / "cup.usda")
     rigid_body(stage, "/cup")
     ball_collider(stage, "/cup/ball")
