@@ -161,14 +161,17 @@ def run_with_nan(tmp_path, capsys):
 
 
 def test_dropped_poses_are_data_loss(run_with_nan):
-    """The three samples are dropped as the policy says: the run ends with the exit code of data loss."""
+    """The hand's position is NaN in frames 400 to 402, and the policy drops them: the exit code is data loss."""
     code, errors, _ = run_with_nan("--policy", "not-finite=drop")
     assert code == EXIT_DATA_LOSS
     assert "not-finite of hand-left: 3 samples, drop" in errors
 
 
 def test_poses_that_are_no_numbers_are_refused_without_a_policy(run_with_nan):
-    """The error names the first frame, 400 / 90 Hz = 4.444444 s, and the body; no folder is made."""
+    """A position is NaN from frame 400 on: the error names that, 400 / 90 Hz = 4.444444 s, and the body.
+
+    No folder is made.
+    """
     code, errors, out = run_with_nan()
     assert code == EXIT_FAILURE
     assert "frame 400 (4.444444 s), body hand-left" in errors

@@ -232,7 +232,7 @@ def test_soft_bodies_are_named(tmp_path, tag):
 
 @pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])
 def test_soft_body_alone_is_no_scene(tmp_path, tag):
-    """A robot of a soft body and no link: the library refuses the file, or no body is left that collides."""
+    """A robot of a soft body and no link: some versions of yourdfpy refuse it, else no body is left."""
     path = tmp_path / "r.urdf"
     path.write_text(f'<robot name="r"><{tag} name="jelly"/></robot>')
     with pytest.raises(SceneSourceError, match=r"yourdfpy does not read|no body that collides; not taken: the soft"):

@@ -278,7 +278,7 @@ def test_filtered_pairs_are_excluded(tmp_path, filtering, filtered):
 
 
 def test_groups_that_filter_each_other_are_an_excluded_pair(tmp_path):
-    """Arm and hand are a group each, which name each other; the cup is of none."""
+    """Arm and hand are a collision group each, which filters out the other; the cup is of no group."""
     stage = stage_with_balls(tmp_path / "s.usda", "arm", "hand", "cup")
     for name, filtered in (("arm", "hand"), ("hand", "arm")):
         group = UsdPhysics.CollisionGroup.Define(stage, f"/groups/{name}")
