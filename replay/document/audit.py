@@ -3,6 +3,7 @@
 from typing import Final, Literal
 
 from msgspec import field
+from msgspec.structs import astuple
 
 from replay.auditing.record import Count, Counts, Record
 from replay.auditing.wilson import Proportion
@@ -25,6 +26,11 @@ class PairFrames(
     between_frames: Count
     left_out: Count
     grasped: Count
+
+    @property
+    def compared(self) -> int:
+        """Pair-frames that reference and detector both decided."""
+        return sum(astuple(self)) - self.left_out
 
 
 class ContactPairFrames(

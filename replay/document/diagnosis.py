@@ -93,10 +93,12 @@ def _undecided_sentence(audit: DetectorAudit, label: str) -> str:
 def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> str:
     """Why there is no contact that a detector could miss."""
     outcome = result.comparisons[label].outcome
-    if (outcome == Outcome.LEFT_OUT).all():
-        return f"Nothing compared: {result.oracle} and {label} decided no pair-frame of {outcome.size:,} together."
     verdicts = document.detectors[result.oracle].verdicts
     lost_count, verdict_count = verdicts.get("no_pose", 0), sum(verdicts.values())
+    if 0 < lost_count == verdict_count:
+        return f"Nothing compared: in none of {lost_count:,} pair-frames do both bodies have a pose."
+    if (outcome == Outcome.LEFT_OUT).all():
+        return f"Nothing compared: {result.oracle} and {label} decided no pair-frame of {outcome.size:,} together."
     if lost_count:
         return (
             f"No contact found, but poses are lost in {lost_count:,} of {verdict_count:,} pair-frames, where "

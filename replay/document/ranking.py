@@ -166,7 +166,7 @@ def count_range(counts: CountRange) -> CountBounds:
 
 def any_decided(document: RunDocument) -> bool:
     """Whether reference and detector, of any detector, decided any pair-frame together."""
-    return any(audit.undecided.value != 1 for audit in document.audit.values())
+    return any(audit.pair_frames.compared for audit in document.audit.values())
 
 
 def all_unconfirmed(audit: DetectorAudit) -> bool:

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from support.small_worlds import STEP_NS, session_of_frames
 
+from replay.document.certainty import certainty
 from replay.document.gates import Gates
+from replay.document.ranking import any_decided
 from replay.engine import compute
 from replay.show.run_tables import CUT_COLUMN, pair_table
+from replay.show.sections import SectionName, section_of
 from sessions.doctor.runs import runs
 from sessions.model.session import Status
 from sessions.synthetic.analytic import make_analytic
@@ -16,7 +19,6 @@ from sessions.synthetic.truth import PRESENT
 
 X_OF_SECOND_CUBE = [3, 3.1, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3.1, 0.9, 3, 3]
 """Metres, of a cube of 1 m beside one at 0, in 15 frames of 10 ms: contacts in frames 3 to 9, and in frame 12."""
-"""Two contacts: frames 3 to 9, and frame 12."""
 
 
 def cubes_with_lost_poses(lost):
@@ -104,3 +106,16 @@ def test_losing_every_seventh_pose_keeps_the_number_of_contacts():
     assert len(result.episodes["exact"]) == len(result.episodes["hybrid"]) == contacts
     assert f"Lost poses cut {contacts} of {contacts} contacts" in result.answers[0].sentence
     assert sum(contact.frames for contact in result.episodes["exact"]) == (is_contact & ~is_lost).sum()
+
+
+def test_body_lost_in_every_frame_leaves_nothing_compared():
+    """The first cube moves, the second has no pose in any of 15 frames: that is neither clear nor contact."""
+    session = cubes_with_lost_poses(range(len(X_OF_SECOND_CUBE)))
+    frames = session.frames
+    positions = frames.position.copy()
+    positions[:, 0, 1] = np.arange(len(positions)) * 0.1
+    result = compute(replace(session, source=replace(frames, position=positions)), detectors="discrete")
+    (headline,) = section_of(result, SectionName.ANSWER).sentences[:1]
+    assert headline == "Nothing compared: in none of 15 pair-frames do both bodies have a pose."
+    assert certainty(result.document, result.ranking)[0] == "Not at all: nothing was compared."
+    assert not any_decided(result.document)

@@ -4,10 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 from msgspec import structs
-from support.report_states import audit_of, detector_of, document_with
+from support.report_states import audit_of, detector_of, document_with, zeros
 
 from replay.auditing.wilson import proportion
 from replay.document.answer import Answer, Fix, FixFigures
+from replay.document.audit import PairFrames
 from replay.document.ranking import Rank, ranking
 from replay.document.session import Window
 from replay.show.report.first_screen import comparison_of, page_facts
@@ -30,7 +31,8 @@ def test_contacts_are_a_fact_where_any_was_decided(ranks, undecided, facts, text
 
     A recording states by the fact ``synthetic`` that it was made up.
     """
-    document = document_with(audit={"slow": audit_of(undecided=proportion(undecided, 9))})
+    pair_frames = zeros(PairFrames, neither=9 - undecided, left_out=undecided)
+    document = document_with(audit={"slow": audit_of(pair_frames=pair_frames)})
     document = structs.replace(document, session=structs.replace(document.session, duration=60.0, facts=facts))
     assert page_facts(SimpleNamespace(document=document, ranking=ranks)) == text
 
