@@ -352,14 +352,14 @@ def _time_errors(errors: list[float]) -> TimeErrors | None:
 def pooled_audits(audits: Iterable[Mapping[str, DetectorAudit]]) -> dict[str, DetectorAudit]:
     """Label -> audit, from those of several sessions; detectors in the order first met."""
     sessions = list(audits)
-    if len(sessions) == 1:
-        return dict(sessions[0])
     labels = dict.fromkeys(label for session in sessions for label in session)
     return {label: _pooled_audit([session[label] for session in sessions if label in session]) for label in labels}
 
 
 def _pooled_audit(audits: Sequence[DetectorAudit]) -> DetectorAudit:
-    """Return the audit of one detector over several sessions."""
+    """Return the audit of one detector over its sessions."""
+    if len(audits) == 1:
+        return audits[0]
     if all(audit.means_over_offsets is not None for audit in audits):
         return _summed(audits)
     # A session of hours is sampled at its own offset alone: then there is no mean over all of them.

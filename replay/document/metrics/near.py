@@ -61,7 +61,7 @@ def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
 def without_contact(near_misses: Sequence[NearMiss], contact_intervals: FloatArray) -> tuple[NearMiss, ...]:
     """Those with no contact of their pair within half a second.
 
-    ``found``: stretches in which a pair was close.
+    ``near_misses``: stretches in which a pair was close.
     ``contact_intervals``: (k, 3) column, start and end in seconds of every contact.
     """
     pair, start, end = contact_intervals.T
