@@ -96,7 +96,7 @@ def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> s
     verdicts = document.detectors[result.oracle].verdicts
     lost_count, verdict_count = verdicts.get("no_pose", 0), sum(verdicts.values())
     if 0 < lost_count == verdict_count:
-        return f"Nothing compared: in none of {lost_count:,} pair-frames do both bodies have a pose."
+        return f"Nothing compared: each of {lost_count:,} pair-frames lacks the pose of a body."
     if (outcome == Outcome.LEFT_OUT).all():
         return f"Nothing compared: {result.oracle} and {label} decided no pair-frame of {outcome.size:,} together."
     if lost_count:

@@ -116,6 +116,6 @@ def test_body_lost_in_every_frame_leaves_nothing_compared():
     positions[:, 0, 1] = np.arange(len(positions)) * 0.1
     result = compute(replace(session, source=replace(frames, position=positions)), detectors="discrete")
     (headline,) = section_of(result, SectionName.ANSWER).sentences[:1]
-    assert headline == "Nothing compared: in none of 15 pair-frames do both bodies have a pose."
+    assert headline == "Nothing compared: each of 15 pair-frames lacks the pose of a body."
     assert certainty(result.document, result.ranking)[0] == "Not at all: nothing was compared."
     assert not any_decided(result.document)
