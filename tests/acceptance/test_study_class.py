@@ -59,7 +59,10 @@ def test_study_finds_the_planted_associations(class_and_seconds):
 
 
 def test_metrics_count_what_each_student_was_made_to_do(class_and_seconds):
-    """``draw_class`` says how often each student of the made-up class touches and nearly touches; each grasps once."""
+    """``draw_class`` says how often each student of the made-up class touches and nearly touches; each grasps once.
+
+    Contact with a glass that is grasped counts as no contact, and coming near as no near miss where it ends in a touch.
+    """
     from replay.studies.class_study.synthetic_class import draw_class
 
     out, _ = class_and_seconds

@@ -91,9 +91,10 @@ def test_stopped_search_reports_not_found_and_no_false_contact(name):
 
 @pytest.mark.parametrize("name", TREES)
 def test_live_sample_continues_past_faces_decided_by_integers(name):
-    """400 needles point at the corner of a slope, which the 201st goes through.
+    """400 needles point at the corner of a slope, which the 201st goes through; no faces are known to have met before.
 
-    All others end so close below it that doubles cannot decide, and integers say that they do not meet.
+    All others end so close below it that doubles cannot decide, and integers say that they do not meet. A live sample
+    that stopped at the first of them would call the pair clear; 200 stand before, so that every tree comes to some.
     """
     slope, needle_ends = np.array([[[0.0, 0, 0], [1, 0, 1], [0, 1, 0]]]), [[1.0, 0, -1], [1, 0.1, -1]]
     undecided_by_doubles = [[2e-300, 1e-301, 1e-300], *needle_ends]
@@ -102,7 +103,9 @@ def test_live_sample_continues_past_faces_decided_by_integers(name):
     needles[200] = through_the_slope
     bodies = bodies_of([slope, needles])
     stage = TreeStage(bodies, FIRST_AND_SECOND, name, TreeSettings())
-    verdict, is_beyond_margin = stage.decide_now({}, motion_at_rest(bodies, np.zeros((2, 3))), column=0, margin=1e-3)
+    faces_met_before = {}
+    sample = motion_at_rest(bodies, np.zeros((2, 3)))
+    verdict, is_beyond_margin = stage.decide_now(faces_met_before, sample, column=0, margin=1e-3)
     assert verdict == Verdict.CONTACT
     assert not is_beyond_margin
 

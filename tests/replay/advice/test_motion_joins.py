@@ -101,9 +101,10 @@ def test_joined_pieces_of_each_number_cover_the_beaker(stirred_beaker):
 
 @pytest.mark.parametrize("count", [4, 6])
 def test_pieces_joined_by_motion_report_less_false_contact(stirred_beaker, count):
-    """A beaker of so many pieces, joined where that touches the stirring rod least, or by their volumes.
+    """48 convex pieces of a beaker become so many hulls: two are joined whose hull touches a rod least, or is small.
 
-    The former are false in fewer frames, and miss no contact.
+    A frame is false where hulls touch the stirring rod and the mesh does not. Hulls joined by the rod's motion have
+    fewer of them, and miss no contact of the mesh, as they still cover its wall. Any small number of hulls would do.
     """
     by_motion, by_volume = stirred_beaker.joined_by_motion[count], stirred_beaker.joined_by_volume(count)
     assert stirred_beaker.false_frames(by_motion) < stirred_beaker.false_frames(by_volume)

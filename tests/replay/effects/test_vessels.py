@@ -62,17 +62,23 @@ def test_liquid_leaves_a_tilted_cylinder_at_its_lowest_rim_point():
 
 
 def test_point_inside_a_vessel_is_between_floor_and_opening():
-    """A cylinder of radius 0.2 about x = 0.3, z = -0.4, from y = 0.1 to 0.5; points are 1 cm within or beyond a side.
+    """A cylinder of radius 0.2 about x = 0.3, z = -0.4, from y = 0.1 to 0.5.
 
+    Points are 1 cm within or beyond the floor, the opening and the wall, the last ones beside the wall on its diagonal.
     The vessel is rotated by 90 degrees about z and moved by 7 m on each axis in five frames, in each of which one point
     is tested; in frame 2 its pose is not observed, and no point is inside.
     """
     vessel = Vessel(glass("a", cavity={"floor": 0.1, "opening": [0.3, 0.5, -0.4], "opening_radius": 0.2}))
-    inside = np.array([[0.3, 0.11, -0.4], [0.3, 0.49, -0.4], [0.49, 0.3, -0.4], [0.3, 0.3, -0.59], [0.16, 0.3, -0.26]])
-    outside = np.array([[0.3, 0.09, -0.4], [0.3, 0.51, -0.4], [0.51, 0.3, -0.4], [0.3, 0.3, -0.61], [0.15, 0.3, -0.25]])
+    inside = np.array([[0.3, 0.11, -0.4], [0.3, 0.49, -0.4], [0.49, 0.3, -0.4], [0.3, 0.3, -0.59], [0.3, 0.3, -0.4]])
+    outside = np.array([[0.3, 0.09, -0.4], [0.3, 0.51, -0.4], [0.51, 0.3, -0.4], [0.3, 0.3, -0.61], [0.3, 0.3, -0.4]])
+    diagonal = np.array([-1.0, 0.0, 1.0]) / np.sqrt(2.0)
+    inside[-1] += 0.19 * diagonal
+    outside[-1] += 0.21 * diagonal
     rotation = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     observed = np.array([True, True, False, True, True])
-    poses = BodyPoses(np.arange(5.0), np.full((5, 3), 7.0), np.tile(rotation, (5, 1, 1)), observed, observed)
+    poses = BodyPoses(
+        np.arange(5.0), np.full((5, 3), 7.0), np.tile(rotation, (5, 1, 1)), valid=observed, linked=observed
+    )
     assert is_inside(inside @ rotation.T + 7.0, poses, vessel).tolist() == observed.tolist()
     assert not is_inside(outside @ rotation.T + 7.0, poses, vessel).any()
 

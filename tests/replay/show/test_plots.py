@@ -159,7 +159,8 @@ def plot_of_two_intervals():
 def test_interval_plot_positions_marks_by_value_and_row(plot_of_two_intervals):
     """The axis from 2 to 6 begins at x = 8, 96 units each; rows "a" (3, from 2.5 to 5) and "xx..." (4, from 2 to 6).
 
-    Marks of the rows are at y = 30 and 87; a line at the value 5 reaches 8 above and below each.
+    Marks of the rows are at y = 30 and 87; the second row is of the kind "missed", which its whisker is called by. The
+    marked value 5 is a line of the kind "end" in each row, from 8 above to 8 below its mark.
     """
     plot = plot_of_two_intervals
     x_of_value = {value: 8.0 + 96.0 * (value - 2.0) for value in (2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}

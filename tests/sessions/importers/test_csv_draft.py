@@ -177,12 +177,27 @@ def test_unknown_values_are_comments_in_a_draft(log_of_angles):
 @pytest.mark.parametrize(
     ("header", "row", "question"),
     [
-        ("t,x,y,z,yaw,pitch,roll", "{},1,2,3,0,0,0", "the order of the angles"),
-        ("x,y,z,qx,qy,qz,qw", "{},2,3,0,0,0,1", "the rate (rate_hz)"),
-        ("t,speed,load", "{},1,2", "which columns are a pose"),
-        ("t,x,y,z,qx,qy,qz,qw", "1{}000000000,1,2,3,0,0,0,1", "the unit of time"),
-        ("t,x,y,z,qx,qy,qz,qw", "10:0{}.5,1,2,3,0,0,0,1", "'10:00.5' is of no known format of times"),
-        ("t,x,y,z,qx,qy,qz,qw", "-{},1,2,3,0,0,0,1", "'t' never increases within the first 5 rows"),
+        pytest.param("t,x,y,z,yaw,pitch,roll", "{},1,2,3,0,0,0", "the order of the angles", id="angles"),
+        pytest.param("x,y,z,qx,qy,qz,qw", "{},2,3,0,0,0,1", "the rate (rate_hz)", id="no clock"),
+        pytest.param("t,speed,load", "{},1,2", "which columns are a pose", id="no pose"),
+        pytest.param(
+            "t,x,y,z,qx,qy,qz,qw",
+            "1{}000000000,1,2,3,0,0,0,1",
+            "the unit of time",
+            id="steps of 1e9: below 2 Hz in ns, above 2,000 Hz in any other unit",
+        ),
+        pytest.param(
+            "t,x,y,z,qx,qy,qz,qw",
+            "10:0{}.5,1,2,3,0,0,0,1",
+            "'10:00.5' is of no known format of times",
+            id="minutes and seconds",
+        ),
+        pytest.param(
+            "t,x,y,z,qx,qy,qz,qw",
+            "-{},1,2,3,0,0,0,1",
+            "'t' never increases within the first 5 rows",
+            id="clock runs backwards",
+        ),
     ],
 )
 def test_facts_missing_in_a_header_are_questioned(tmp_path, header, row, question):

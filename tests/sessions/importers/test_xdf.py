@@ -104,8 +104,9 @@ def tool_chunks(kind, channels):
     ],
 )
 def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kind, channels, axes, assumed):
-    """A stream "tool" has a controller's poses; where LSL4Unity wrote it, they are in Unity's axes, z the other way.
+    """A stream "tool" has a controller's poses, here those of "Cup"; LSL4Unity writes them in Unity's axes, z reversed.
 
+    LSL4Unity is known by the names of its channels, and a newer one by a kind of stream that begins with "Unity.".
     A stream of one number beside it, "Pupil", is a scalar and no body.
     """
     pupil = (

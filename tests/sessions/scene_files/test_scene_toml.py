@@ -57,7 +57,9 @@ between = ["tag:glass", "tag:support"]
 def test_a_scene_is_read_as_written():
     """BENCH_TOML has bodies with a fixed pose, an offset and keys of their own, a pair, an ignored pair and an effect.
 
-    "tag:glass" in a pair is every body with that tag. 90 degrees about x are the quaternion (sin 45, 0, 0, cos 45).
+    "tag:glass" in a pair becomes every body with that tag; an effect keeps the word, as it is resolved when it runs.
+    Keys for effects and meshes, such as mass and faces, stay with the body as ``extra``. 90 degrees about x are the
+    quaternion (sin 45, 0, 0, cos 45).
     """
     scene = parse_scene(BENCH_TOML)
     assert scene.name == "bench"

@@ -112,7 +112,10 @@ def bench_file(tmp_path):
 
 
 def test_usd_bodies_have_kind_mass_and_unit(bench_file):
-    """Cup and rack are rigid bodies and move, the table only collides; the unit of lengths is noted."""
+    """Cup (of 0.25 kg) and rack are rigid bodies and move, the table only collides and has no mass.
+
+    The stage is in centimetres, which is noted.
+    """
     scene = read_scene_source(bench_file)
     assert scene.format == "USD"
     assert {name: body.moves for name, body in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
