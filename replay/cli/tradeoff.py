@@ -21,16 +21,14 @@ LIMIT_HELP = "Begin no setting that cannot end by then; compiling, and the audit
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, report and picture.")
 @lineup
-@click.option(
-    "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True, help=LIMIT_HELP
-)
+@click.option("--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", show_default="150", help=LIMIT_HELP)
 @click.option("--engine", metavar="NAME", help="Try the settings of an engine instead: unity, unreal or mujoco.")
 @replaying
 @reporting
 def command(
     session: Path,
     people: People,
-    time_limit: float,
+    time_limit: float | None,
     engine: str | None,
     as_json: bool,
     **options: Any,
@@ -51,6 +49,8 @@ def command(
     if engine is not None:
         if options.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors")
+        if time_limit is not None:
+            raise click.UsageError("--engine tries every setting of the engine; leave out --time-limit")
         return advise_engine(session, engine, people, picture=picture, as_json=as_json, **options)
     return _run_tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **options)
 
@@ -62,13 +62,13 @@ def _run_tradeoff(
     out: Path | None,
     force: bool,
     scene: Path | None,
-    time_limit: float,
+    time_limit: float | None,
     picture: bool,
     as_json: bool,
     **options: Any,
 ) -> int:
     from replay.advice.assumptions import first_screen_lines
-    from replay.advice.sweep import tradeoff
+    from replay.advice.sweep import TIME_LIMIT_S, tradeoff
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import stacked
     from replay.detection.compile_notice import compiling_announced
@@ -85,7 +85,8 @@ def _run_tradeoff(
     session_read = read_session(session, scene=scene)
     progress = TerminalProgress(people)
     with compiling_announced(people, is_alone=True), progress.stage("Trying settings", 100) as advance:
-        tradeoff_result = tradeoff(session_read, time_limit=time_limit, watch=percent_of_settings(advance), **options)
+        seconds = TIME_LIMIT_S if time_limit is None else time_limit
+        tradeoff_result = tradeoff(session_read, time_limit=seconds, watch=percent_of_settings(advance), **options)
     lines = first_screen_lines(session_read, None, progress)
     question_lines = [line.replace(RECORDING, quote(str(session))) for line in lines.questions]
     if out is not None:

@@ -102,7 +102,8 @@ def run_command(words, promised, made, capsys):
         if arguments in made:
             file.write_bytes(made[arguments])
             return
-    if words[0] in ("tradeoff", "fix") and "--time-limit" not in words:
+    searches = words[0] == "fix" or (words[0] == "tradeoff" and "--engine" not in words)
+    if searches and "--time-limit" not in words:
         words = [*words, "--time-limit", SEARCH_SECONDS]
     assert main(words) == promised, (" ".join(words), capsys.readouterr().err)
     if "--session-only" in words:

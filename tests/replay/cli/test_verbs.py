@@ -139,7 +139,8 @@ VERBS = (
     "import csv quiet.csv -o u2.mcap", "import contacts engine.csv --session p.mcap -o c.mcap; info c.mcap",
     "stress --detector hybrid --family 16 --pairs 100 --out g", "guide glosary", "guide nonsense",
     "guide glossary --script",
-    "tradeoff p.mcap --engine unity --detectors exact", "demo --class 5 --session-only -o d",
+    "tradeoff p.mcap --engine unity --detectors exact", "tradeoff p.mcap --engine unity --time-limit 8",
+    "demo --class 5 --session-only -o d",
     "demo --scene fast-ball --session-only -o d.mcap; demo --scene fast-ball --session-only -o d.mcap; info d.mcap",
     "demo --scene fast-ball --session-only -o e.mcap; demo --scene fast-ball --session-only -o e.mcap --force",
 )  # fmt: skip
