@@ -143,7 +143,7 @@ def test_components_are_named_by_their_lowest_face():
 
 
 def test_content_hash_depends_on_coordinates_and_faces_alone():
-    """Equal boxes have one hash; a shift by 1e-16 m, which rounds half of the coordinates up, changes it.
+    """Equal boxes have one hash; a shift by 1e-16 m, about a rounding of their coordinates of 0.5 m, changes it.
 
     So does another order of faces.
     """

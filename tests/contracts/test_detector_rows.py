@@ -91,10 +91,10 @@ def test_settings_that_make_a_detector_complete_are_accepted(name):
 @pytest.mark.parametrize("name", ROWS)
 def test_contact_offset_of_5_cm_widens_the_reach(name):
     """The reach is the gap, in metres, up to which a detector may report contact; without an offset it is 0."""
-    row, (bodies, _) = detector_row(name), lab_bodies_and_motion(frames=2)
-    reach = create_detector(name, bodies).contact_reach(0)
+    first_pair, row, (bodies, _) = 0, detector_row(name), lab_bodies_and_motion(frames=2)
+    reach = create_detector(name, bodies).contact_reach(first_pair)
     if row.contact_offset:
-        assert create_detector(name, bodies, **{row.contact_offset: 0.05}).contact_reach(0) > reach
+        assert create_detector(name, bodies, **{row.contact_offset: 0.05}).contact_reach(first_pair) > reach
     else:
         assert reach == 0.0
 
@@ -109,9 +109,9 @@ def test_contact_offset_of_0_narrows_the_reach_or_is_refused(name):
         return
     if row.engine:
         pytest.importorskip(row.engine)
-    bodies, _ = lab_bodies_and_motion(frames=2)
-    usual_reach = create_detector(name, bodies).contact_reach(0)
-    assert create_detector(name, bodies, **{row.contact_offset: 0.0}).contact_reach(0) <= usual_reach
+    first_pair, (bodies, _) = 0, lab_bodies_and_motion(frames=2)
+    usual_reach = create_detector(name, bodies).contact_reach(first_pair)
+    assert create_detector(name, bodies, **{row.contact_offset: 0.0}).contact_reach(first_pair) <= usual_reach
 
 
 @pytest.mark.parametrize("name", ROWS)

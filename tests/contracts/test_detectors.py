@@ -153,7 +153,11 @@ def wands(recording):
 @needs_data
 @pytest.mark.slow
 def test_live_is_offline_in_a_real_recording_with_wands(name):
-    """Two controllers that a person moved; detectors of milliseconds a frame answer for 60 frames in the middle."""
+    """Two controllers that a person moved, in a recording of A-Frame: all of its frames, asked at once and one by one.
+
+    Only 60 frames, in its middle, are asked of ``qaco``, ``physx`` and detectors that are not made to be asked live
+    (``online``): these take milliseconds a frame.
+    """
     assembly = wands("grabLeft")
     detector = create_detector(name, assembly.bodies, pairs=assembly.pairs)
     is_fast = detector.online and name not in ("qaco", "physx")

@@ -62,9 +62,9 @@ def effect_run(name, kind):
 @pytest.mark.parametrize("kind", DECLARED)
 def test_effect_at_its_limits_answers_with_finite_numbers(kind, name):
     """A hand (a cube of 1 m) and a pot at rest, tracked as a row of WORLDS says, never or in a single frame, for
-    instance.
+    instance. Numbers are finite and times ascend, no frame is counted twice.
 
-    Numbers are finite and times ascend, no frame is counted twice, and nothing is broken or grasped.
+    Nothing is broken: leaps, losses and contacts from the start show no impact. Nothing is grasped: the pot rests.
     """
     run, frames = effect_run(name, kind), len(WORLDS[name][0])
     for event in run.events:

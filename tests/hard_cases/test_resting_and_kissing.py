@@ -95,7 +95,7 @@ def test_float32_quaternions_do_not_scale_the_body():
 def test_malformed_mesh_loses_no_contact(name, row):
     """Unused vertices, degenerate or repeated faces, or holes, in three frames: two in contact, one 3 m away.
 
-    There no far vertex that no face uses reaches, not even by bounding spheres.
+    3 m away it is clear, by bounding spheres (``sphere``) too: a far vertex that no face uses does not enlarge them.
     """
     assert len(scenes_of_case("malformed meshes")) == ODD_MESHES
     scene = [*scenes_of_case("malformed meshes").values()][row]

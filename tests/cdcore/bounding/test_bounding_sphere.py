@@ -103,7 +103,10 @@ def test_unused_vertices_do_not_inflate_balls():
 
 
 def test_meshes_near_the_limits_of_float64_keep_their_balls():
-    """Boxes with edges of 1e-120 and 3e150 m: cubes of these are no doubles, but the radii are positive and finite."""
+    """A box of 1 x 2 x 3 m in 1e-120 and in 1e150 of its size: cubes of such lengths are no doubles.
+
+    Still the radius is positive and finite, about half the diagonal, root of 14 / 2 = 1.87 times that scale.
+    """
     box = box_mesh((1, 2, 3))
     small = sphere_best(TriangleMesh(box.vertices * 1e-120, box.faces))
     large = sphere_best(TriangleMesh(box.vertices * 1e150, box.faces))

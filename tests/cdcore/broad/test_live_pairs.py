@@ -43,7 +43,9 @@ def test_verdicts_stay_until_a_move_or_a_lost_pose():
     Body 1 has no pose in frame 1; body 0 moves in frame 3 and turns in frame 4, by 1e-9 m and 1e-9 radians.
     """
     bodies, motion = lab_bodies_at_random_poses(seed=1, frames=1)
-    positions, rotations = np.repeat(motion.translations, 6, axis=0) * 0.1, np.repeat(motion.rotations, 6, axis=0)
+    a_tenth_as_far = 0.1  # 2 cm instead of 20 cm about the origin, where the boxes of bodies overlap
+    positions = np.repeat(motion.translations, 6, axis=0) * a_tenth_as_far
+    rotations = np.repeat(motion.rotations, 6, axis=0)
     positions[3:, 0] += 1e-9
     rotations[4:, 0] = Rotation.from_rotvec([1e-9, 0.0, 0.0]).as_matrix() @ rotations[4, 0]
     valid = np.ones((6, len(bodies)), dtype=bool)

@@ -22,7 +22,10 @@ def step_of(position, last_position, centre=(0.0, 0.0, 0.0), valid=True):
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 0.0), (1e6, -2e6, 3e6)])
 @pytest.mark.parametrize("length", [1e-3, 5e6])
 def test_step_is_the_move_and_its_rounding(length, centre):
-    """Rounding is STEP_ULPS eps of a size: the body's radius and the coordinates of its position and of its centre."""
+    """A ball of radius 0.5 m moves by ``length`` along x; its step is that way and what rounding may add.
+
+    Rounding is STEP_ULPS eps of a size: the body's radius and the coordinates of its position and of its centre.
+    """
     position = np.array([3e6, -4e6, 1e6])
     last_position = position - np.array([length, 0.0, 0.0])
     step = step_of(position, last_position, centre)
@@ -85,7 +88,10 @@ def test_reach_doubles_after_successes_and_falls_after_failures():
 
 
 def test_pair_waits_after_a_failure_at_the_least_reach():
-    """Two bodies together move by 1 m a frame; tests fail at 4 m and at the least, 1.5 m: three frames go without."""
+    """Two bodies together move by 1 m a frame; tests fail at 4 m and at the least, 1.5 m.
+
+    Then three frames (``SKIPS.wait``) go without a test, which a margin of 0 m says, and the fourth has one again.
+    """
     skips = skips_with_steps(0.25, 0.75)
     for _ in range(2):
         skips.keep_margin(0, skips.margin(pair=0), separated=False)
@@ -93,7 +99,10 @@ def test_pair_waits_after_a_failure_at_the_least_reach():
 
 
 def test_kept_margin_is_a_little_less_than_the_measured_gap():
-    """A gap of 2 m; of a mesh with holes the margin is at most the clearance, 0.5 m to where holes could matter."""
+    """A gap of 2 m, of which a millionth is left out for the rounding of many steps.
+
+    With a mesh that has holes the margin is at most the clearance, 0.5 m to where these could matter.
+    """
     skips = skips_with_steps(1.0, 1.0)
     _, _, _, margins, *_ = skips.memory
     skips.keep_margin(pair=0, margin=2.0, separated=True)

@@ -16,7 +16,7 @@ FIRST_AND_SECOND = np.array([[0, 1]])
 
 @pytest.mark.parametrize("offset", [0.0, 1e3, 1e7], ids="{:g} m from the origin".format)
 def test_approaching_ball_is_a_candidate_from_touching_on(offset):
-    """Two balls of radius 1 m, 1 m, 1 micrometre, 100 roundings of their coordinates and nothing apart."""
+    """Two balls of radius 1 m in four frames, apart by 1 m, 1 micrometre, 100 roundings of their coordinates, and 0."""
     gaps = np.array([1.0, 1e-6, 100 * EPS * (2.0 + offset), 0.0])
     positions = np.zeros((4, 2, 3))
     positions[:, 0, 0], positions[:, 1, 0] = 2.0 + gaps + offset, offset

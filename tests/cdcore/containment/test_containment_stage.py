@@ -193,7 +193,8 @@ PARITY, WINDING, NEITHER = "parity", "winding", "neither"
 def test_winding_numbers_decide_containment_where_ray_parity_cannot(components, decided_by, size):
     """Parts of a mesh: parity of a ray's crossings fails where parts overlap that are wound alike.
 
-    Winding numbers fail only where parts cross that are wound oppositely; then the sentence says so. ``size``: scale.
+    Winding numbers fail only where parts cross that are wound oppositely; then the sentence says so. ``size``: a factor
+    for all lengths; at 1e103 a volume is no longer finite in float64, at 1e-110 it is 0.
     """
     whole = merge_meshes(*components)
     body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))

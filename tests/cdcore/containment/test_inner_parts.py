@@ -100,7 +100,11 @@ def test_ball_reaches_the_hole_of_each_box(box_centre_x, offset_x, reach):
     ],
 )
 def test_clearance_is_the_gap_less_some_margins(degrees, gap):
-    """A box with edges of 20 cm, its centre 0.6 m beside a box of 1 m; at most 20 margins are taken off the gap."""
+    """A box with edges of 20 cm, its centre 0.6 m beside a box of 1 m; rounding has a margin of 1 um.
+
+    Eight margins (CLEARANCE_MARGINS) are to be taken off the gap, and 20 at most. The kernel runs as Python
+    (``__wrapped__``).
+    """
     components = inner_components_of(box_mesh([0.2] * 3))
     boxes = outer_boxes_of(box_mesh([1.0] * 3))
     rotation = Rotation.from_euler("z", degrees, degrees=True).as_matrix()

@@ -49,7 +49,8 @@ MESHES_WITH_KINDS = {
 
 @pytest.mark.parametrize("name", MESHES_WITH_KINDS)
 def test_lost_faces_are_distinguished_from_openings(name):
-    """``MESHES_WITH_KINDS``: a box, ball or bowl with its kind, CLOSED, HOLED (by a lost triangle) or OPEN (by more).
+    """``MESHES_WITH_KINDS``: a box, ball or bowl with its kind: CLOSED, HOLED where single triangles are lost, or OPEN
+    where a whole side, or all above a height, is missing.
 
     The kind is the same for all faces drawn twice, and for the mesh inside out.
     """
@@ -82,7 +83,11 @@ def test_up_to_three_flat_sheets_cannot_enclose_a_volume():
 
 
 def test_large_flat_sheet_off_the_origin_has_no_winding_surface():
-    """41 x 41 squares of two triangles at a height of 1 km: above 10,000 corners the extent is that of eigenvalues."""
+    """41 x 41 squares of two triangles at a height of 1 km: a flat sheet, which encloses nothing.
+
+    Whether corners lie in one plane is told by the singular values of all of them; from 10,000 on, as here, by the
+    eigenvalues of a 3 x 3 matrix, which have fewer digits.
+    """
     n = 42
     x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 1000.0)])

@@ -23,7 +23,7 @@ BODIES = [Body("a", box_mesh()), Body("b", box_mesh())]
 
 @pytest.mark.parametrize("name", TABLE)
 def test_every_row_names_a_class_of_that_name(name):
-    """A row of the table has an entry ``module:Class``; the class has a ``name`` of its own."""
+    """A row of the table has an entry ``module:Class``; the class's ``name`` is the name of the row."""
     assert load_detector(name).name == name
 
 
@@ -54,13 +54,6 @@ def test_detectors_load_without_reading_installed_packages(name, monkeypatch):
     """``entry_points`` would list installed packages, which takes time; it is None here, so that a call fails."""
     monkeypatch.setattr(table, "entry_points", None)
     assert load_detector(name) is SphereDetector
-
-
-OWN_MODULES = {
-    "own_engine": "class Detector: pass",
-    "own_without_scipy": "import scipy_of_tomorrow",
-    "own_with_fault": "1 / 0",
-}
 
 
 OWN_MODULES = {
@@ -237,7 +230,10 @@ def test_every_detector_class_has_a_docstring(name):
 
 @pytest.mark.parametrize("name", ["static", "discrete", "hybrid", "qaco", "hybrid-qaco", "collider"])
 def test_bodies_beyond_nature_are_refused(name):
-    """FCL, searches and hulls compare squares of lengths, which doubles do not hold for a cube of 2^600 m."""
+    """FCL, searches and hulls compare squares of lengths, which doubles do not hold for a cube of 2^600 m.
+
+    Its corners are half of 2^600 = 4.1e180 m from its middle on each axis: 2.1e180 m.
+    """
     cube = box_mesh()
     huge = Body("star", TriangleMesh(np.ldexp(cube.vertices, 600), cube.faces))
     with pytest.raises(InvalidMeshError, match=r"body 'star' reaches 2.1e\+180 m .*: give its vertices in metres"):

@@ -91,6 +91,8 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, reach_mm):
     [
         # A millimetre and more too late between edges: Rapier measures at corners of faces.
         ("rapier", {"prediction_m": 0.01}, 0.01, 1e-6, 3e-3),
+        # 1 mm of margin a body; beyond it the contact breaking threshold, as at REACH_MM, is at most
+        # 0.02 * 26 mm * 3**0.5 = 0.9 mm for the smaller hull, of 5 cm.
         ("bullet", {}, 0.002, 1e-3, 0.0),
         ("newton", {}, 0.0, 1e-6, 5e-6),
         ("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5),
@@ -135,7 +137,7 @@ def test_earlier_queries_change_no_answer(name, shape):
 def test_rod_in_a_beaker_touches_hull_not_mesh(name, height_m, hull_contact, mesh_contact):
     """A thin rod stands in the middle of a beaker 10 cm high, whose hollow its convex hull fills, or above it.
 
-    Contact offsets are 1 mm, less than the rod's distance from the glass.
+    Contact offsets are at most 1 mm, the rod is 3.5 cm from the glass: its radius is 0.3 cm, the hollow's 3.8 cm.
     """
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
     motion = motion_at_rest(bodies, [[0, 0, 0], [0, 0, height_m]])
@@ -165,7 +167,7 @@ def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
 
 @pytest.mark.parametrize("name", ["bullet", "physx"])
 def test_untestable_mesh_pairs_are_explained_as_unknown(name):
-    """Two beakers, hollow meshes: whether their shapes meet is unknown."""
+    """Two beakers, hollow meshes, which these engines do not test against each other: whether they meet is unknown."""
     pytest.importorskip(ENGINE_MODULE[name])
     bodies, motion = beakers_and_a_ball()
     detector = create_detector(name, bodies, shape="mesh")

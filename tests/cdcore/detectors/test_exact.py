@@ -28,9 +28,11 @@ def test_small_closed_body_inside_a_large_body_is_contained():
 
 
 def test_boxes_spare_containment_tests_live_and_offline():
-    """A ball in a box of 1 m moves out of it, 3 m in 300 frames; whether it is inside is asked where boxes overlap.
+    """A ball of radius 0.1 m moves out of a box of 1 m, 1 cm a frame: it is inside for 40 frames, up to x = 0.4 m.
 
-    Those are the frames in which it is inside, and at most seven more. Frame by frame (live) the answer is the same.
+    Whether it is inside is asked in those, and, once it has crossed the wall, as long as the boxes of both overlap:
+    a corner of the ball's box is at most 0.1 * (3**0.5 - 1) = 0.073 m farther out than the ball, 7 frames. Frame by
+    frame (live) the answer is the same.
     """
     frames = 300
     bodies, positions = [Body("ball", ball_mesh(0.1)), Body("box", box_mesh())], np.zeros((frames, 2, 3))
@@ -68,12 +70,14 @@ def queries_and_reuses(motion, bodies=BODIES, **settings):
 
 
 def test_frozen_frames_take_a_single_query():
-    """A ball in the wall of a box for 100 frames of one pose: ``static`` queries once and repeats 99 answers."""
+    """A ball in the wall of a box for 100 frames of one pose: ``static`` queries once, and repeats 99 answers."""
     assert queries_and_reuses(motion_along_x([0.9] * 100)) == (1, 99)
 
 
 def test_pose_that_differs_by_a_bit_is_a_change():
-    """A ball at x = 0.9 m and at the next double: ``static`` queries twice and repeats no answer."""
+    """A ball at x = 0.9 m and at the next double: ``static``, which repeats an answer only at the same pose, queries
+    twice.
+    """
     assert queries_and_reuses(motion_along_x([0.9, np.nextafter(0.9, 1)])) == (2, 0)
 
 

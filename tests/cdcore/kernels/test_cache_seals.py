@@ -206,7 +206,10 @@ def test_a_damaged_kernel_is_compiled_again_and_kept(tmp_path, monkeypatch, suff
 
 
 def test_each_new_signature_is_sealed(tmp_path, monkeypatch):
-    """A kernel of an int and of a float, x * x + 7: two signatures, both of which a second process loads."""
+    """A kernel of an int and of a float, x * x + 7: two signatures, of which the second renews the seal.
+
+    Marked once more it stands for a second process, which loads the machine code of both.
+    """
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     first = kernel(square_plus_seven)
     assert (first(2), first(2.0)) == (11, 11.0)

@@ -48,7 +48,10 @@ def test_worlds_beyond_the_time_limit_are_listed(interpreted_worlds):
 
 @pytest.mark.slow
 def test_interpreted_kernels_agree_on_random_worlds(interpreted_worlds):
-    """Every detector in 10 small worlds, 21 rows each, some 30 s of processor time; the command compares 200."""
+    """Every detector, some with several settings, 21 rows, in 10 small worlds, some 30 s of processor time.
+
+    The command of the script compares 200 worlds.
+    """
     comparison = interpreted_worlds.compare_worlds(range(10), list(DETECTORS))
     assert comparison.rows == 10 * 21
     assert comparison.differing == []

@@ -45,7 +45,8 @@ def test_matrix_error_is_that_of_its_gram_matrix(size):
 def test_repair_gives_the_nearest_rotation(size):
     """300 rotations with random errors of this size in their entries are repaired in place, all of them.
 
-    The nearest rotation is that of a singular value decomposition, which itself rounds by up to 5e-15.
+    The nearest rotation is that of a singular value decomposition, which itself rounds by up to 5e-15. Entries of
+    R^T R - I have a standard deviation of at most twice the size: ten of these are never reached.
     """
     rotation = rotations_with_errors(size)
     expected = nearest_rotation(rotation)

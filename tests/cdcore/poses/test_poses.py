@@ -121,6 +121,9 @@ def test_pairs_of_bodies_change_together():
 def test_no_point_of_a_ball_moves_further_than_the_bound(poses):
     """A ball moves through 40 random poses; 200 points of its surface move by at most ``length_moved`` from each to the
     next, and the farthest by more than a quarter of that.
+
+    Some point of the whole surface moves by 1 / (1 + 2**0.5) = 0.41 of it or more: the bound adds the step of the
+    centre and 2**0.5 times the longest of the turn alone.
     """
     rotations, translations = poses
     rotations, translations = rotations[:, 0], translations[:, 0]

@@ -161,7 +161,10 @@ def test_detection_prints_its_size_and_counts_of_verdicts():
 
 @pytest.mark.parametrize(("count", "says_1_more"), [(20, False), (21, True)], ids="{} pairs".format)
 def test_notebook_table_counts_omitted_pairs(count, says_1_more):
-    """Each pair touches in all 3 frames; the table has a head and at most 20 rows, one for a pair."""
+    """Each pair touches in all 3 frames; the table has a head and at most 20 rows, one for a pair.
+
+    Of 21 pairs one is omitted, which the page says: "and 1 more".
+    """
     pairs = np.zeros((count, 2), dtype=np.int64)
     page = detection(pairs=pairs, verdict=np.ones((3, count), dtype=np.uint8))._repr_html_()
     assert page.count("<tr>") == 1 + 20

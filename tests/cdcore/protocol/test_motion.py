@@ -64,7 +64,8 @@ def test_three_constructors_give_the_same_bits():
 def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits, largest_error):
     """Two bodies in six frames: 12 rotations, written with so many digits, become the nearest rotations.
 
-    The error of a matrix R is the largest entry of |R^T R - I|, here that of the digits.
+    The error of a matrix R is the largest entry of |R^T R - I|: of six digits, off by 0.5e-6 at most, it is at most
+    2 * 3**0.5 times that, 1.7e-6, and of four 1.7e-4.
     """
     translations, rotations = random_translations_and_rotations()
     printed = np.round(rotations, digits)

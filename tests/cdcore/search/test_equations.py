@@ -44,7 +44,7 @@ def amplitudes(angle):
 def test_feature_index_follows_the_angle_fraction(draws):
     """Equation 15 names a feature (a face) by the arc cosine of an amplitude, over pi, times the number of features.
 
-    Give or take one; ``chain`` 0 chooses the cosine of the angle, 1 its sine.
+    Give or take one, as an index is whole; ``chain`` 0 chooses the cosine of the angle, 1 its sine.
     """
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
     fraction = np.arccos(amplitudes(angle)[chain]) / np.pi

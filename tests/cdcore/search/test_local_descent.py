@@ -45,8 +45,8 @@ def distances(search, firsts, seconds):
 def test_descent_ends_only_at_local_minima():
     """Two tori a little apart, and 150 descents from random face pairs: no neighbour of either end is nearer.
 
-    If the balls of both ends overlap, no pair of their neighbours is. A descent repeated from the same start is short,
-    as the earlier path is followed to its end.
+    If the balls of both ends overlap, no pair of their neighbours is. A descent repeated from the same start ends after
+    its first step, where an earlier one was: it evaluates the start and at most NEIGHBOURS of each of its faces.
     """
     search, starts = starts_beside_each_other()
     pose, rounding = (I3, np.array([0.02, 0.01, 0.62])), 1e-12
@@ -136,7 +136,11 @@ def moved_along_x(pose, metres):
     ],
 )
 def test_budget_follows_how_far_bodies_moved(pose, of_last_search, of_last_probe, budget):
-    """A pair of bodies is searched again with all of its budget after a move of a quarter face, else a probe looks."""
+    """A pair whose last search, with all of its budget, found nothing: it gets that budget again after a move of a
+    quarter face, or once it rests after a shorter one; on its way there it gets a probe, PROBE evaluations.
+
+    After a move by rounding it gets nothing; a pose that is no number counts as moved.
+    """
     assert budget_at_rest(pose, of_last_search, of_last_probe, REST_LENGTHS, FULL_BUDGET) == budget
 
 
@@ -168,7 +172,8 @@ def test_pair_counts_as_moved_by_faces_of_the_finer_mesh(ball_first, faces_moved
 
 
 def test_rigidly_carried_pair_is_searched_once():
-    """A ball in the hole of a ring moves with it for 200 frames: the pair is at rest but for rounding.
+    """A ball of radius 0.5 m in the hole of a ring, which has 0.7 m, moves with it for 200 frames: the pair is at rest
+    but for rounding.
 
     ``rest``: a pair that moved by less than this part of a face since its last search is not searched again; 0: always.
     """
@@ -181,7 +186,8 @@ def test_rigidly_carried_pair_is_searched_once():
 
 
 def test_resting_contact_is_confirmed_in_every_frame():
-    """0.4 m beside its middle the ball is in the wall of the ring, and moves with it for 200 frames.
+    """A ball of radius 0.5 m, 0.4 m beside the middle of a ring whose hole has a radius of 0.7 m, is in its wall, and
+    moves with it for 200 frames.
 
     Unlike a pair that is apart, it is searched in all of them.
     """

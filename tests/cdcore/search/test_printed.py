@@ -37,7 +37,7 @@ def test_mutation_swaps_the_amplitudes(ants, rotation, mutation, next_position_o
         if iteration > ITERATIONS:
             break
     faces = np.reshape(queried_faces, (ITERATIONS, ants, 2, 2))  # iteration, ant, amplitude, body
-    amplitudes = (2 * faces + 1) / FEATURES - 1  # from -1 to 1
+    amplitudes = (2 * faces + 1) / FEATURES - 1  # the middle of each face's share of the range from -1 to 1
     assert np.allclose((amplitudes**2).sum(axis=2), 1.0, atol=5 / FEATURES), "a qubit is a unit vector"
     assert np.allclose(amplitudes[1:, :, next_position_of_the_first], amplitudes[:-1, :, 0])
 

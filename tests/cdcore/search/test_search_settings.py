@@ -70,9 +70,10 @@ def test_iterations_as_printed_end_when_distances_fall():
 @pytest.mark.slow
 @pytest.mark.parametrize("alpha", [1.5, 1.0])
 def test_printed_search_breaks_within_a_few_dozen_steps(alpha):
-    """Balls 5 m apart, so that no hit ends the search: by 50 seeds the printed equations break each time ("broken").
+    """Balls of radius 1 m, 5 m apart, so that no hit ends the search: by 50 seeds the equations as the paper prints
+    them come to a negative probability, or to none, each time ("broken").
 
-    At the median they do so within 30 iterations.
+    At the median they do so within 30 iterations (a bound by trial).
     """
     ball = ball_of(faces=600)
     iterations = []

@@ -77,9 +77,10 @@ def test_step_takes_either_arc_without_equation_17():
 @pytest.mark.parametrize("spread", [0.0, 2.0, 300.0], ids="pheromone from 10^-{0} to 10^{0}".format)
 @pytest.mark.parametrize("left_out_equation", [0, 16, 20], ids=["all equations", "without 16", "without 20"])
 def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equation):
-    """``weigh`` gives 50 ants weights that add up, to a total, by which a probability is the gain over it.
+    """``weigh`` gives 50 ants running sums of their weights and returns the last: a probability is an ant's part of it.
 
-    It goes with pheromone x heuristic^3, equation 16 with alpha 1 and beta 3; without equation 16 all are equal.
+    Weights go with pheromone x heuristic^3, equation 16 with alpha 1 and beta 3; without equation 16 all are equal.
+    Nothing evaporates here, so that equation 20 changes no pheromone.
     """
     rng, ants = np.random.default_rng(5), 50
     swarm = np.zeros(ants, dtype=ANT).view(np.recarray)
@@ -189,7 +190,10 @@ def test_printed_search_spends_its_budget_or_breaks(budget):
     [pytest.param(1000, 5, 9, id="after 1,000"), pytest.param(10**6, 0, 0, id="after a million")],
 )
 def test_population_is_redrawn_after_evaluations_without_progress(variant, restart_after, fewest, most):
-    """Balls apart, and a budget of 9,000 evaluations: room for at most nine times 1,000 without progress."""
+    """Balls apart, and a budget of 9,000 evaluations: room for at most nine times 1,000 without progress.
+
+    Progress takes up some of them: at least five are left (by trial).
+    """
     ball = ball_of(faces=600)
     search = search_of(ball, ball, variant=variant, budget=9000, restart_after=restart_after)
     assert fewest <= search.search(SEPARATE, AT_ORIGIN, stamp=0.0).restarts <= most

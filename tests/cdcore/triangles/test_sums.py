@@ -110,7 +110,7 @@ def nearly_flat(rng, step):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
 def test_sign_of_four_nearly_coplanar_points_is_exact(step):
-    """200 tetrahedra whose last corner is within two steps of the plane of the others.
+    """200 tetrahedra, points 0 to 3, whose last corner is within two steps of the plane of the others.
 
     The sign of the volume is that of rationals, which rounded products may miss; the filter may answer 2, undecided.
     """
@@ -125,7 +125,7 @@ def test_sign_of_four_nearly_coplanar_points_is_exact(step):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("axis", [0, 1, 2], ids="xyz".__getitem__)
 def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
-    """200 pairs of segments, of which the second is half of the first moved, but for a rounding on each axis.
+    """200 pairs of segments, from point 0 to 1 and 2 to 3: the second is half of the first, moved, but for a rounding.
 
     The sign of their cross product along an axis is that of rationals.
     """

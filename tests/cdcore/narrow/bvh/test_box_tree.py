@@ -83,7 +83,10 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
 
 
 def test_box_trees_built_together_equal_trees_built_singly():
-    """All arrays are compared; the last field of a tree is left out, its addresses in memory."""
+    """Trees of soups, fans, plates and points (MESHES), built in one call and in a call each: all arrays are equal.
+
+    The last field of a tree is left out: its addresses in memory.
+    """
     together = build_box_trees([*MESHES.values()])
     for triangles, tree in zip(MESHES.values(), together, strict=True):
         (alone,) = build_box_trees([triangles])

@@ -22,7 +22,7 @@ def sliding_grids_at(scale):
 def test_integers_decide_as_sums_do_at_another_scale(faces):
     """Two grids slide over each other in one plane, at 1 m and at 2^-210 m, a power of two, which rounds nothing.
 
-    There products leave the range of exact sums, and integers decide; verdicts, and faces, stay the same.
+    Exact sums take sizes from 2^-200 to 2^200, so that integers decide there; verdicts, and faces, stay the same.
     """
     by_sums, by_integers = (
         create_detector("exact", bodies).detect(motion, faces=faces)

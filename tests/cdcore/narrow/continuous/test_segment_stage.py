@@ -130,7 +130,7 @@ def test_straight_angles_and_extreme_coordinates_are_not_searched(cube_degrees, 
     for body, degrees in enumerate((cube_degrees, bar_degrees)):
         rotations[1, body] = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
     positions[:, 0] = cube_position
-    stage = SegmentStage(CUBE_AND_BAR, FIRST_AND_SECOND, tolerance=1e-4, effort=10_000)
+    stage = SegmentStage(CUBE_AND_BAR, FIRST_AND_SECOND, tolerance=1e-4, effort=10_000)  # any tolerance and effort
     times, last_frame, pair = np.array([0.0, 1.0]), np.array([1]), np.array([0])
     assert stage.decide(times, rotations, positions, last_frame, pair).states.tolist() == [state]
 
@@ -208,7 +208,10 @@ def test_ball_sliding_past_a_plate_is_free(gap):
 
 
 def test_gaps_below_rounding_are_too_close_and_located():
-    """A ball moves by 2 um, 1 nm over a plate, which is less than the pad of 10 nm: they are too close all the time."""
+    """A ball moves by 2 um, 1 nm over a plate, which is less than the pad of 10 nm: they are too close all the time.
+
+    However long the search takes (``effort``) it says so of the whole move, from 0 to 1.
+    """
     height = TOUCH + 1e-9
     state, room = search_of_ball_and_plate((-1e-6, 0, height), (1e-6, 0, height), pad=1e-8, effort=10**9, shortest=1e-3)
     assert state == TOO_CLOSE

@@ -64,9 +64,14 @@ def test_faces_that_do_not_meet_are_nearly_always_separated():
 @pytest.mark.slow  # the kernel alone compiles longer than this runs
 @pytest.mark.parametrize("scale", [1e200, 1e-200])
 def test_gjk_claims_no_separation_when_floats_overflow_or_underflow(scale):
-    """Two triangles 9 m apart at a scale at which products of coordinates are infinite or 0."""
+    """Two triangles 9 m apart along x at a scale at which products of coordinates are infinite or 0.
+
+    GJK begins with the axis y, which does not separate them, and finds no other: it says MEETING, its word for "not
+    known to be apart".
+    """
     points = np.random.default_rng(2).normal(size=(6, 3)) + np.repeat([[0, 0, 0], [9.0, 0, 0]], 3, axis=0)
-    assert steps(points * scale, np.array([0.0, 1.0, 0.0]), 1e-150) == gjk.MEETING
+    first_axis, pad = np.array([0.0, 1.0, 0.0]), 1e-150
+    assert steps(points * scale, first_axis, pad) == gjk.MEETING
 
 
 def nearest_by_subsets(rows):
@@ -85,9 +90,10 @@ def nearest_by_subsets(rows):
 
 @pytest.mark.parametrize("corners", [1, 2, 3, 4], ids=["point", "segment", "triangle", "tetrahedron"])
 def test_nearest_point_of_a_simplex_is_that_of_least_squares(corners):
-    """The point of a simplex nearest to the origin, and the corners that carry it, which come first in the room.
+    """The point of a simplex nearest to the origin, and how many corners carry it, which then come first in ``room``.
 
-    ``nearest_by_subsets`` tries every face, edge and corner. 0 corners: the origin is inside a tetrahedron.
+    That begins with the corners; the rest of its 36 numbers is for the kernel's own use. ``nearest_by_subsets`` tries
+    every face, edge and corner. 0 corners: the origin is inside a tetrahedron.
     """
     rng = np.random.default_rng(corners)
     counts_of_corners = set()
@@ -110,17 +116,17 @@ def test_nearest_point_of_a_simplex_is_that_of_least_squares(corners):
 def test_few_steps_separate_faces_with_a_small_gap(pad):
     """40 random pairs of faces: at most six steps separate two, and the axis separates them at once the next time.
 
-    Of those that do not meet at most one is left open.
+    Of those that do not meet at most one is left open, MEETING. Both bounds are by trial.
     """
-    rng, left_open = np.random.default_rng(3), 0
+    rng, left_open, room_of_the_kernel = np.random.default_rng(3), 0, np.empty(36)
     for _ in range(40):
         points = rng.normal(size=(6, 3)) + np.repeat(rng.normal(size=(2, 3)), 3, axis=0)
         axis = np.array([1.0, 0.0, 0.0])
-        steps_taken = gjk.steps_to_separate(points.ravel(), axis, pad, np.empty(36))
+        steps_taken = gjk.steps_to_separate(points.ravel(), axis, pad, room_of_the_kernel)
         if steps_taken == gjk.MEETING:
             left_open += not triangles_intersect(points.reshape(1, 2, 3, 3))[0]
             continue
         assert steps_taken <= 6
         assert gap_along(points, axis) > pad
-        assert gjk.steps_to_separate(points.ravel(), axis, pad, np.empty(36)) == 0
+        assert gjk.steps_to_separate(points.ravel(), axis, pad, room_of_the_kernel) == 0
     assert left_open <= 1

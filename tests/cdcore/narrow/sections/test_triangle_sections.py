@@ -110,7 +110,8 @@ def test_segments_lie_on_both_surfaces(height):
     """A ball of radius 0.5 m is sunk into a slab 0.2 m thick, both 10 m from the origin; each pair of faces has a
     segment.
 
-    Its ends lie on a side of the slab, |z| = 0.1 m, and on the ball's facets, which are up to 5 cm inside the sphere.
+    Its ends lie on a side of the slab, |z| = 0.1 m, and on the ball's facets of 18 x 22.5 degrees: their corners are on
+    the sphere, their middles 0.5 cos(14.4 degrees) = 0.484 m from its centre; down to 0.45 m is allowed.
     """
     bodies = [Body("ball", ball_mesh(0.5, rings=10, sides=16)), Body("slab", box_mesh((4, 4, 0.2)))]
     slab_centre = np.array([10.0, 0.0, 0.0])
