@@ -226,9 +226,7 @@ def test_answered_recording_has_no_question(unreal_scene):
 
 
 def test_forgotten_answer_leaves_the_recording_as_imported(unreal_scene):
-    """A user answered the axes of a recording's meshes, and takes that back.
-
-    The question and the guessed meshes return.
+    """A user answered the axes of a recording's meshes, and takes that back: question and guessed meshes return.
 
     Then there is no further answer to forget.
     """
@@ -382,8 +380,8 @@ def test_colliders_that_fit_their_meshes_are_not_questioned(unity_scene_with_col
 def test_colliders_that_do_not_fit_their_meshes_are_questioned(unity_scene_with_colliders):
     """Colliders are turned by half a turn about Y. The question has several alternatives, each described differently.
 
-    The current one is "canonical", the axes as they are; the plausible one is "x-flipped". Each says how far the
-    colliders are off.
+    The current one is "canonical", the axes as they are; with "x-flipped" they fit, so that it is the plausible one.
+    The first says how far the colliders are off.
     """
     flipped = unity_scene_with_colliders.flipped
     (question,) = examine_assumptions(flipped).questions
@@ -570,12 +568,14 @@ def test_stated_axes_of_poses_are_not_listed_as_a_guess(tmp_path):
 def test_at_most_three_questions_whose_answers_change_contacts(tmp_path):
     """Four guesses or more are open: axes of poses that a file does not say, and axes and units of an OBJ and an STL.
 
-    At most three become questions, each with two alternatives or more, no two of which have the same contacts.
+    Meshes are written in units of 10 cm, so that they may be in metres or in centimetres. At most three guesses become
+    questions, each with two alternatives or more, no two of which have the same contacts.
     """
     unity_poses_without_a_name(tmp_path, "obj")
     files = {"tool": tmp_path / "tool.obj", "plate": tmp_path / "plate.stl"}
     for path, (vertices, faces) in zip(files.values(), (TOOL, PLATE), strict=True):
-        write_mesh(path, changed(vertices, TO_SOURCE["unity"]), faces[:, ::-1], unit=0.1)
+        faces_of_mirrored = faces[:, ::-1]  # Unity's axes are left-handed
+        write_mesh(path, changed(vertices, TO_SOURCE["unity"]), faces_of_mirrored, unit=0.1)
     session = import_session("mcap", tmp_path / "take.mcap", meshes=files)
     assert len([row for row in recording_assumptions(session) if row.is_open]) >= 4
     questions = examine_assumptions(session).questions

@@ -60,8 +60,8 @@ def test_good_pieces_of_the_same_body_are_taken(two_beakers):
 def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_cutter_only, monkeypatch):
     """Pieces of a beaker are joined by their volumes, or where that touches the stirring rod least (by the motion).
 
-    The latter are fewer, with no more loss than counts as alike. (The fixture ``quickest_cutter_only`` turns joins by
-    motion off, and hands them over.)
+    The latter are fewer, with no more loss than counts as alike; 20 % of false contact are good enough. (The fixture
+    ``quickest_cutter_only`` turns joins by motion off, and hands them over.)
     """
     by_volume = fix_colliders(two_beakers, limits=Limits(false=0.2), time_limit=None)
     monkeypatch.setattr(collider_search.ColliderSearch, "join_by_motion", quickest_cutter_only)
@@ -73,9 +73,10 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_
 
 
 def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch):
-    """A beaker was tried in up to 32 sectors; the time is up before a search for fewer of them that are as good.
+    """A beaker was tried in up to 32 sectors (2 % of false contact are allowed); the time is up before fewer are tried.
 
-    Taken is, of all that was tried and is about as good as the best, the choice of the fewest pieces.
+    Taken is, of all choices that were tried and are about as good as the best (their loss is at most half of
+    ``SIMILAR_LOSS`` larger), that of the fewest pieces.
     """
 
     def end(_search):
@@ -139,7 +140,7 @@ def test_round_body_is_tried_with_counts_up_to_the_limit(most_pieces, counts):
 
 
 def test_other_pieces_of_a_body_follow_after_its_own_steps():
-    """A body of two boxes 0.2 m apart: its own steps, 0 and 1, cut it into 1 and 4 pieces, by planes.
+    """A body of two boxes 0.2 m apart, of four pieces at most: its own steps, 0 and 1, cut it into 1 and 4, by planes.
 
     Steps that are added later, of one piece, of the finest cut and of two pieces, are numbered 2, 3 and 4.
     """
@@ -162,14 +163,14 @@ def with_inward_faces(mesh):
 
 
 def test_mirrored_convex_body_keeps_its_hull():
-    """A box whose faces look inwards is convex all the same, and not cut."""
+    """A box (that around a beaker) whose faces look inwards is convex all the same, and not cut."""
     box = box_collider(revolved_mesh(WALL, 12))
     assert Ladder(box, unlimited()).reason == CONVEX_REASON
     assert Ladder(with_inward_faces(box), unlimited()).reason == CONVEX_REASON
 
 
 def test_mirrored_body_is_cut_into_as_many_sectors():
-    """A beaker of 12 sides, and the same with faces that look inwards: over eight numbers of sectors each."""
+    """A beaker of 12 sides, and the same with faces that look inwards: as many numbers of sectors, over eight."""
     beaker = revolved_mesh(WALL, 12)
     sector_counts, mirrored_sector_counts = (
         len(sector_ladder(mesh).ends) for mesh in (beaker, with_inward_faces(beaker))
@@ -227,7 +228,7 @@ def plant_methods(monkeypatch, shrunk):
 def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monkeypatch, size, method):
     """A beaker is cut into 8 sectors; another method, CoACD, is said to give the same, ``size`` times as large.
 
-    Both are as accurate; ``method`` says which are taken.
+    Both are as accurate, and good enough for 20 % of false contact; ``method`` says which are taken.
     """
     plant_methods(monkeypatch, shrunk=size)
     fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.2))

@@ -195,14 +195,20 @@ def test_name_of_any_characters_is_accepted_as_a_spec():
 
 
 def test_without_time_nothing_is_measured():
-    """A rod stirs in a beaker whose hull is full. Pieces are advised without figures; 0 s leave the result as it is."""
+    """A rod stirs in a beaker; its hull, at 50 Hz (``hull50``), is full, so that pieces are advised, without figures.
+
+    To measure them within 0 s leaves the result as it is.
+    """
     result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
     assert not result.answers[0].fix.measured
     assert measured_fixes(result, 0.0, Silent()) is result
 
 
 def test_fix_keeps_the_hull_of_a_mesh_with_holes():
-    """A rod stirs in a beaker that lacks one face, so that it has no inside and cannot be cut: the Fix says why."""
+    """A rod stirs in a beaker that lacks one face, so that it has no inside and cannot be cut: the Fix says why.
+
+    ``hull50``: a detector of hulls at 50 Hz.
+    """
     mesh_with_hole = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
     fix = run(stirring_session(mesh_with_hole), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert not fix.measured

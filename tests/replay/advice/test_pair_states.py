@@ -242,7 +242,7 @@ def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
 
 
 def test_body_that_crossed_no_surface_is_still_separated():
-    """A ball of 2 cm radius sinks in 60 frames through the upper hole of a hollow ball into its middle.
+    """A ball of 2 cm radius sinks in 60 frames through the upper hole of a hollow ball into its middle, by 40 cm.
 
     It is separated all the time, since it crossed no surface; the last frame alone does not tell whether the hollow
     ball is filled.

@@ -62,10 +62,10 @@ def test_a_reading_without_contact_is_as_plausible_as_shallow_contacts(deep_frac
     [pytest.param(2.0, 0.0, id="passes through"), pytest.param(1.0, 1.0, id="comes to rest")],
 )
 def test_only_resting_bodies_speak_against_a_reading(stops_at_s, deep_at_rest):
-    """A tool, a cube of 0.1 m, moves at 0.25 m/s from x = 0.28 m into a tray, an equal cube at the origin.
+    """A tool, a cube of 0.1 m, moves at 0.25 m/s from x = 0.28 m into a tray, an equal cube at the origin, 3 cm lower.
 
-    In 2 s it comes to x = -0.22 m, through the tray; or it stops after 1 s at x = 0.03 m, deep in it. A tool that swept
-    through a tray's post once marked the wrong reading, in which it missed the post.
+    In 2 s it comes to x = -0.22 m, through the tray; or it stops after 1 s at x = 0.03 m, where both overlap by 7 cm:
+    deep, as more than 5 mm is. A tool that swept through a tray's post once marked the wrong reading.
     """
     cube = make_shape("box", {"x": 0.1, "y": 0.1, "z": 0.1})
     seconds = np.arange(180) / 90.0
@@ -75,7 +75,7 @@ def test_only_resting_bodies_speak_against_a_reading(stops_at_s, deep_at_rest):
     bodies = {"tray": (still, upright), "tool": (moving, upright)}
     session = Session.from_arrays((seconds * 1e9).astype(np.int64), bodies, meshes=dict.fromkeys(bodies, cube))
     result = examine_assumptions(session).outcome
-    assert result.deepest > 0.03
+    assert result.deepest > 0.03  # 0.05 by geometry, where a side of the tool passes the middle of the tray
     assert result.deep_at_rest == deep_at_rest
 
 

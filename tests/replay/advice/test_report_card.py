@@ -202,7 +202,7 @@ def test_figures_of_contact_are_those_of_a_single_body(edge, false, missed):
     """
     assembly = prepare(unit_cubes_on_x({"a": [0] * 4, "b": [3, 0.9, 1.2, 3], "c": [3.5, 1.4, 1.7, 3.5]})).assembly
     exact = make_detector(DetectorSpec("exact", "exact", {}), assembly, 0)
-    tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau=0.0)
+    tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau=0.0)  # none
     reference = Reference.of(exact.detect(assembly.motion), assembly, None, tolerance)
     figures = contact_figures(assembly, reference, "a", [box_mesh((edge, edge, edge))])
     assert (figures["false"], figures["missed"]) == (false, missed)

@@ -58,18 +58,23 @@ def wrong_by_hand(touching, every, first):
 def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly, name, number):
     """At 20 Hz every fifth of 12 frames is sampled, from each of five first frames on; contact is in 4, 8 and 9.
 
-    16 sampling offsets fall on these five unequally, 3 or 4 times each, so that the mean differs a little.
+    16 sampling offsets are spread evenly over these five frames, k + 0.5 sixteenths of them; the first sample is the
+    next frame. So three offsets begin at each, but four at frame 3.
     """
     touching = [distance < 1 for distance in POSITIONS]
     by_hand = [wrong_by_hand(touching, every=5, first=first)[number] for first in range(5)]
+    offsets_at_frame = [3, 3, 3, 4, 3]
     figures = figures_of(assembly, "discrete[rate_hz=20]")
     assert figures["offsets"] == 16
     assert (figures[f"{name}_smallest"], figures[f"{name}_largest"]) == (min(by_hand), max(by_hand))
-    assert figures[name] == pytest.approx(sum(by_hand) / 5, abs=2 / 36)
+    assert figures[name] == pytest.approx(np.average(by_hand, weights=offsets_at_frame))
 
 
 def test_loss_is_the_sum_of_its_three_fractions(assembly):
-    """The parts that are missed, of two contacts, not reported, of the time in contact, and false, of that reported."""
+    """At 20 Hz a detector misses some of two contacts. Its loss adds three parts, over all sampling offsets.
+
+    They are contacts missed, of two, contact time not reported, of all, and reported time that is false.
+    """
     figures = figures_of(assembly, "discrete[rate_hz=20]")
     assert figures["loss"] > 0
     assert figures["loss"] == pytest.approx(figures["missed"] / 2 + figures["not_reported"] + figures["false"])
@@ -92,9 +97,10 @@ def test_spheres_are_false_where_they_alone_overlap(assembly):
 
 
 def test_detector_beside_an_oracle_of_intervals_has_a_single_offset(assembly):
-    """A detector of 20 Hz is judged by ``Swept``, which decides the way from frame to frame.
+    """At 20 Hz a detector is counted as if its sampling began at 16 moments (offsets), beside an oracle of frames.
 
-    Only instants can be shifted to other moments at which sampling starts, so there is one.
+    Here the oracle is ``Swept``, which judges the way between two frames: there is no moment of it to begin at, and the
+    detector is counted once, as it ran.
     """
     figures = figures_of(assembly, "discrete[rate_hz=20]", oracle="support.planted_detectors:Swept")
     assert figures["offsets"] == 1
@@ -104,7 +110,7 @@ def test_detector_beside_an_oracle_of_intervals_has_a_single_offset(assembly):
     ("rate_hz", "offsets"), [pytest.param(None, 1, id="every frame"), pytest.param(20.0, 16, id="20 Hz")]
 )
 def test_only_a_step_rate_has_sampling_offsets(assembly, rate_hz, offsets):
-    """A detection of every frame, scored as it is and as if it were sampled at a rate, from 16 moments on."""
+    """A detection of every frame is scored as it is, once, or as if it were sampled at a rate, from 16 moments on."""
     scoring = Scoring(assembly, parse_detector("exact"), 0, TWO_MICROMETRES)
     every_frame = make_detector(parse_detector("discrete"), assembly, 0).detect(assembly.motion)
     compared = scoring.reference.compare(every_frame)
@@ -112,7 +118,7 @@ def test_only_a_step_rate_has_sampling_offsets(assembly, rate_hz, offsets):
 
 
 def test_loss_without_true_contact_is_the_false_contact():
-    """Unit cubes 3 m, then 1.3 m apart from middle to middle never touch, but spheres around them overlap at 1.3 m.
+    """Unit cubes 3 m, then 1.3 m apart from middle to middle never touch, but spheres around them overlap up to 1.73 m.
 
     So there is no contact to miss, one false contact, and all that is reported is false.
     """

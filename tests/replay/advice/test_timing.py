@@ -34,7 +34,7 @@ def test_timed_pass_queries_each_detector_frame_by_frame():
     motion = unrotated_motion(np.zeros((12, 1, 3)))
     quick, slow = SleepingDetector(seconds=0.001), SleepingDetector(seconds=0.003)
     requested = [Timed("", detector, motion) for detector in (quick, slow)]
-    seconds_of_quick, seconds_of_slow = LiveFrames(motion, 10_000).live_pass(requested)
+    seconds_of_quick, seconds_of_slow = LiveFrames(motion, most=10_000).live_pass(requested)
     assert quick.batches == slow.batches == [1] * 12
     assert len(seconds_of_quick) == len(seconds_of_slow) == 12
     assert (seconds_of_quick >= 0.001).all()
@@ -45,7 +45,7 @@ def test_timed_pass_spreads_an_offline_answer_over_its_frames():
     """A detector that cannot run frame by frame answers all 12 at once in 24 ms: 2 ms each, all alike."""
     motion = unrotated_motion(np.zeros((12, 1, 3)))
     offline = SleepingDetector(seconds=0.024, online=False)
-    (seconds,) = LiveFrames(motion, 10_000).live_pass([Timed("", offline, motion)])
+    (seconds,) = LiveFrames(motion, most=10_000).live_pass([Timed("", offline, motion)])
     assert offline.batches == []
     assert len(set(seconds)) == 1
     assert (seconds >= 0.002).all()
@@ -66,7 +66,7 @@ def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
 
     A detector sees no jump in time: untimed frames lead up to each batch but the first.
     """
-    frames = LiveFrames(MotionOf20Batches(), 5 * BATCH_FRAMES)
+    frames = LiveFrames(MotionOf20Batches(), most=5 * BATCH_FRAMES)
     leads, timed = zip(*frames.turns, strict=True)
     assert frames.count == 5 * BATCH_FRAMES
     assert len(timed) == 5
@@ -80,7 +80,7 @@ def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
 )
 def test_number_of_timed_frames_is_between_a_batch_and_all(most_frames, timed_batches):
     """A motion of 20 batches of frames, of which ``most_frames`` may be timed."""
-    assert LiveFrames(MotionOf20Batches(), most_frames).count == timed_batches * BATCH_FRAMES
+    assert LiveFrames(MotionOf20Batches(), most=most_frames).count == timed_batches * BATCH_FRAMES
 
 
 def timed_detector(own, reference):
@@ -92,13 +92,13 @@ def timed_detector(own, reference):
 def test_ratio_compares_equal_passes():
     """The machine is 1 to 5 times as slow as usual in seven passes; the detector takes twice the reference in each.
 
-    Ratios of both in one pass vary as little as if the machine were idle: the interval ends below 2.2.
+    Ratios of both in one pass do not vary, so the interval is narrow: it ends less than 10 % above 2.
     """
     slowness = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
     detector = timed_detector(own=[[2 * slow] for slow in slowness], reference=[[slow] for slow in slowness])
     ratio, _lower, upper = detector.ratio(MEAN_LEVEL)
     assert ratio == pytest.approx(2.0)
-    assert upper < 2.2
+    assert upper < 1.1 * 2.0
 
 
 def test_ratio_of_a_single_pass_has_no_interval():
@@ -129,9 +129,10 @@ def test_widened_interval_reaches_a_factor_further_on_both_sides():
     ("level", "value"), [pytest.param(MEAN_LEVEL, 1.5, id="mean"), pytest.param(P99, 1.99, id="p99")]
 )
 def test_interruption_in_a_single_pass_changes_no_price(level, value):
-    """Seven passes of 400 frames that take 1 to 2 s, evenly; 3 % of these times, at random, are 50 s longer.
+    """Seven passes of 400 frames that take 1 to 2 s, evenly: 1.5 s in the mean, at most 1.99 s in 99 % of the frames.
 
-    The reference takes 1 s a frame. A frame counts by its middle time of all passes, which few interruptions reach.
+    3 % of these times, at random (any seed), are 50 s longer; the reference takes 1 s a frame. A time above three times
+    the median of its frame counts as that median, which is wrong only if four of seven passes are interrupted there.
     """
     seconds = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
     is_interrupted = np.random.default_rng(3).random((7, 400)) < 0.03
@@ -192,7 +193,8 @@ def test_reference_that_differs_from_itself_widens_all_intervals():
 def test_pass_that_compiled_a_kernel_is_repeated():
     """In the second of three passes a kernel compiles for 5 s: that pass is made again, four in all.
 
-    ``at_work``: this program's part of the processor; ``seconds``: of the passes, without compiling.
+    ``at_work``: seconds in which this program had the processor; ``seconds``: of the passes by the clock. Passes are
+    planned, not timed, and take next to nothing; the 5 s of compiling are said, not spent.
     """
     compiled = SimpleNamespace(seconds=0.0)
 
@@ -221,19 +223,26 @@ def test_pass_that_compiled_a_kernel_is_repeated():
 def test_frames_sampled_at_a_rate_are_evenly_spaced(rate_hz, sampled):
     """A detector at this rate samples so many of 60 frames at 90 Hz, the first among them."""
     motion = unrotated_motion(np.zeros((60, 1, 3)), np.arange(60) / 90)
-    samples = LiveFrames(motion, 10_000).samples(rate_hz)
+    samples = LiveFrames(motion, most=10_000).samples(rate_hz)
     assert samples[0]
     assert samples.sum() == sampled
 
 
-@pytest.mark.parametrize(("rate_hz", "sampled"), [(None, 60), (30.0, 20), (0.5, 1)])
+@pytest.mark.parametrize(
+    ("rate_hz", "sampled"),
+    [
+        pytest.param(None, 60, id="every frame"),
+        pytest.param(30.0, 20, id="30 Hz, every third"),
+        pytest.param(0.5, 1, id="0.5 Hz, the first"),
+    ],
+)
 def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
-    """60 frames at 90 Hz; the ``sampled`` ones take 0.28 s, the others nothing (1 us).
+    """60 frames at 90 Hz, of which so many are sampled at the rate; these take 0.28 s, the others nothing (1 us).
 
     99 of 100 samples take 0.28 s at most; the mean over all frames is a fraction of that.
     """
     motion = unrotated_motion(np.zeros((60, 1, 3)), np.arange(60) / 90)
-    frames = LiveFrames(motion, 10_000)
+    frames = LiveFrames(motion, most=10_000)
     clock = Clock(frames, Timed("reference", detector=None, motion=None), Timed("twin", detector=None, motion=None))
     seconds = np.where(frames.samples(rate_hz), 0.28, 1e-6)
     detector = timed_detector(own=[seconds] * 3, reference=[np.full(60, 0.01)] * 3)

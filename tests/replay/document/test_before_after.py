@@ -81,7 +81,10 @@ def test_errors_absent_before_and_after_share_one_clause():
     ],
 )
 def test_time_is_a_difference_where_both_were_measured(seconds_before, seconds_after, text):
-    """Seconds of a frame with colliders before and after, None: not measured; errors are the same, 86 % false."""
+    """Seconds of a frame with colliders before and after, None: not measured; 2e-5 s are 0.02 ms.
+
+    Errors are the same, 86 % false.
+    """
     before = errors_of_detector(missed=(0, 0, 0.0), seconds=seconds_before)
     after = errors_of_detector(missed=(0, 0, 0.0), seconds=seconds_after)
     assert change_text(before, after, "2 pieces") == f"False 86 % as before, none missed or late; 2 pieces{text}"

@@ -76,7 +76,10 @@ def without(document, path):
     ],
 )
 def test_run_document_survives_writing_and_reading_as_json(settings):
-    """Read and written again the text is the same, without a problem; it fits the schema too."""
+    """The document of a run of two cubes, read from its text and written again, is the same text, without a problem.
+
+    The text fits the JSON schema too.
+    """
     text = text_of(compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), **settings))
     document, problems = document_of(json.loads(text))
     assert problems == ()

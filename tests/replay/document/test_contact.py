@@ -35,7 +35,7 @@ def run_and_folder(tmp_path_factory):
 
 
 def test_the_document_counts_the_rows_of_its_tables(run_and_folder):
-    """Expected are the counts of the run in memory, and the one note; there are misses and no false contact."""
+    """Expected are the counts of the run in memory, and the one note; both contacts are missed, and none is false."""
     result, folder = run_and_folder
     rows = {
         "episodes": sum(len(contacts) for contacts in result.contacts.values()),

@@ -17,7 +17,6 @@ from sessions import Session
 
 SEPARATE = {"a": [0.0] * 12, "b": [3, 3, 1.015, 1.015, 1.015, 3, 3, 0.9, 0.9, 3, 3, 3]}
 """Metres on X of two cubes of 1 m that pass 15 mm apart, in frames 2 to 4, and touch in frames 7 and 8."""
-"""Two unit cubes that pass 15 mm apart, and meet later."""
 
 
 def separate_cubes():
@@ -112,7 +111,10 @@ def test_pieces_of_a_cube_are_not_advised_its_offset_is():
     ],
 )
 def test_pieces_may_help_where_a_closed_collider_is_wrong(setting, cause, undecided, may_help):
-    """``cause``: of the only false contact, if any; ``undecided``: contacts that the detector left undecided."""
+    """Convex pieces may replace a hull that fills a hollow; they mend no contact offset, no undecided contact, no mesh.
+
+    ``cause``: of the only false contact, if any; ``undecided``: contacts that the detector left undecided.
+    """
     fault = Fault(1, "it", 0, ("a", "b"), FaultKind.NO_CONTACT, 0, 1, 0.0, 0.1, 0, cause=cause)
     result = SimpleNamespace(misses={}, false={"it": [] if cause is None else [fault]})
     rank = Rank("it", "", setting, contacts=1, mean=None, p99=None, undecided=undecided)

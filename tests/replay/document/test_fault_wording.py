@@ -12,7 +12,6 @@ from replay.document.fault_sentences import what_text, when_texts, why_false, wh
 
 CONTACT = SimpleNamespace(first=4, last=7, start=0.04, end=0.08)
 """A contact in frames 4 to 7 of twelve frames of 10 ms."""
-"""Frames 4 to 7 of frames of 10 ms."""
 NEVER, LATE, EARLY = FaultKind.NEVER_REPORTED, FaultKind.REPORTED_LATE, FaultKind.LOST_EARLY
 
 

@@ -42,14 +42,14 @@ def test_gate_breaks_above_its_limit_and_not_at_the_limit():
 
 
 def test_gate_judges_contacts_beside_their_frames():
-    """1 of 400 frames in contact missed is little, but 2 of 4 contacts missed are more than 0.25."""
-    (sentence,) = broken_limits({"x": audit_with(missed=1, of=400, contacts_missed=2)}, max_missed=0.25)
+    """1 of 400 pair-frames in contact missed is little, but 2 of 4 contacts missed are more than 0.25."""
+    (sentence,) = broken_limits({"x": audit_with(missed=1, of=400, contacts_missed=2, contacts=4)}, max_missed=0.25)
     assert "x missed 2 of 4 contacts" in sentence
 
 
 def test_without_a_limit_nothing_breaks():
     """Detector x missed all of 9 pair-frames and all of 4 contacts."""
-    assert broken_limits({"x": audit_with(missed=9, of=9, contacts_missed=4)}) == []
+    assert broken_limits({"x": audit_with(missed=9, of=9, contacts_missed=4, contacts=4)}) == []
 
 
 def test_audit_of_no_detector_passes_no_gate():
@@ -113,8 +113,12 @@ def test_gate_of_the_slowest_frames_needs_their_times():
 
 
 def test_undecided_contact_breaks_the_gate_about_misses():
-    """Every miss is allowed, but what the detector or the reference left undecided might be one."""
-    by_detector = audit_with(missed=0, of=0, contacts=8, undecided=43_104)
+    """Every miss is allowed, but what the detector or the reference left undecided might be one.
+
+    First x left many pair-frames undecided, which ``audit_with`` counts as one contact of eight; then the reference
+    left three.
+    """
+    by_detector = audit_with(missed=0, of=0, contacts=8, undecided=43_104)  # any number
     assert broken_limits({"x": by_detector}, max_missed=1.0) == [
         "--max-missed cannot be checked: x left 43104 pair-frames in contact undecided, 1 of 8 contacts whole"
     ]

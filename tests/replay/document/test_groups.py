@@ -62,6 +62,7 @@ def test_members_are_not_paired_and_touch_as_a_group(run_with_hand):
     """Thumb, index and palm are a hand: each is paired with the glass, not with each other, though they meet.
 
     Thumb and index touch the glass in frames 2 and 3, and in frames 3, 4 and 6: contacts of the hand are 2 to 4, and 6.
+    The detector ``paper`` finds the same.
     """
     assembly = run_with_hand.assembly
     pairs = {assembly.bodies_of(pair) for pair in range(len(assembly.pairs))}
@@ -75,7 +76,8 @@ def test_members_are_not_paired_and_touch_as_a_group(run_with_hand):
 def test_table_of_pairs_names_group_and_below_it_members(run_with_hand):
     """Thumb and index of a hand touch a glass: frames 2 and 3, and frames 3, 4 and 6; the palm never does.
 
-    The hand has two contacts, frames 2 to 4 and 6; five frames are 2 of the thumb and 3 of the index.
+    The table is of the detector ``paper``, which finds all. The hand has two contacts, frames 2 to 4 and 6; five frames
+    are 2 of the thumb and 3 of the index.
     """
     table = pair_table(run_with_hand, "paper")
     assert table.column("pair") == ["hand-glass", "  thumb-glass", "  index-glass"]
@@ -145,7 +147,7 @@ def test_contact_of_a_member_hides_no_false_contact_of_another():
     ],
 )
 def test_outcome_of_a_hand_follows_from_outcomes_of_its_links(thumb, index, hand):
-    """How detector and reference compare in one frame, about each link beside a glass and about the hand."""
+    """Detector and reference are compared in one frame: about each link beside a glass, and so about the whole hand."""
     outcomes_of_one_frame = np.array([[thumb, index]], dtype=np.uint8)
     assert joined_outcome(outcomes_of_one_frame) == [hand]
 

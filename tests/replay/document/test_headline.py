@@ -165,7 +165,10 @@ def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
 
 @pytest.mark.parametrize("detector", ["collider[shape=mesh]", "discrete[containment=false]"])
 def test_a_contact_between_frames_is_fixed_by_continuous(detector):
-    """A cube is 3 edges away at 10 ms and as far beyond at 20 ms: it touches after 2 of 6 edges, a third of the way."""
+    """A cube is 3 edges away at 10 ms and as far beyond at 20 ms: it touches after 2 of 6 edges, a third of the way.
+
+    Both detectors judge frames alone, and miss it; ``continuous``, the reference, judges the way between them.
+    """
     (answer,) = compute(jumping(), detectors=detector, oracle="continuous").answers
     assert answer.fix.measured
     assert "continuous" in answer.fix.text

@@ -36,7 +36,10 @@ def test_the_machine_is_named_without_naming_user_or_host(monkeypatch):
     ],
 )
 def test_linux_processor_is_named_by_model_or_architecture(processor_file, name, tmp_path, monkeypatch):
-    """``processor_file``: text of /proc/cpuinfo, of which the first model counts; else the architecture is the name."""
+    """``processor_file``: text of /proc/cpuinfo, of which the first model counts; else the architecture is the name.
+
+    Two blanks in a row become one.
+    """
     monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(module, "LINUX_PROCESSOR_FILE", tmp_path / "cpuinfo")
     if processor_file is not None:

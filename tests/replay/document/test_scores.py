@@ -59,7 +59,6 @@ def test_pair_frames_only_the_detector_left_undecided_are_counted():
 
 ERRORS = TimeErrors(mean=0.1, median=0.1, p95_absolute=0.1, largest_absolute=0.1)
 """Seconds by which reports begin late, of one contact: mean, median and largest are the same."""
-"""The same of one contact: mean, median and largest."""
 
 SESSION_AUDIT = audit_of(
     time_missed=proportion(1, 10),
@@ -134,10 +133,13 @@ def test_contacts_of_a_pair_are_counted_and_measured(run_of_three_contacts):
 
 
 def test_audit_counts_misses_by_kind_and_unconfirmed_frames(run_of_three_contacts):
-    """``slow`` misses one contact and is false in frame 11; spheres are candidates in it and in all frames of a-c."""
+    """``slow`` misses one contact of three and is false in frame 11, by its meshes: none of that is unconfirmed.
+
+    Only bounding spheres overlap in frame 11 of a-b and in all 12 frames of a-c: 13 unconfirmed. Of the two contacts
+    that ``slow`` finds one ends on time, the other a frame late: 5 ms in the mean.
+    """
     slow, sphere = run_of_three_contacts.audit["slow"], run_of_three_contacts.audit["sphere"]
     assert slow.misses_by_kind == {kind: int(kind is FaultKind.NEVER_REPORTED) for kind in slow.misses_by_kind}
     assert (slow.misses, slow.contacts_cut) == (1, 0)
     assert (slow.unconfirmed, sphere.unconfirmed) == (0, 13)
-    # Both contacts that it finds begin on time; one ends on time, the other a frame late.
     assert slow.matching.end_error.mean == pytest.approx(0.005)

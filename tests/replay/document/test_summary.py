@@ -34,7 +34,10 @@ def test_summary_json_is_read_back_as_the_same_document(document_of_short_run):
 
 
 def test_summary_holds_settings_digest_and_times_of_every_detector(document_of_short_run):
-    """The audited detector and the reference; a digest is 64 hexadecimal digits (SHA-256)."""
+    """The audited detector, at 30 Hz, and the reference; a digest is 64 hexadecimal digits (SHA-256).
+
+    The longest stage is that with the most seconds. Both ran frame by frame (``live``), so that samples have times.
+    """
     assert document_of_short_run.detectors.keys() == {"slow", "hybrid"}
     for detector in document_of_short_run.detectors.values():
         assert detector.settings
@@ -64,7 +67,10 @@ def test_dropped_frames_are_counted_by_reason():
 
 
 def test_effect_has_its_share_of_the_time_of_the_run():
-    """The run took no longer than the call that computes it, so that the share of the effect is no smaller."""
+    """The fraction of an effect is its seconds, of those of the run.
+
+    The run took no longer than the call that computes it, so that the fraction is no smaller than that of the call.
+    """
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),))
     start = perf_counter()
     document = compute(

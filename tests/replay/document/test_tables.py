@@ -44,7 +44,10 @@ def test_column_reads_its_value_from_a_row(column, value):
     ],
 )
 def test_file_column_has_plain_name_number_and_text(column, name, value):
-    """A column that people read, and its name and value in a file, of a row whose gap is 0.25."""
+    """A column that people read, and its name and value in a file, of a row whose gap is 0.25.
+
+    ``show`` is a format for people, which files have of a column of text alone: 0.25 in one digit is 0.2, the even one.
+    """
     file_column = column.for_files
     assert file_column.name == name
     assert file_column.value({"Gap %": 0.25, "gap": 0.25, "missing": None}) == value

@@ -379,7 +379,7 @@ def test_a_sentence_has_the_same_numbers_in_every_output(outputs):
 
 @pytest.mark.parametrize("outputs", ["several"], indirect=True)
 def test_most_numbers_occur_in_more_than_two_outputs(outputs):
-    """The comparisons above compare much: over 80 % of all cells are in three outputs or more.
+    """The comparisons above compare much: over 80 % of all cells are in three outputs or more, a bound by trial.
 
     Every output has some of these, and over half of the first screen's sentences are in the report too.
     """

@@ -240,9 +240,10 @@ RENDER_MISS = {
 
 @pytest.mark.parametrize("output", RENDER_MISS)
 def test_a_miss_is_rendered_through_at_most_thirteen_files(output):
-    """Who changes how a miss is displayed must read few files: those of the product whose functions are called.
+    """Who changes how a miss is displayed must read few files, 13 at most: those whose functions are called.
 
-    The run has a single miss. It is rendered twice, so that templates and the like are in memory the second time.
+    The run has a single miss. It is rendered twice, so that templates and the like are in memory the second time. More
+    than two files show that calls were noticed.
     """
     result = run("one")
     RENDER_MISS[output](result)

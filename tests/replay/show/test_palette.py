@@ -73,7 +73,10 @@ def test_red_yellow_and_blue_differ_in_lightness():
     ],
 )
 def test_glass_is_translucent_and_the_user_never_hides_a_contact(tags, least_opacity, most_opacity):
-    """The fourth number of a body's colour is its opacity, 0 (not seen) to 255 (solid)."""
+    """The fourth number of a body's colour is its opacity, 0 (not seen) to 255 (solid).
+
+    Below 100 one sees what is inside; hands, and what a user wears or holds, have 40 at most, and hide nothing.
+    """
     _red, _green, _blue, opacity = albedo(tags)
     assert least_opacity <= opacity <= most_opacity
 

@@ -192,7 +192,7 @@ def test_tradeoff_and_ranking_have_the_same_counts(state):
     """The command ``tradeoff`` counts faults of a setting by ``Scoring``; a run has them in its ranking.
 
     Here it scores what the detectors of a run reported: the same loss, counts over the sampling offsets, and false
-    contact. The last rank is the reference, which has none.
+    contact. The last rank is the reference, which has none. ``tau``: 2 um, below which nothing is called wrong.
     """
     result = RUN_OF_STATE[state]()
     scoring = Scoring(result.assembly, parse_detector("exact"), seed=0, tau=2e-6, session=result.session)

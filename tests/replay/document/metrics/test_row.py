@@ -61,7 +61,11 @@ def test_grasps_and_near_misses_equal_planted_counts(silver_chloride_run, rows_b
 
 
 def test_contacts_lie_between_sure_and_nominal_planted_contacts(silver_chloride_run, rows_by_detector):
-    """Contacts of a made-up experiment are sure for any tessellation and noise, or only in the smooth shapes."""
+    """A made-up experiment has contacts that any tessellation and noise leave (``surely``), and others.
+
+    These are there in the smooth shapes (``nominal``, which has the sure ones too); meshes and poses decide how many of
+    them are found.
+    """
     (_, truth), row = silver_chloride_run, rows_by_detector["exact"]
     sure = [episode for episode in truth.episodes if episode.kind == "contact" and episode.surely]
     of_smooth_shapes = [episode for episode in truth.episodes if episode.nominal]
@@ -93,7 +97,7 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_
 
 
 def test_rows_of_a_run_share_session_but_not_settings(rows_by_detector):
-    """A run by slow, hybrid and exact has a row each; both columns are digests."""
+    """A run by slow, hybrid and exact has a row each, with digests of the session and of the detector's settings."""
     assert len({row["session"] for row in rows_by_detector.values()}) == 1
     assert len({row["settings"] for row in rows_by_detector.values()}) == 3
 

@@ -170,7 +170,11 @@ UNCONFIRMED = replace(FALSE, cause=Cause.BOUNDING_VOLUMES)
     ],
 )
 def test_faults_of_a_detector_are_counted_by_kind(faults, others, text):
-    """``others``: faults of another detector; a contact of bounding volumes alone is unconfirmed."""
+    """``others``: faults of another detector; a contact of bounding volumes alone is unconfirmed.
+
+    Counts of the other detector are over 16 start times of sampling, of which a note says which one its moments are of;
+    ``hull`` was counted once, and needs no note.
+    """
     ranks = [SimpleNamespace(label="other", phases=16), SimpleNamespace(label="hull", phases=1)]
     view = SimpleNamespace(faults={"hull": faults, "other": others}, ranking=ranks)
     counted = fault_counts(view, "hull")
@@ -179,7 +183,10 @@ def test_faults_of_a_detector_are_counted_by_kind(faults, others, text):
 
 
 def test_first_fault_is_that_of_the_first_answer(monkeypatch):
-    """Miss 1, false contact 1 and the late contact 2 of a detector; an answer without a moment is about none."""
+    """Miss 1, false contact 1 and the late contact 2 of a detector, found by kind and number; there is no miss 3.
+
+    An answer without a moment is about none.
+    """
     monkeypatch.setattr(fault_cards, "card", lambda view, fault, *, is_first_picture: fault)
     for kind, number, fault in (("miss", 1, MISS), ("false", 1, FALSE), ("miss", 2, LATE), ("miss", 3, None)):
         answer = SimpleNamespace(label="hull", moment=SimpleNamespace(kind=kind, number=number))

@@ -88,7 +88,7 @@ def test_nearer_shape_is_visible_at_each_pixel(shapes, nearer):
 def test_surface_reaching_behind_the_eye_is_drawn_before_it():
     """A floor 0.5 m below the eye, from 3 m before it to 5 m behind it, and wide: it fills the lower rows of 30.
 
-    Its far edge, at 48 / 3 pixels a metre, is 0.5 * 16 = 8 rows below the middle, row 15.
+    A metre is 48 pixels at 1 m: the far edge, at 48 / 3 pixels a metre, is 0.5 * 16 = 8 rows below the middle, row 15.
     """
     floor = np.array([[[-9.0, -0.5, -1.0], [9.0, -0.5, -1.0], [0.0, -0.5, 7.0]]])
     _picture, number = draw_picture(VIEW, [Shape(floor, RED)], [], [], WHITE)
@@ -187,6 +187,9 @@ def test_line_is_hidden_by_what_is_nearer(height, is_visible):
 
 
 def test_focal_length_is_an_opening_of_35_degrees():
-    """From the upper to the lower edge of a picture of height 1, whose eye is ``FOCAL_RATIO`` away from it."""
+    """From the upper to the lower edge of a picture of height 1, whose eye is ``FOCAL_RATIO``, 1.6, away from it.
+
+    1.6 is rounded: it gives 34.7 degrees.
+    """
     opening_deg = np.degrees(2 * np.arctan(0.5 / FOCAL_RATIO))
     assert opening_deg == pytest.approx(35.0, abs=0.5)

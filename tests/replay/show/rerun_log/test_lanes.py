@@ -210,7 +210,8 @@ def lanes_of_600_frames():
 def test_lane_of_all_pairs_has_the_worst_and_wide_misses(lanes_of_600_frames):
     """Both pairs have outcomes in frames 10 to 19, of which the worse counts: false in frame 12, late in frame 15.
 
-    A miss is widened to three frames at least, 0.5 % of 600, so that it can be seen: frames 15 to 17.
+    A miss is widened to three frames at least, 0.5 % of 600, so that it can be seen: frames 15 to 17. Later pair 0 is
+    missed in frame 100 and in 200 to 209, and late in 300. Spans are given by their first frame.
     """
     assert lanes_of_600_frames["hull"] == [
         (10, "both"), (12, "false"), (13, "both"), (15, "late"), (18, "both"), (100, "MISSED"), (200, "MISSED"),
@@ -219,7 +220,10 @@ def test_lane_of_all_pairs_has_the_worst_and_wide_misses(lanes_of_600_frames):
 
 
 def test_reference_lane_leaves_out_contact_of_a_grasped_body(lanes_of_600_frames):
-    """The reference has contact from frames 10, 100, 200 and 300 on; in 400 and 401 a hand holds the body."""
+    """The reference has contact in frames 10 to 19, 100, 200 to 209 and 300; in 400 and 401 a hand holds the body.
+
+    Spans are given by their first frame.
+    """
     contact_begins = [10, 100, 200, 300]
     assert lanes_of_600_frames["reference"] == [(frame, "contact") for frame in contact_begins]
 

@@ -236,7 +236,10 @@ def folder_with_changed_picture(result_of_two_contacts, tmp_path, replace_drawin
     ],
 )
 def test_a_flipped_bit_in_the_picture_is_refused(folder_with_changed_picture, use_folder):
-    """The summary has the hash of the picture that was drawn; nothing that uses the folder takes another one."""
+    """One bit of the picture in a run folder was changed. The summary has the hash of the picture that was drawn.
+
+    Nothing that uses the folder takes another one.
+    """
     with pytest.raises(RunFolderError, match=r"run.rrd is damaged: it is not the picture that its run wrote"):
         use_folder(folder_with_changed_picture)
 

@@ -149,7 +149,7 @@ def test_only_a_text_that_begins_like_a_formula_is_changed(text, inert):
 
 
 def test_missing_package_is_named_for_workbooks_alone(monkeypatch):
-    """XlsxWriter is made impossible to import."""
+    """XlsxWriter, which only Excel workbooks need, is made impossible to import: CSV is no error."""
     monkeypatch.setitem(sys.modules, "xlsxwriter", None)
     require_form("csv")
     with pytest.raises(OutputError, match="XlsxWriter"):

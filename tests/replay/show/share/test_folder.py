@@ -385,7 +385,7 @@ def test_every_link_of_a_shared_page_moves_the_picture(opened_folder, shared_fol
 
 @pytest.mark.slow
 def test_shared_page_draws_the_picture_beside_the_report(opened_folder):
-    """The right half of the page, scrolled to the picture, has over 500 colours, as only a drawing has."""
+    """The right half of the page, 1280 pixels wide, has over 500 colours at the picture, as only a drawing has."""
     opened_folder.ask("document.getElementById('picture').scrollIntoView()")
     time.sleep(1)  # until the viewer has drawn
     right_half = pixels(opened_folder.png())[:, 640:].reshape(-1, 3)
