@@ -138,7 +138,7 @@ def test_quoted_value_stays_on_a_line(length, quoted):
     "data", [pytest.param(b"t,x\n" * 60 + 60 * b"\0", id="zeros at the end"), pytest.param(b"a\0bc", id="one of four")]
 )
 def test_csv_may_have_zeros_in_a_quarter_of_its_bytes(tmp_path, data):
-    """Some loggers write zeros; nothing is raised."""
+    """Some loggers write zeros: 60 behind 240 bytes of text, or one of four bytes, are accepted without an error."""
     check_encoding(tmp_path, data)
 
 
@@ -152,7 +152,7 @@ def test_csv_may_have_zeros_in_a_quarter_of_its_bytes(tmp_path, data):
     ],
 )
 def test_text_in_another_encoding_is_refused(tmp_path, data):
-    """In UTF-16 every second byte of Latin letters is a zero; an archive is known by its first bytes."""
+    """In UTF-16 half the bytes of Latin letters are zeros, over a quarter; an archive is known by its first bytes."""
     with pytest.raises(ImportFileError, match="this is no CSV"):
         check_encoding(tmp_path, data)
 
@@ -186,7 +186,7 @@ def test_text_that_cannot_be_read_is_named(tmp_path, data, message):
 
 
 def test_blank_text_is_read_where_it_may_be_empty(tmp_path):
-    """A file of a space and a line feed."""
+    """A file of a space and a line feed is read as it is, where a caller says that it may be empty."""
     (tmp_path / "scene.toml").write_bytes(b" \n")
     assert read_text(tmp_path / "scene.toml", "scene", SceneError, may_be_empty=True) == " \n"
 

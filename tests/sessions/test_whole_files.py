@@ -221,7 +221,7 @@ def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
 
 
 def test_unwritable_path_is_refused_in_a_sentence(tmp_path):
-    """A path below a file, and a name of 300 letters."""
+    """A path below a file, which is no folder, and a name of 300 letters, more than file systems have."""
     (tmp_path / "file").write_text("")
     for target in (tmp_path / "file" / "out", tmp_path / ("x" * 300)):
         with pytest.raises(RefusalError, match="cannot be written"), whole_file(target, RefusalError):

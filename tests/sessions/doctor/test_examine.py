@@ -75,7 +75,7 @@ def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
 
 
 def test_memory_and_file_give_the_same_findings(tmp_path):
-    """A recording of 900 frames has one fault: a position in frame 300 is no number."""
+    """A recording of 900 frames has one fault, a position that is no number, in memory and in its file."""
     draft = clean_draft()
     draft.arrays["position"][300, 1] = float("nan")
     findings = examine(draft.session())

@@ -8,13 +8,13 @@ STAMPS = np.array([5_000_000_000, 5_500_000_000, 7_000_000_000])
 
 
 def test_finding_has_seconds_after_the_first_frame():
-    """From the second frame, half a second after the first, to the third, 2 s after it."""
+    """A finding from the second frame, half a second after the first, to the third, 2 s after it, has these times."""
     finding = Span.of(STAMPS, 1, 2).finding("frozen", "it repeats", "cup", count=3)
     assert (finding.start, finding.end, finding.start_ns, finding.end_ns) == (0.5, 2.0, STAMPS[1], STAMPS[2])
 
 
 def test_json_of_a_finding_names_a_body_or_none():
-    """One about a cup, and one about the whole recording."""
+    """A finding about a cup, and one about the whole recording, whose body "" is null in JSON."""
     assert [Finding("frozen", "it repeats", body).as_json()["body"] for body in ("cup", "")] == ["cup", None]
 
 

@@ -34,7 +34,7 @@ def test_repair_leaves_a_closed_mesh_unchanged():
 def test_each_fault_is_mended_and_named(faces, step):
     """Faces of the ball are reversed, repeated, added without area, or lost, and one step of repair is named.
 
-    Then no fault is left, and the volume is the ball's within 2 %: a hole is closed flat.
+    Then no fault is left, and the volume is the ball's within 2 %: a hole of one of 320 faces is closed flat.
     """
     mended, steps = repaired_mesh(MeshData(BALL.vertices, faces))
     assert steps == [step]
@@ -44,7 +44,7 @@ def test_each_fault_is_mended_and_named(faces, step):
 
 
 def test_split_vertices_are_joined():
-    """All 320 faces of the ball have corners of their own, 960, at 162 places: 798 are one too many."""
+    """All 320 faces of the ball have corners of their own, 960 at 162 places: 960 - 162 = 798 are joined to another."""
     split = MeshData(BALL.triangles.reshape(-1, 3), np.arange(960).reshape(-1, 3))
     mended, steps = repaired_mesh(split)
     assert steps == ["798 vertices at the place of another joined"]
@@ -52,7 +52,7 @@ def test_split_vertices_are_joined():
 
 
 def test_closed_solids_that_touch_are_not_joined():
-    """A cube of 1 m and the same cube 1 m further along X and Y have an edge in common, with vertices of their own."""
+    """A cube of 1 m and one 1 m further along X and Y have an edge in common, with vertices of their own: no repair."""
     cube = trimesh.creation.box((1, 1, 1))
     vertices = np.concatenate([cube.vertices, np.add(cube.vertices, [1, 1, 0])])
     two_cubes = MeshData(vertices, np.concatenate([cube.faces, cube.faces + len(cube.vertices)]))

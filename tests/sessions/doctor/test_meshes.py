@@ -44,9 +44,10 @@ VERTICES, FACES = cube().vertices, cube().faces
     ],
 )
 def test_each_fault_of_a_mesh_is_counted(vertices, faces, counts):
-    """A good cube has one fault: of a lost, repeated or reversed face its three edges are counted, else the faces.
+    """A good cube gets a fault, whose findings are counted: code -> number.
 
-    Of a mesh that is likely in another unit 1 is counted.
+    Open, non-manifold and wrongly wound are edges, three of a face; repeated, without area and inwards are faces. A
+    mesh that is likely in another unit counts as 1.
     """
     assert count_by_code(MeshData(vertices, faces)) == counts
 

@@ -94,7 +94,10 @@ def findings_with_code(draft, code):
     ],
 )
 def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, frames, is_reported):
-    """From frame 400 on, so many frames of the hand are rotated by so many degrees about X, and then no longer."""
+    """From frame 400 on, so many frames of the hand are rotated by so many degrees about X, and then no longer.
+
+    Over 50 rad/s, 32 degrees in a step at 90 Hz, and undone in the next step is no motion.
+    """
     draft = clean_draft()
     half = np.radians(degrees) / 2.0
     rotations = draft.arrays["quaternion_xyzw"][400 : 400 + frames, HAND]
@@ -135,14 +138,17 @@ def test_bodies_at_origin_or_rotating_are_neither_lost_nor_frozen():
     ],
 )
 def test_sudden_start_or_reversal_of_motion_is_no_teleport(x):
-    """The hand's velocity along X changes in frame 30, at 90 Hz, without a jump in position."""
+    """The hand's velocity along X changes in frame 30, at 90 Hz, from 0 to 10 or from -4 to 4 m/s, without a jump."""
     draft = clean_draft()
     draft.arrays["position"][:, HAND] = x[:, None] * [1.0, 0.0, 0.0]
     assert "teleport" not in {code for code, *_ in spans_of_draft(draft)}
 
 
 def test_close_stamps_cause_no_jump():
-    """A body moves 1.1 cm a frame at 90 Hz; frame 100 is stamped 0.1 ms after frame 99, which would be 110 m/s."""
+    """A body moves 1.1 cm a frame at 90 Hz; frame 100 is stamped 0.1 ms after frame 99, which would be 110 m/s.
+
+    So short a step is one of the clock: no frame is marked as a jump (TELEPORT).
+    """
     times, position = 10**9 + 11_111_111 * np.arange(200), np.zeros((200, 3))
     position[:, 0] = 0.011 * np.arange(200)
     times[100] = times[99] + 100_000
@@ -210,7 +216,7 @@ def spans_on_a_line(x, quaternions=None, step_ms=11):
 def test_position_is_frozen_after_5_repeats_and_80_ms(step_ms, repeats, codes):
     """The cup walks 1 mm a sample, repeats the position of sample 49 so often, and then steps 10 mm.
 
-    Four repeats are too few, though they last from 0 to 120 ms; eight at 11 ms are too short, from 0 to 77 ms.
+    Four repeats are too few, though they last 3 * 40 ms; eight at 11 ms are too short: 7 * 11 = 77 ms.
     """
     steps_m = np.full(100, 0.001)
     steps_m[50 : 50 + repeats], steps_m[50 + repeats] = 0.0, 0.01
@@ -225,7 +231,8 @@ def test_position_is_frozen_after_5_repeats_and_80_ms(step_ms, repeats, codes):
 def test_frozen_cup_catches_up_faster_than_it_moves_around(before_mm, after_mm, codes):
     """The cup moves by so many mm a sample, repeats a position 20 times, steps by 10 mm, and moves on.
 
-    Where it moves by 5 mm a sample, before or after, a step of 10 mm does not say that it had been frozen.
+    A step over 3 times as large as those around it, and 2 mm more, says that it had been frozen: over 5 mm among steps
+    of 1 mm, but over 17 mm among steps of 5 mm.
     """
     steps_mm = [before_mm] * 50 + [0] * 20 + [10] + [after_mm] * 50
     assert [span.code for span in spans_on_a_line(0.001 * np.cumsum(steps_mm))] == codes
@@ -244,7 +251,7 @@ def test_position_that_repeats_while_turning_is_frozen(frames_without_rotation, 
 
     That is a frozen position, unless in a frame of them its rotation repeats too: then the body may rest.
     """
-    steps, angles = np.full(330, 0.001), np.full(330, 0.01)
+    steps, angles = np.full(330, 0.001), np.full(330, 0.01)  # 300 other frames are enough to know that it moves
     steps[100:120] = 0.0
     angles[frames_without_rotation] = 0.0
     half, zeros = np.cumsum(angles) / 2.0, np.zeros(330)
@@ -268,7 +275,8 @@ IDENTITY_POSES = {
 def test_identity_pose_beside_a_jump_is_a_lost_pose(case):
     """A cup that never rotates walks along X by 1 mm a frame, and is at x = 0, the identity pose, for 20 frames.
 
-    Where it jumps there or away, or the recording begins or ends there, it was lost; where it passes by, it was not.
+    Where it jumps there or away, by 0.5 m, it was lost, though the other step be small. The last cup walks by 12 mm a
+    frame and is at 0 once: a step over 1 cm, but not over five of its ordinary steps, is no jump.
     """
     pieces, codes = IDENTITY_POSES[case]
     spans = spans_on_a_line(np.concatenate(pieces))
@@ -294,9 +302,9 @@ def test_body_in_millimetres_has_no_jumps():
 
 
 def test_body_in_millimetres_is_not_out_of_space():
-    """The tray is at (1000, 900, 1200), which would be 1.8 km off in metres; one position is no number.
+    """The tray is at (1000, 900, 1200), which would be beyond 1 km, where no pose counts; one position is no number.
 
-    The only finding is that one: (code, body, first frame, last frame).
+    They are taken for millimetres: the only finding is that number, (code, body, first frame, last frame).
     """
     draft = clean_draft()
     draft.arrays["position"][:, TRAY] = [1000.0, 900.0, 1200.0]

@@ -31,7 +31,7 @@ def codes_of(poses):
 def test_head_upside_down_at_its_height_is_reported(height_m, order, codes):
     """A head rotates by 300 degrees about Y and nods by 20; quaternions are written in ``order``, and read as xyzw.
 
-    Read in the wrong order the head is upside down; on the floor it may be a headset that lies there.
+    Read in the wrong order the head is upside down; 0.1 m up, on the floor, it may be a headset that lies there.
     """
     yaw_and_pitch = np.column_stack([np.linspace(0, 300, COUNT), 20 * np.sin(np.arange(COUNT))])
     quaternions = Rotation.from_euler("YX", yaw_and_pitch, degrees=True).as_quat()

@@ -29,7 +29,7 @@ def test_headset_that_another_body_carries_is_no_head():
     ],
 )
 def test_facts_that_admit_a_left_handed_source_are_believed(facts, codes):
-    """A recording from left-handed axes is reported, unless its facts say that the importer mirrored it."""
+    """Facts of a recording say that its source is left-handed: that is reported, unless they say it was mirrored."""
     outcome = run_pose_pass([clean_draft().session().frames])
     assert [finding.code for finding in scale_findings(outcome, Scene(), facts)] == codes
 
@@ -63,7 +63,8 @@ FACING_DOWN = np.tile([-(0.5**0.5), 0.0, 0.0, 0.5**0.5], (COUNT, 1))
 def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(units_in_a_metre, rotation):
     """A head 1.5 m above the floor and a cup, both swinging by 0.1 m, are in millimetres or centimetres.
 
-    A head that looks down by its own axes could also be one whose axes are wrong: only the unit is reported.
+    Read as metres they are some 150 m or more from the origin, and no room has 25 m. A head that looks down by its own
+    axes could also be one whose axes are wrong: only the unit is reported.
     """
     head = np.array([0.0, 1.5, 0.4]) + 0.1 * np.sin(np.arange(COUNT) / 90)[:, None]
     poses = {"head": (units_in_a_metre * head, rotation), "cup": (units_in_a_metre * (head + 0.3), rotation)}
@@ -75,7 +76,7 @@ def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(units_in_a_metre, rota
 def test_two_alternating_sources_are_no_wrong_unit(gap_m, codes):
     """Two programs record one cup: each sample is followed, 1 ms later, by the other's, ``gap_m`` further along X.
 
-    0.5 m in 1 ms are 500 m/s, which is reported as a speed; 0.005 m in 1 ms, 5 m/s, is not.
+    0.5 m in 1 ms are 500 m/s, above the 20 m/s of any hand: reported as a speed, not as a unit; 5 m/s are not.
     """
     source = np.arange(COUNT) % 2
     stamps = np.arange(COUNT) // 2 * 11_111_111 + source * 1_000_000
@@ -86,7 +87,7 @@ def test_two_alternating_sources_are_no_wrong_unit(gap_m, codes):
 
 
 def test_head_with_constant_z_is_reported_in_any_axes():
-    """A head keeps to 1.6 m along Z while its Y, the height, goes from 3 to -1 m, 1 m in the median."""
+    """A head keeps to 1.6 m along Z, as heads do along the axis up, while its Y goes from 3 to -1 m, median 1 m."""
     outcome = run_pose_pass([head_that_walks(height=1.6, height_axis="z").frames])
     (finding,) = scale_findings(outcome, Scene(), {})
     assert finding.code == "up-axis"
@@ -102,7 +103,10 @@ def test_head_with_constant_height_is_not_reported(height):
 
 @pytest.mark.parametrize(("count", "codes"), [(200, ["handedness"]), (15, [])], ids=["200 frames", "too few frames"])
 def test_right_hand_often_left_of_head_is_reported(count, codes):
-    """The head looks along -Z, so that +X is on its right; the hands are 30 cm aside, each on the other's side."""
+    """The head looks along -Z, so that +X is on its right; the hands are 30 cm aside, each on the other's side.
+
+    Fewer than 20 frames say nothing.
+    """
     head, to_the_right = np.tile([0.0, 1.6, 0.0], (count, 1)), np.array([0.3, -0.5, -0.2])
     positions = {"head": head, "left": head + to_the_right, "right": head + to_the_right * [-1, 1, 1]}
     rotation = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
@@ -115,15 +119,16 @@ def test_right_hand_often_left_of_head_is_reported(count, codes):
 @pytest.mark.parametrize(
     ("position", "middle_of_mesh", "codes"),
     [
-        pytest.param((0.3, 0.9, -0.4), (1.5, 0.9, -2.0), ["mesh-pivot"], id="2.3 m from its origin"),
+        pytest.param((0.3, 0.9, -0.4), (1.5, 0.9, -2.0), ["mesh-pivot"], id="2.6 m from its origin"),
         pytest.param((0.3, 0.9, -0.4), (0.2, 0, 0), [], id="0.2 m from its origin"),
         pytest.param((0, 0, 0), (1.5, 0.9, 0), [], id="the poses are at 0"),
     ],
 )
 def test_mesh_drawn_where_it_stood_is_reported(position, middle_of_mesh, codes):
-    """A cup of 10 cm stays at ``position``; its mesh was drawn far from its own origin, and would stand elsewhere.
+    """A cup of 10 cm stays at ``position``; its mesh is drawn about a point far from the mesh's own origin, or near it.
 
-    Where all poses are at 0 they may be meant so. A vertex of the mesh that no face has is 1,000 km away.
+    Over 0.5 m from it a mesh would not stand where its body is, unless all poses are at 0, which may be meant so. A
+    vertex that no face has, 1,000 km away, does not count.
     """
     unit = cube()
     centred = unit.vertices - unit.bounds.mean(axis=0)

@@ -19,7 +19,7 @@ HAND = 1
 
 @pytest.mark.parametrize(("steps", "is_gap"), [(2.9, False), (3.1, True)])
 def test_a_gap_is_longer_than_three_median_steps(steps, is_gap):
-    """All steps are alike but that to frame 400, which is ``steps`` times as long; a gap is no more than a note."""
+    """All steps are alike but that to frame 400, which is ``steps`` times as long; a gap so short is a note alone."""
     draft = clean_draft()
     draft.shift(slice(400, None), round((steps - 1) * STEP_NS))
     gaps = [finding for finding in time_findings_of(draft) if finding.code == "gap"]
@@ -51,7 +51,7 @@ def test_pause_of_the_recording_is_no_gap_of_a_body():
 
 
 def test_body_at_a_third_of_rate_has_no_gap():
-    """A hand has a pose in every third frame: that is its own rate."""
+    """A hand has a pose in every third frame: that is its own rate, by which its steps are no gaps."""
     draft = clean_draft()
     draft.arrays["status"][np.arange(FRAMES) % 3 > 0, HAND] = Status.ABSENT
     assert time_findings_of(draft) == []
@@ -121,9 +121,10 @@ FRAME = np.arange(FRAMES)
     ],
 )
 def test_body_without_a_pose_in_most_frames_is_named(is_present, is_reported):
-    """A hand has a pose in some of 900 frames; a lower rate, or a late start, is no fault.
+    """A hand has a pose in some of 900 frames; without one in 40 % of them it is named.
 
-    The message has the number of frames without it, and of its samples.
+    A sample counts for the 50 ms behind it, so that a quarter of the rate (44 ms) misses none; a late start misses a
+    quarter. The message has the number of frames without it, and of its samples.
     """
     draft = clean_draft()
     draft.arrays["status"][~is_present, HAND] = Status.ABSENT

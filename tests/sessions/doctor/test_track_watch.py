@@ -36,7 +36,7 @@ def marks_and_steps(samples, size):
 def test_marks_of_jerky_steps_do_not_depend_on_blocks(size):
     """400 samples of a body that moves by fits and starts come whole, and in blocks of ``size`` samples.
 
-    Of 1,200 steps, with three seeds, some but fewer than half are marked as teleports, so that the marks say something.
+    Of 1,200 steps, with three seeds, more than 30 and fewer than half are marked as teleports: the marks say something.
     """
     teleports = 0
     for seed in range(3):

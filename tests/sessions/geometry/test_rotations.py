@@ -28,7 +28,7 @@ def assert_same_rotation(quaternions, rotation):
 
 
 def test_products_inverses_and_turned_vectors_agree_with_scipy():
-    """Twenty random rotations, and a random vector for each."""
+    """Twenty random rotations and a random vector for each: SciPy's product, inverse and rotated vector, to 1e-12."""
     first, second = FIRST.as_quat(), SECOND.as_quat()
     assert_same_rotation(quaternion_product(first, second), FIRST * SECOND)
     assert_same_rotation(quaternion_inverse(first), FIRST.inv())
@@ -67,7 +67,7 @@ def test_facing_quaternion_looks_forward_and_stands_upright(forward):
 
 @pytest.mark.parametrize("forward", [(0.0, 0.0, 0.0), (0.0, 2.0, 0.0)])
 def test_vertical_direction_is_faced_by_no_quaternion(forward):
-    """Nor is a direction without a length."""
+    """Neither a vertical direction nor one without a length says where +X, which stays level, would point."""
     with pytest.raises(ValueError, match="zero or vertical"):
         quaternion_facing(forward)
 
@@ -75,7 +75,10 @@ def test_vertical_direction_is_faced_by_no_quaternion(forward):
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("turn", [0.0, 1e-6, 0.5, 3.0])
 def test_blended_quaternions_follow_the_shorter_arc(turn, sign):
-    """Between a rotation and one turned by up to 3 radians, with either sign of the quaternion, as SciPy blends."""
+    """Five steps from a rotation to one turned by up to 3 rad from it, where SciPy's Slerp has them, to 1e-9 rad.
+
+    A quaternion and its negative are one rotation: either sign of the second gives the same steps.
+    """
     ends = Rotation.concatenate([FIRST[0], Rotation.from_rotvec([0.0, turn, 0.0]) * FIRST[0]])
     fractions = np.linspace(0.0, 1.0, 5)
     start, end = ends.as_quat()

@@ -18,7 +18,8 @@ CASES = {
 def test_shape_is_closed_outward_and_within_its_size(shape, faces):
     """A row of CASES: sizes, the volume in closed form, and half of the extent. A mesh lies within its shape.
 
-    It lacks volume in inverse proportion to its faces; a box lacks none.
+    It lacks up to 30 / faces of the volume, and 0.1 more at 48 faces; a box lacks none. From 500 faces on it has the
+    requested number within 40 %; a box has always 12.
     """
     size, volume, half = CASES[shape]
     mesh = make_shape(shape, size, faces)

@@ -34,9 +34,9 @@ def wall_thicknesses(instrument, seed):
 @pytest.mark.parametrize("faces", SIZES)
 @pytest.mark.parametrize("name", VESSELS)
 def test_wall_is_uniform_and_about_1_to_2_mm_thick(name, faces):
-    """120 rays go through a vessel's glass at right angles, away from openings and feet.
+    """120 rays go through a vessel's glass at right angles, away from openings and feet; walls are made 1 to 2.2 mm.
 
-    The wall's thickness is 0.8 to 2.5 mm in the median, and nowhere further than 10 % from the middle of all.
+    Measured they are 0.8 to 2.5 mm in the median, and nowhere further than 10 % from the middle of least and most.
     """
     walls_m = wall_thicknesses(make_instrument(name, faces), seed=faces)
     assert 0.0008 <= np.median(walls_m) <= 0.0025
@@ -53,7 +53,7 @@ def test_the_glass_itself_encloses_the_capacity(name):
     instrument = make_instrument(name, 500)
     cavity = instrument.cavity
     heights = np.linspace(cavity.floor_height, cavity.mark_height, 2 * HEIGHTS + 1)[1::2]
-    rotations = np.linspace(0, 2 * np.pi, ROTATIONS, endpoint=False) + 0.0123
+    rotations = np.linspace(0, 2 * np.pi, ROTATIONS, endpoint=False) + 0.0123  # any offset that meets no edge
     outward = np.column_stack([np.cos(rotations), np.zeros(ROTATIONS), np.sin(rotations)])
     origins = np.array([[0, y, 0] for y in heights for _ in rotations])
     hits = distances_along_rays(instrument.mesh.triangles, origins, np.tile(outward, (HEIGHTS, 1)))

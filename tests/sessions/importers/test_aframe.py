@@ -82,7 +82,7 @@ def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
 
 
 def test_a_pose_without_a_number_is_lost(tmp_path):
-    """The second of two poses lacks y."""
+    """The second of two poses lacks y: it is lost, and the first is valid."""
     broken = pose_row(stamp=3)
     del broken["position"]["y"]
     session = import_session("aframe", take_file(tmp_path, {"cup": {"poses": [pose_row(stamp=1), broken]}}))

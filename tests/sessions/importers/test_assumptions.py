@@ -139,7 +139,7 @@ def test_two_outliers_in_300_positions_do_not_enlarge_the_room(far):
 
 
 def test_room_of_no_tracks_has_no_radius():
-    """A recording without bodies."""
+    """A recording without bodies has no position, and none that is far from the origin: 0 m."""
     assert room_radius([]) == 0.0
 
 

@@ -70,6 +70,9 @@ def test_repeated_reports_are_merged_and_booked(tmp_path):
     ],
 )
 def test_wrong_header_or_row_is_refused_with_its_cause(tmp_path, text, message):
-    """A header of three or five names, an unknown unit, and rows that are no report of two bodies."""
+    """A header of three or five names, an unknown unit, and rows that are no report of two bodies are refused.
+
+    A row is a time, two bodies, and begin or end; a header is not needed.
+    """
     with pytest.raises(ImportFileError, match=message):
         contacts_and_ledger(tmp_path, text)

@@ -142,7 +142,10 @@ def test_angles_below_two_pi_leave_their_unit_open(tmp_path, angle, change, orig
     ],
 )
 def test_stated_unit_that_angles_contradict_is_named(tmp_path, unit, largest_angle, is_doubtful):
-    """The user's mapping states the unit of angles; a text about what is doubtful says where it is likely the other."""
+    """The user's mapping states the unit of angles; a text about what is doubtful says where it is likely the other.
+
+    Radians beyond two turns, 12.6, are likely degrees; degrees that end just below 3.14 or 6.28 are likely radians.
+    """
     path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
     path.write_text(f"t,x,y,z,rx,ry,rz\n0,1,2,3,0,{largest_angle},0\n0.1,1,2,3,0,0,0\n")
     mapping.write_text(

@@ -39,7 +39,10 @@ def imported(kind, path):
 
 @pytest.mark.parametrize("kind", ["csv", "auto"])
 def test_harmless_lines_above_a_table_are_passed_over(tmp_path, kind):
-    """Each row of BEGINNINGS stands above the same table."""
+    """Each row of BEGINNINGS stands above the same 12 rows, whose x goes on by 1/8 m: they are read as without it.
+
+    ``kind``: the importer of CSV, or "auto", which finds out the format of a file by itself.
+    """
     for name, beginning in BEGINNINGS.items():
         path = tmp_path / f"{name}.csv"
         path.write_text("\n".join([beginning + HEAD, *ROWS, ""]), "utf-8", newline="")
@@ -48,14 +51,20 @@ def test_harmless_lines_above_a_table_are_passed_over(tmp_path, kind):
 
 
 def test_auto_knows_numbers_between_spaces_below_a_comment(tmp_path):
-    """A trajectory as TUM writes it: a stamp, a place, a quaternion."""
+    """A trajectory as TUM writes it, a stamp, a position and a quaternion a row; a comment names the columns.
+
+    All 12 rows are poses of a body that is called like the file, take.txt.
+    """
     lines = ["# ground truth", "# timestamp tx ty tz qx qy qz qw", *(row.replace(",", " ") for row in ROWS)]
     (tmp_path / "take.txt").write_text("\n".join([*lines, ""]))
     assert len(imported("auto", tmp_path / "take.txt").tracks["take"]) == 12
 
 
 def test_missing_numbers_in_first_rows_are_lost_poses(tmp_path):
-    """The first two of 12 rows lack the number of a column, another one for each of the spellings of MISSING."""
+    """The first two of 12 rows have no number in a column of the pose but a word of MISSING: two poses are lost.
+
+    Each word stands in another column than the word before.
+    """
     for number, word in enumerate(MISSING):
         rows = [row.split(",") for row in ROWS]
         for row in rows[:2]:
@@ -69,7 +78,10 @@ def test_missing_numbers_in_first_rows_are_lost_poses(tmp_path):
 
 
 def test_dates_beside_empty_cells_are_no_header(tmp_path):
-    """The body is first seen in the third row; what stands beside the dates before is empty."""
+    """The body is first seen in the third row of 12; beside the dates of the first two all cells are empty.
+
+    They are two rows without a pose, and no lines of a header.
+    """
     dates = [f"2024-05-01T12:00:00.{row:02d}0Z" for row in range(12)]
     cells = [",,,,,," if row < 2 else text.partition(",")[2] for row, text in enumerate(ROWS)]
     lines = [HEAD, *(f"{date},{text}" for date, text in zip(dates, cells, strict=True)), ""]

@@ -58,7 +58,7 @@ def test_bodies_with_similar_names_keep_their_positions(tmp_path, style):
 
 
 def test_prefix_of_an_axis_tells_the_kind_of_a_column():
-    """p is a position, q a quaternion, and v a velocity, which is no part of a pose."""
+    """cup_p_x is of a position, cup_q_x of a quaternion, and cup_v_x of a velocity, which is no part of a pose."""
     positions, rotations = [f"cup_p_{axis}" for axis in "xyz"], [f"cup_q_{axis}" for axis in "xyzw"]
     poses = plain_poses([*positions, *rotations, *(f"cup_v_{axis}" for axis in "xyz")])
     assert list(poses) == ["cup"] and [*poses["cup"].position] == positions and [*poses["cup"].rotation] == rotations

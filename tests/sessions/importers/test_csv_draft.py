@@ -122,10 +122,12 @@ def test_command_goes_on_from_its_draft_with_a_convention(tmp_path):
 
 
 def test_command_offers_no_convention_where_more_is_unknown(tmp_path, capsys):
-    """The log "kitti" has no times, and its rate is unknown: --convention alone would not be enough."""
+    """The log "kitti" has no times, and its rate is unknown: --mapping is offered, as --convention is not enough."""
     path = copied_log(tmp_path, "kitti")
     assert main(["import", "csv", str(path), "-o", str(tmp_path / "s.mcap")]) == 1
-    assert "--convention" not in capsys.readouterr().err
+    output = " ".join(capsys.readouterr().err.split())
+    assert "--mapping" in output
+    assert "--convention" not in output
 
 
 def test_named_axes_are_no_longer_asked_for(tmp_path, capsys):
@@ -160,7 +162,7 @@ def log_of_angles(tmp_path):
 
 
 def test_file_of_the_user_is_not_overwritten_by_a_draft(log_of_angles, tmp_path, capsys):
-    """A file of the draft's name is there before the command runs."""
+    """A file of the draft's name is there before the command runs: it stays as it is, and the command says so."""
     draft = tmp_path / "log.columns.toml"
     draft.write_text("mine")
     assert main(["import", "csv", str(log_of_angles), "-o", str(tmp_path / "s.mcap")]) == 1
@@ -169,7 +171,10 @@ def test_file_of_the_user_is_not_overwritten_by_a_draft(log_of_angles, tmp_path,
 
 
 def test_unknown_values_are_comments_in_a_draft(log_of_angles):
-    """A comment is "# key = value": no import by the draft succeeds before a person has decided."""
+    """Order of angles, unit of lengths and axes, which a log does not say, are comments in the draft, "# key = value".
+
+    So no import by the draft succeeds before a person has decided.
+    """
     keys = {line.split(" =")[0] for line in refusal_with_draft(log_of_angles).draft.splitlines()}
     assert keys >= {"# order", "# units", "# convention"}
 
@@ -209,7 +214,7 @@ def test_facts_missing_in_a_header_are_questioned(tmp_path, header, row, questio
 
 
 def test_columns_without_names_are_numbered_in_a_draft(tmp_path):
-    """All six lines are five numbers, the first of them too."""
+    """All six lines are five numbers, the first too: no line names the columns, which are column_1 to column_5."""
     (tmp_path / "log.csv").write_text("\n".join(["1,2,3,4,5", *(f"{k},2,3,4,5" for k in range(5)), ""]))
     refusal = refusal_with_draft(tmp_path / "log.csv")
     assert "describe them with --mapping FILE" in str(refusal)
@@ -283,7 +288,7 @@ def test_a_column_that_increases_is_offered_as_the_clock(tmp_path, stamps, is_of
     [pytest.param(24, "c22, c23;", id="all are listed"), pytest.param(25, "c22, c23, ...;", id="the 25th is dots")],
 )
 def test_error_lists_at_most_24_columns(count, end_of_list):
-    """A file's columns are c0, c1 and so on; none is known."""
+    """A file's columns are c0, c1 and so on; none is known. Of 25 the error lists the first 24, and dots."""
     columns = [f"c{number}" for number in range(count)]
     error = UnknownColumnsError(Path("log.csv"), columns, draft="", unknown=[])
     assert f"{end_of_list} describe them" in str(error)

@@ -85,7 +85,7 @@ def test_position_and_rotation_of_two_names_are_asked_about(tmp_path):
 
 
 def test_rows_in_no_order_of_time_are_refused(tmp_path):
-    """60 rows in random order: most would be lost as going back in time."""
+    """60 rows are in random order, so that most would be lost, as they go back in time: the import refuses them all."""
     times = np.random.default_rng(0).permutation(60) / 60
     (tmp_path / "m.toml").write_text(MAPPING)
     with pytest.raises(ImportFileError, match=r"'cup' are in no order of time, .* of 60 .*; sort the rows"):
@@ -229,7 +229,10 @@ def test_time_of_a_sentinel_is_missing(tmp_path):
 
 
 def test_rows_that_all_begin_without_numbers_are_read(tmp_path):
-    """260 of 300 rows say NA; the rest shows that the columns are a pose, so that only the axes are asked for."""
+    """The first 260 of 300 rows say NA; the other 40 show that the columns are a pose.
+
+    So the axes are the first question of the draft of a mapping, and which columns are a pose is none.
+    """
     rows = [[k / 60, *(["NA"] * len(POSE) if k < 260 else (0.001 * k, 1, 0.5, 0, 0, 0, 1))] for k in range(300)]
     first_question, *others = refusal_with_draft(tmp_path, ("time", *POSE), rows).unknown
     assert first_question == "the axes (convention)"

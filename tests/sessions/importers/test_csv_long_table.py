@@ -147,7 +147,7 @@ def test_rows_that_are_there_twice_are_merged(tmp_path):
 
 
 def test_shuffled_rows_are_to_be_sorted(tmp_path):
-    """No row repeats a stamp of its body; in another order they only go back in time."""
+    """No row repeats a stamp of its body; in random order they go back in time, and the draft asks for sorted rows."""
     path = tmp_path / "log.csv"
     lines = np.random.default_rng(0).permutation(LONG_ROWS).tolist()
     path.write_text("\n".join([LONG_HEAD, *lines, ""]))

@@ -209,7 +209,10 @@ def test_mapping_that_names_the_columns_decides_alone(tmp_path):
 
 
 def test_open_unit_of_lengths_is_reported_even_without_contacts(tmp_path, capsys):
-    """POSITION is written in millimetres, 300 to 1250, without a unit: it is taken for metres, as the command says."""
+    """A single body, which has no contacts, is at POSITION in millimetres, 300, 1250 and -500, without a unit.
+
+    The command says that it took metres, and is not sure.
+    """
     path, out = write_recording(tmp_path / "log.csv", metres=1e-3), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert "unit of lengths: m; guessed, not sure" in " ".join(capsys.readouterr().err.split())

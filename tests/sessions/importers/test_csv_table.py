@@ -142,7 +142,7 @@ def test_single_row_with_decimal_commas_refuses_the_file(import_csv, row, lines_
     ],
 )
 def test_rows_of_wrong_length_are_counted(import_csv, row):
-    """The header and 30 rows have eight cells, the row below them more or fewer."""
+    """The header and 30 rows have eight cells, the row below them more or fewer: it alone is dropped and counted."""
     session = import_csv(csv_text(rows=[*ROWS, [row]]), MAPPING_OF_CUP % "")
     assert ledger_text(session) == "1 of 31 rows dropped: with too few or too many cells"
 
@@ -290,7 +290,7 @@ def test_mapping_selects_its_table_of_a_file_with_two(import_csv, position):
 
 
 def test_missing_table_is_refused_with_all_names(import_csv):
-    """The mapping names 'Segment' for 'Segments'."""
+    """The file has the tables 'Segments' and 'Trajectories'; the mapping names 'Segment'."""
     content = "\n".join([*SEGMENTS[1:], *TRAJECTORIES, ""])
     with pytest.raises(ImportFileError, match="no table 'Segment'; there are: 'Segments', 'Trajectories'"):
         import_csv(content, MAPPING_OF_CUP % 'table = "Segment"\nskip_lines = 2')

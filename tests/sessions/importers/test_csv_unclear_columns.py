@@ -190,7 +190,7 @@ def test_columns_that_are_not_read_are_named(tmp_path):
 
 
 def test_columns_that_are_all_read_are_not_named(tmp_path):
-    """The table has a time and a pose, and nothing else."""
+    """The table has a time and a pose, and nothing else: the facts of the session name no column that is not read."""
     rows = [csv_row(SECONDS[step], pose(step)) for step in range(COUNT)]
     assert "not read" not in import_csv(tmp_path, f"time,{POSE}", *rows).facts["conversions"]
 

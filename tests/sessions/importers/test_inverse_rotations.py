@@ -118,7 +118,11 @@ WRITERS = {
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_inverse_rotations_come_in_as_poses(tmp_path, name):
-    """The plain file and the inverted one, read with ``rotations``, have the same poses; read without they differ."""
+    """A cup's 12 random poses are written plainly, and with inverted rotations, from the world to the body.
+
+    The inverted file, read with the option ``rotations`` that says so, has the same poses: the cosine of quaternions is
+    1 or -1. Read without the option some rotation differs, by a cosine below 0.9.
+    """
     if name == "xdf":
         pytest.importorskip("pyxdf")
     sessions = []
@@ -140,13 +144,16 @@ def test_inverse_rotations_come_in_as_poses(tmp_path, name):
 
 
 def test_importers_of_tracked_poses_take_the_direction_of_rotations():
-    """A scene's own hierarchy has no direction to choose; any other word is refused with the two that there are."""
+    """All importers have the option ``rotations`` but those of scenes, whose hierarchy has no direction to choose."""
     importers = {name for name in IMPORTERS if "rotations" in signature(_importer(name)).parameters}
     assert importers == {*IMPORTERS} - {*SCENES}
 
 
 def test_a_mapping_and_the_command_undo_inverse_rotations(tmp_path, capsys):
-    """The key of a mapping, and the option, which the doctor's finding names; the file is a session again."""
+    """Inverted rotations come right by the key ``rotations`` of a mapping and by an option, which the doctor names.
+
+    The poses are in Unity's axes, so that z is mirrored. A word that is no direction is refused with those there are.
+    """
     source, options = write_csv(tmp_path, TRUE_ROTATIONS.inv(), key=f'rotations = "{WORLD_TO_BODY}"\n')
     by_key = import_session("csv", source, **options)
     write_csv(tmp_path, TRUE_ROTATIONS.inv())

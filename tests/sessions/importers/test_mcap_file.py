@@ -530,14 +530,14 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, capfd):
-    """A row of BROKEN: a function that writes the file, and words of the refusal."""
+    """A row of BROKEN: a function that writes the file, and words of the refusal. Nothing is printed."""
     write, sentence = BROKEN[name]
     assert_import_refused("mcap", write(tmp_path / "a.mcap"), sentence)
     assert capfd.readouterr() == ("", "")
 
 
 def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch):
-    """``None`` in sys.modules makes the import of mcap_ros2 fail."""
+    """``None`` in sys.modules makes the import of mcap_ros2 fail: the error says what to install for bags of ROS 2."""
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     assert_import_refused(
         "ros2",
@@ -556,7 +556,7 @@ def frame_messages_at(*stamps, logged=None, child="cup"):
 
 
 def test_topics_that_are_not_read_are_named(tmp_path):
-    """Beside the poses of /tf are a scene and an IMU, of schemas without poses."""
+    """Beside the poses of /tf are a scene and an IMU, of schemas without poses: the facts of the session name both."""
     others = [("/scene", "foxglove.SceneUpdate", 1, {"entities": []}), ("/imu", "sensor_msgs/msg/Imu", 2, {})]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", [*frame_messages_at(*STAMPS), *others]))
     unread = "topics that are not read: /scene (foxglove.SceneUpdate), /imu (sensor_msgs/msg/Imu)"
@@ -592,7 +592,10 @@ def test_poses_in_an_optical_frame_have_y_down(cup_before_a_camera):
 
 
 def test_axes_that_the_user_names_win_over_an_optical_frame(cup_before_a_camera):
-    """ROS's usual axes are x forward, y left, z up; sessions have x right, y up, z back."""
+    """The user says that (1, 2, 3) is in ROS's usual axes, x forward, y left, z up, and not in those of a camera.
+
+    Sessions have x right, y up, z back: 2 to the left is x = -2, 3 up is y = 3, 1 forward is z = -1.
+    """
     session = import_session("mcap", cup_before_a_camera, convention="ros")
     assert session.tracks["cup"].positions[0] == pytest.approx([-2.0, 3.0, -1.0])
 
@@ -613,7 +616,7 @@ def odometry(topic="/base/odom", body=0, parent="map", child="base", stamps=STAM
 
 
 def moving_frame(parent, child, body):
-    """Transforms of a frame at all stamps."""
+    """Transforms of a frame at all 25 stamps, with the poses of the set ``body``."""
     return [
         ("/tf", FRAME, s, transform(parent, child, stamp=s, body=body, row=k)) for k, s in enumerate(STAMPS.tolist())
     ]
@@ -635,7 +638,10 @@ ODOMETRY = {
 
 @pytest.mark.parametrize("name", ODOMETRY)
 def test_odometry_and_its_transform_are_a_single_body(tmp_path, name):
-    """A row of ODOMETRY: the body is the frame that the odometry places, and no message of it is lost uncounted."""
+    """A row of ODOMETRY, ROS's messages of a robot's pose: the body is the frame that they place (child_frame_id).
+
+    Where transforms of /tf place it too, those count, and the messages are booked as merged, or dropped if they differ.
+    """
     messages, body, pose, text = ODOMETRY[name]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", messages))
     chain = [(at, ALL) for at in (pose if isinstance(pose, tuple) else (pose,))]
@@ -645,7 +651,10 @@ def test_odometry_and_its_transform_are_a_single_body(tmp_path, name):
 
 
 def test_two_odometries_of_a_frame_need_a_chosen_topic(tmp_path):
-    """Two programs that estimate one pose are no two bodies; where /tf has it, neither is asked."""
+    """Two topics have odometry of the frame "base", estimates of one pose: the user has to choose one by --topic.
+
+    Where /tf has a transform of "base", that counts, and nothing is asked.
+    """
     both = odometry("/wheels") + odometry("/filtered", body=1)
     path = write_json_mcap(tmp_path / "m.mcap", both)
     assert_import_refused("mcap", path, "'base' comes on the topics '/wheels' and '/filtered'; choose one by --topic")
@@ -696,7 +705,7 @@ def test_stamps_of_zero_among_others_are_dropped(tmp_path):
 
 
 def test_simulation_that_begins_at_zero_keeps_its_first_transform(tmp_path):
-    """The first stamp is 0 and the others follow in steps of 11 ms."""
+    """The first stamp is 0 and the others follow in steps of 11 ms: here 0 is a time, and no stamp that is missing."""
     stamps = STAMPS - STAMPS[0]
     session = import_session("mcap", write_json_mcap(tmp_path / "m.mcap", frame_messages_at(*stamps)))
     assert session.tracks["cup"].times_ns.tolist() == stamps.tolist()

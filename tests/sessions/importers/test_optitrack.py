@@ -69,7 +69,7 @@ def test_frames_without_a_pose_are_lost(tmp_path):
 
 
 def test_rows_that_are_too_short_are_dropped_and_counted(tmp_path):
-    """Below eight whole rows a ninth ends after its time."""
+    """Below eight whole rows a ninth ends after its time: it has too few cells."""
     take = (FOLDER / "metres.csv").read_text("utf-8").rstrip()
     too_short = "8,0.2"  # a frame and its time, without a pose
     (tmp_path / "take.csv").write_text(f"{take}\r\n{too_short}", newline="")

@@ -183,7 +183,7 @@ def test_joints_make_hands_by_their_positions_alone(tmp_path, prefix, is_hands):
     ids=["lines", "list", "columns"],
 )
 def test_json_of_another_shape_is_named_with_a_cure(tmp_path, text, words):
-    """An object for each row, a list of rows, and an object of columns."""
+    """JSON that is no recording by A-Frame: an object for each row, a list of rows, and an object of columns."""
     (tmp_path / "log.json").write_text(text)
     with pytest.raises(ImportFileError, match=words):
         import_session("auto", tmp_path / "log.json")

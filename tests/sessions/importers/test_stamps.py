@@ -43,7 +43,10 @@ def rows_and_ledger(stamps):
     ids=["late", "zero", "first", "last", "four", "before 0"],
 )
 def test_only_rows_with_outlying_stamps_are_dropped(wild):
-    """180 rows are 11 ms apart but for a few; ``wild``: row -> its stamp in place of the regular one, nanoseconds."""
+    """180 rows are 11 ms apart but for a few; ``wild``: row -> its stamp in place of the regular one, nanoseconds.
+
+    These few rows alone are dropped, though one may be above all that follow.
+    """
     stamps = STAMPS.copy()
     stamps[[*wild]] = [*wild.values()]
     keep, ledger = rows_and_ledger(stamps)
@@ -69,7 +72,7 @@ def test_a_clock_that_starts_again_is_refused(stamps):
 
 
 def test_equal_stamps_keep_a_single_sample_and_count_others():
-    """90 different samples are all stamped 5 ns: the first stays."""
+    """90 different samples are all stamped 5 ns: the first stays, and the 89 others are counted as dropped."""
     keep, ledger = rows_and_ledger(np.full(90, 5, dtype=np.int64))
     assert np.flatnonzero(keep).tolist() == [0]
     assert ledger.sentences() == ["cup: 89 of 90 samples dropped: with the stamp of another sample"]

@@ -69,7 +69,7 @@ def test_trials_that_ended_are_intervals_with_their_results(uxf_folder):
 
 
 def test_trials_without_numbers_are_counted_in_their_order(uxf_folder):
-    """trial_results.csv has no column trial_num."""
+    """trial_results.csv has no column trial_num: its first two trials, those that ended, are numbered as they stand."""
     path = uxf_folder / "trial_results.csv"
     path.write_text(path.read_text().replace("trial_num", "attempt"))
     assert [interval.name for interval in import_session("uxf", uxf_folder).intervals] == ["trial 1", "trial 2"]

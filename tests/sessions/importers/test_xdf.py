@@ -406,14 +406,14 @@ def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending
 
 
 def test_file_of_another_format_is_no_xdf(tmp_path):
-    """A CSV is called x.xdf."""
+    """A CSV is called x.xdf: it does not begin as an XDF file, and is refused."""
     path = tmp_path / "x.xdf"
     path.write_text("time,x,y\n")
     assert_import_refused("xdf", path, "is no whole XDF file")
 
 
 def test_missing_library_of_xdf_is_named_with_its_installation(tmp_path, monkeypatch):
-    """``None`` in sys.modules makes the import of pyxdf fail."""
+    """``None`` in sys.modules makes the import of pyxdf fail: the error says what to install for XDF."""
     path = xdf_file(tmp_path, *mocap_chunks())
     monkeypatch.setitem(sys.modules, "pyxdf", None)
     with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install "vrlab-replay\[formats\]"'):
@@ -445,7 +445,7 @@ def test_mapping_that_contradicts_the_units_of_channels_is_refused(tmp_path):
 
 
 def test_positions_in_mixed_units_are_refused(tmp_path):
-    """The channel of the rod's y says mm, all others metres."""
+    """The channel of the rod's y says mm, all others metres: the import refuses to scale each by itself."""
     described = channel_headers()
     described[1]["unit"] = "mm"
     path = xdf_file(

@@ -42,7 +42,7 @@ def test_tear_is_at_first_incomplete_record(session_file):
 
 
 def test_file_that_lacks_its_last_byte_is_torn(session_file):
-    """The last byte is of the mark at the end of every file."""
+    """The last byte is of the mark at the end of every file: without it the file has a ``tear``, as if cut short."""
     session_file.write_bytes(session_file.read_bytes()[:-1])
     assert read_catalogue(session_file).tear is not None
 

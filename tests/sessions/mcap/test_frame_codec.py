@@ -120,7 +120,7 @@ def test_note_without_matching_frame_changes_nothing(other, status):
     "status", [pytest.param(0, id="absent"), pytest.param(1, id="valid"), pytest.param(9, id="unknown")]
 )
 def test_note_of_absent_or_unknown_status_changes_nothing(status):
-    """A frame has a pose of body 0, which therefore is valid."""
+    """A frame has a pose of body 0, which is valid for that, though a note calls it absent or gives no known status."""
     note = record_of(NOTE, tracking_payload(status))
     frames = decoded_frames([frame_messages(note, record_of(POSES, PAYLOAD_OF_BODY_0))])
     assert frames.status.tolist() == [[Status.VALID]]
@@ -148,7 +148,10 @@ def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
 
 
 def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
-    """The limits are lowered to two bodies, and to 10 bytes a message."""
+    """A message has poses of three bodies, where two are allowed, or more bytes than the 10 allowed, both lowered here.
+
+    Or a note on status, of one byte 255, is no message of protobuf.
+    """
     payload = protobuf_messages(random_frames(seed=0, count=1, bodies=3))[0][2]
     monkeypatch.setattr(frame_codec, "MAX_BODIES", 2)
     with pytest.raises(SessionFileError, match="more than 2 bodies"):
@@ -161,7 +164,10 @@ def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
 
 
 def test_messages_that_repeat_a_body_thousands_of_times_are_refused():
-    """Small messages could demand much memory: 63 messages with 4,000 entries for one body hold 252,000 samples."""
+    """Small messages could demand much memory: 63 messages with 4,000 entries for one body hold 252,000 samples.
+
+    A small file may have 250,000. Entries are poses, or notes on the status of a body.
+    """
     poses, tracking = FrameTransforms(), message_class("Tracking")()
     for _ in range(4000):
         poses.transforms.add(child_frame_id="body 0")

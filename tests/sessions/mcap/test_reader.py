@@ -91,7 +91,7 @@ def session_file(tmp_path):
 
 
 def test_flipped_chunk_byte_is_reported_and_not_read(session_file):
-    """The byte in the middle of the file is inverted."""
+    """The byte in the middle of the file, within one of its chunks, is inverted: the chunk's checksum is wrong then."""
     damaged(session_file, session_file.stat().st_size // 2)
     with pytest.raises(SessionFileError, match=r"chunk at byte \d+ is damaged.*replay recover"):
         _ = read_session(session_file).frames
@@ -111,7 +111,7 @@ def test_poses_missing_in_the_chunk_index_are_read(session_file):
 
 
 def test_mesh_with_another_hash_is_reported(tmp_path, monkeypatch):
-    """The file is written with a hash of zeros for its mesh."""
+    """The file states a hash of zeros for its mesh, which is not that of the mesh that it has."""
     from sessions.mcap import writer
 
     class Wrong:
@@ -135,7 +135,7 @@ def test_missing_file_and_folder_are_refused_in_a_sentence(tmp_path):
 
 @pytest.mark.parametrize(("profile", "text"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
 def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, text):
-    """Versions before (0) and after (2) this program's, and one that is no number."""
+    """This program reads version 1; a file states the version before, the one after, or a sign that is no number."""
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(seed=2)), profile=profile)
     with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{text}"):
         read_session(path)

@@ -64,7 +64,7 @@ def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
 
 
 def test_recorded_events_hands_gaze_and_scalars_are_read_back(tmp_path):
-    """Stamps are nanoseconds, and all differ, so that none can be taken for another.
+    """Each stream of a session file is recorded once or twice, at nanosecond stamps, and read back as it was given.
 
     The stage begun at 12 ns is not ended: it lasts until the last frame at 50 ns, and is marked as unclosed.
     """
@@ -194,7 +194,7 @@ def test_recorder_in_a_missing_folder_is_refused(tmp_path):
 def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
     """A thread writes what is recorded, and each write takes 30 ms: the program that records has to wait.
 
-    Of 3,000 frames never more than 2 * FRAMES_WAITING are in memory, and none is lost.
+    Of 3,000 frames at most FRAMES_WAITING (512) wait, and as many are being written; none is lost.
     """
     written, waiting = [], []
     write_frames = recorder_module.SessionWriter.frames

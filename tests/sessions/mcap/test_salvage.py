@@ -117,9 +117,10 @@ def damaged_file(tmp_path, data):
 
 
 def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_path):
-    """A file of 420 frames is cut at six random bytes and at ends of chunks, of 45 frames each behind the first two.
+    """A file of 420 frames in chunks of some 50 is cut at six random bytes, and at the ends of three chunks.
 
-    Recovered are the first frames, at least those of whole chunks; without a whole chunk it is refused.
+    Recovered are the first frames, unchanged: at least 45 for each whole chunk but two, a lower bound. Only a file
+    without a whole chunk is refused.
     """
     data, truth = whole_file.read_bytes(), read_session(whole_file).frames
     spans, out = chunks(data), tmp_path / "out.mcap"

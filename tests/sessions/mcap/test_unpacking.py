@@ -77,7 +77,11 @@ def test_chunk_of_undeclared_size_is_damaged(compression, size):
 
 @pytest.mark.slow
 def test_a_decompression_bomb_is_refused_without_being_unpacked():
-    """1 GiB of zeros that compress to less than 1 MiB; an LZ4 chunk that states 58 bytes and holds 100 MiB."""
+    """1 GiB of zeros compresses to less than 1 MiB: its chunk, which states the few bytes of two messages, is refused.
+
+    So are 100 MiB that zstd states no size of, and 100 MiB by LZ4 in a chunk that states 58 bytes: it is unpacked up to
+    59, one too many.
+    """
     bomb = zstandard.compress(bytes(1 << 30), 1)
     assert len(bomb) < 1 << 20
     with pytest.raises(SessionFileError, match="its content 1073741824"):
@@ -90,7 +94,10 @@ def test_a_decompression_bomb_is_refused_without_being_unpacked():
 
 
 def test_bad_checksum_compression_or_length_is_damage():
-    """Records cut short by a byte, followed by a stray one, or shorter than a header; a stamp after the year 2262."""
+    """A chunk has a wrong checksum, an unknown compression, or a stamp of 2**63 ns, after the year 2262.
+
+    Or its records are cut short by a byte, followed by a stray one, or shorter than a header.
+    """
     with pytest.raises(SessionFileError, match="checksum is wrong"):
         unpacked_chunk(TWO_MESSAGES, "", crc=1)
     with pytest.raises(SessionFileError, match="'br' is unknown; known: zstd, lz4, none"):

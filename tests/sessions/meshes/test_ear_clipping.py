@@ -168,7 +168,10 @@ SLIT = [(30, 26), (34, 30), (23, 26), (29, 24), (23, 26), (18, 22), (18, 15), (2
     ],
 )
 def test_corners_on_a_diagonal_are_not_cut_off(corners, area):
-    """A diagonal that runs through other corners, or along a slit, is no side of a triangle: there is no sliver."""
+    """A diagonal that runs through other corners, or along a slit, is no side of a triangle.
+
+    So there is no sliver: each triangle has an area over 0.1, and all of them have that of the outline.
+    """
     outline = np.array(corners, dtype=np.float64)
     cut = clip_ears(outline)
     areas = doubled_areas(outline, cut.triangles) / 2
@@ -179,7 +182,10 @@ def test_corners_on_a_diagonal_are_not_cut_off(corners, area):
 
 @pytest.mark.parametrize("count", [FEW_CORNERS - 1, FEW_CORNERS + 1, 500])
 def test_star_of_n_corners_has_n_minus_2_triangles(count):
-    """A polygon of n corners has n - 2 triangles; up to FEW_CORNERS all corners are searched, beyond only near ones."""
+    """A star of ``count`` corners gets more on its edges, n in all, and so n - 2 triangles.
+
+    Whether a corner can be cut off is tested against all others up to FEW_CORNERS (64), beyond against near ones.
+    """
     random = np.random.default_rng(count)
     outline = with_corners_on_edges(random, random_star(random, count))
     cut = clip_ears(outline)
@@ -191,7 +197,7 @@ def test_star_of_n_corners_has_n_minus_2_triangles(count):
 def test_corners_that_lie_nearly_on_an_edge_give_no_slivers():
     """A unit square, tilted by 0.3 rad, has six more corners on its edges, where rounding puts them beside these.
 
-    Twice the areas of its triangles are 2 in all, and no triangle has next to none.
+    Twice the areas of its triangles are 2 in all, and 0.001 at least; of corners on one edge it would be some 1e-17.
     """
     angle = 0.3
     square = np.array([[0, 0], [0.1, 0], [0.2, 0], [0.7, 0], [1, 0], [1, 0.3], [1, 1], [0.6, 1], [0, 1], [0, 0.7]])

@@ -346,7 +346,7 @@ def test_unreadable_files_are_refused_in_a_sentence(more, message):
 
 @pytest.mark.parametrize("length", [2.0, 1.01, 0.9])
 def test_node_rotation_must_be_a_unit_quaternion(length):
-    """(0, 0, 0.6, 0.8) has length 1."""
+    """(0, 0, 0.6, 0.8) has length 1; ``length`` times as long, by 1 % already, it is no rotation and is refused."""
     node = {"rotation": [0.0, 0.0, 0.6 * length, 0.8 * length]}
     with pytest.raises(MeshFileError, match="a rotation of length"):
         mesh_from_bytes(glb_file(tree_of_a_mesh(node, primitive_at()), TRIANGLE), "glb")

@@ -16,6 +16,6 @@ def test_hull_of_an_l_shape_is_closed_and_convex():
 
 
 def test_flat_mesh_has_no_hull_and_stays_as_it_is():
-    """A square at z = 1 has no volume."""
+    """A square at z = 1 has no volume and so no convex hull: the mesh itself is returned."""
     flat = MeshData([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[0, 1, 2], [0, 2, 3]])
     assert convex_hull(flat) is flat

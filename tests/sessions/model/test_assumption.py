@@ -84,6 +84,6 @@ def test_sentence_of_an_assumption_names_its_origin():
 
 
 def test_title_of_an_assumption_names_its_files_or_bodies():
-    """GUESS is about the mesh files of cup and rod."""
+    """GUESS is about the axes of the meshes of cup and rod, which stand in the files cup.obj and rod.obj."""
     assert GUESS.title == "axes of cup.obj and rod.obj"
     assert GUESS.title_by_bodies == "axes of meshes of cup and rod"

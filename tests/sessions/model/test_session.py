@@ -36,7 +36,10 @@ def test_tracks_survive_the_frames_they_are_laid_into(first, second, seed):
 
 
 def test_body_without_sample_in_a_frame_is_absent():
-    """Samples of a at 1 and 3 ns, of b at 2 and 3 ns: frames at 1, 2 and 3 ns."""
+    """Samples of a at 1 and 3 ns, of b at 2 and 3 ns: frames at 1, 2 and 3 ns.
+
+    Where a body has no sample its status is absent, its position nan, and the stamp of its sample 0.
+    """
     frames = Session.from_tracks({"a": track_of([1, 3]), "b": track_of([2, 3])}).frames
     absent, valid = Status.ABSENT, Status.VALID
     assert frames.status.tolist() == [[valid, absent], [absent, valid], [valid, valid]]
@@ -81,7 +84,8 @@ def test_frames_are_loaded_once_and_blocks_then_come_from_memory():
 def test_repeated_device_stamp_keeps_the_first_sample():
     """The device of a body stamps its samples in four frames with 10, 10, 30 and 20 ns.
 
-    The body's track has the samples of frames 0, 3 and 2, in order of time. The sample of frame 1 would be lost.
+    The body's track has the samples of frames 0, 3 and 2, in order of time. Frame 1 repeats the stamp of frame 0 and is
+    left out: its sample says that the body is lost, the other that it is valid.
     """
     random = random_frames(seed=3, count=4, bodies=1)
     sample_ns = np.array([[10], [10], [30], [20]])
@@ -110,7 +114,7 @@ def test_pairs_are_all_but_those_in_groups_and_ignored():
 
 
 def test_declared_pairs_exclude_all_others():
-    """A scene declares two pairs, of which x is not recorded."""
+    """A scene declares the pairs (d, a) and (a, x), and x is not recorded: only d and a are tested for contact."""
     assert candidate_pairs(Scene(pairs=(("d", "a"), ("a", "x"))), names="abcd") == [("d", "a")]
 
 

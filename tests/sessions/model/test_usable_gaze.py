@@ -19,7 +19,7 @@ def test_gaze_is_usable_where_valid_and_with_a_ray():
 
 
 def test_gaze_needs_a_body_for_each_sample():
-    """Two samples and a single name."""
+    """A gaze has two samples and a single name of a body that was looked at."""
     with pytest.raises(SessionError, match="1 bodies; 2 stamps need 2"):
         GazeTrack([0, 1], np.zeros((2, 3)), [FORWARD] * 2, bodies=["cup"])
 

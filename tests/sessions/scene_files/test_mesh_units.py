@@ -55,7 +55,10 @@ def guessed_alternatives(sizes, stated=()):
 
 @pytest.mark.parametrize("millimetres", [5, 6, 7.5, 8, 9, 30])
 def test_a_lone_mesh_of_millimetres_in_centimetres_is_open(millimetres):
-    """A cube is 0.5 to 3 units wide: taken for metres, it may as well be in centimetres, 5 to 30 mm."""
+    """A cube is 0.5 to 3 units wide: taken for metres, it may as well be in centimetres, by which it has 5 to 30 mm.
+
+    Meshes have 5 mm to 5 m, so that it is not in millimetres.
+    """
     assert guessed_alternatives({"stopper": (millimetres / 10, "m")})["stopper"] == ("m", "cm")
 
 
@@ -71,7 +74,10 @@ def test_a_certain_mesh_of_its_unit_decides_a_bench():
 
 
 def test_a_bench_beside_meshes_in_centimetres_is_open():
-    """A bench of 0.8 units is beside a cup of 12 units, of which the user says that they are centimetres."""
+    """A bench of 0.8 units is beside a cup of 12 units, of which the user says that they are centimetres.
+
+    So it may be large, in metres as taken, or 8 mm, in the cup's unit.
+    """
     assert guessed_alternatives({"bench": (0.8, "m"), "cup": (12.0, "cm")}, stated=["cup"])["bench"] == ("m", "cm")
 
 
@@ -84,7 +90,10 @@ def test_pin_beside_centimetre_meshes_may_be_smaller():
 
 
 def test_unit_of_the_poses_is_a_possible_unit_of_meshes():
-    """A pin is 0.2 units long, taken for metres, beside poses of Unreal, whose lengths are in centimetres."""
+    """A pin is 0.2 units long, taken for metres, beside poses of Unreal, whose lengths are in centimetres.
+
+    It would be 2 mm long, too short for a mesh by itself (5 mm), but not in the unit of the poses (1 mm).
+    """
     row = mesh_unit("pin.obj", box_mesh_of(0.2, 0.2, 0.2), unit="m", poses=CONVENTIONS["unreal"])
     assert row.alternatives == ("m", "cm")
     assert row.is_open

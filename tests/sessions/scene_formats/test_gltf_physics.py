@@ -414,7 +414,7 @@ def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, 
 )
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
 def test_body_with_a_motion_moves_even_by_defaults_alone(tmp_path, kind, physics, moves):
-    """A cup with a box as its collider, and ``physics`` beside it."""
+    """A cup has a box as its collider, and ``physics`` beside it: it moves if it has a motion that is not static."""
     cup = {"name": "cup", "physics": {**physics, **collider_of_shape(kind)}}
     assert scene_of(tmp_path, gltf_document([cup], [{"type": "box"}], kind)).bodies["cup"].moves is moves
 

@@ -459,7 +459,10 @@ def test_folders_of_assets_are_stripped_where_the_model_says(tmp_path):
 
 
 def test_nested_includes_are_limited_in_number(tmp_path):
-    """20 files; each but the last includes the next one twice: 2^19 readings of the last, half a million."""
+    """20 files; each but the last includes the next one twice: 2^19 readings of the last, half a million.
+
+    200,000 are allowed: the model is refused before it is read so often.
+    """
     files = 20
     for number in range(files):
         includes = f'<include file="{number + 1}.xml"/>' * 2

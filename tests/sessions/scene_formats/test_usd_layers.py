@@ -123,7 +123,7 @@ def scene_with_layer_elsewhere(tmp_path):
 
 
 def test_layer_of_the_working_folder_is_refused(scene_with_layer_elsewhere, monkeypatch):
-    """The scene names a layer that stands in the working folder, and not beside the scene."""
+    """The scene names a layer that stands in the working folder, where USD's library looks too, and not beside it."""
     scene, elsewhere = scene_with_layer_elsewhere
     monkeypatch.chdir(elsewhere)
     with pytest.raises(SceneSourceError, match="lies outside"):

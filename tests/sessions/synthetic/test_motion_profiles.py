@@ -19,7 +19,10 @@ RANGES = [(-0.2, 0.3), (0.1, 9.0), (-9.0, 0.1), (-9.0, 9.0), (0.6, 0.6), (2.0, 3
 
 @pytest.mark.parametrize("name", PROFILES)
 def test_intervals_are_where_the_value_lies_between(name):
-    """At 5,000 times, but for those within a tenth of a millisecond of an end of an interval."""
+    """``between`` gives the intervals of 5 s in which a value of PROFILES lies between two bounds, here each of RANGES.
+
+    The value itself, at a time a millisecond, says the same, but within 0.1 ms of an end. Intervals do not touch.
+    """
     profile, times = PROFILES[name], np.linspace(0.0, SECONDS, 5001) + 1e-5
     times = times[times < SECONDS]
     values = profile(times)
@@ -36,7 +39,7 @@ def test_intervals_are_where_the_value_lies_between(name):
 
 
 def test_swing_begins_at_its_largest_value():
-    """The middle and the amplitude at the start, and at half a period the middle less the amplitude."""
+    """A swing about 0.2 by 0.5 with a period of 2 s starts at 1 s with 0.7, and is at -0.3 half a period later."""
     swing = Swing(middle=0.2, amplitude=0.5, period=2.0, start=1.0)
     assert swing(np.array([1.0, 1.5, 2.0])) == pytest.approx([0.7, 0.2, -0.3])
     # The value is touched at the top of each period alone: two instants in 4 s.
@@ -44,13 +47,16 @@ def test_swing_begins_at_its_largest_value():
 
 
 def test_passes_rest_and_cross_at_their_speeds():
-    """From 0.4 m to -0.4 m at 1 m/s after 0.3 s, and back at 0.5 m/s after another 0.7 s."""
+    """From 0.4 m to -0.4 m at 1 m/s (0.8 s) after a rest of 0.3 s, and back at 0.5 m/s (1.6 s) after one of 0.7 s."""
     profile = passes([1.0, 0.5], [0.3, 0.7], reach=0.4)
     assert profile.times == pytest.approx((0.0, 0.3, 1.1, 1.8, 3.4))
     assert profile.values == pytest.approx((0.4, 0.4, -0.4, -0.4, 0.4))
 
 
 def test_intervals_are_cut_to_the_recording_and_joined():
-    """A recording of 4 s: intervals lie before and behind it, two reach over its ends, and two touch at 2 s."""
+    """A recording of 4 s: intervals lie before and behind it, two reach over its ends, and two touch at 2 s.
+
+    Those outside are dropped, those over an end are cut to 0 to 4 s, and those that touch or overlap become one.
+    """
     spans = [(2.0, 2.5), (-2.0, -1.0), (1.0, 2.0), (3.0, 9.0), (-1.0, 0.5), (1.2, 1.3), (5.0, 6.0)]
     assert joined_intervals(spans, 4.0) == [(0.0, 0.5), (1.0, 2.5), (3.0, 4.0)]

@@ -32,8 +32,8 @@ def reach_of_flat_sides(sides):
 def test_play_of_prism_in_ring_is_difference_of_radii():
     """A prism of 12 sides, whose corners are 0.01 m from its axis, stands in a ring of 64 sides, 0.05 m at its middles.
 
-    So far the prism can move aside: the difference of the radii, within 1 %, at most; for sure it touches once it has
-    moved by the difference of the ring's corners and the prism's sides.
+    Moved aside it may touch from ``possible`` on, the difference of the radii, 0.04 m within 1 %. From ``sure`` on it
+    touches whatever the direction: the ring's radius at its corners less the prism's at its sides.
     """
     corners = [(0.05, -0.05), (0.06, -0.05), (0.06, 0.05), (0.05, 0.05)]
     ring = sewn(revolved_rings(np.array(corners), even_angles(64), 1.0 / reach_of_flat_sides(64)), around=True)
@@ -54,8 +54,8 @@ def test_play_of_prism_in_ring_is_difference_of_radii():
 def test_widest_section_bounds_the_play(outline, height):
     """A body of revolution, its outline (radius, height) in metres, is 0.02 m wide in one place only.
 
-    It stands in a tube of 64 flat sides, whose corners are 0.05 m from the axis, at a height: there it can move aside
-    until its widest section touches a flat side.
+    It stands in a tube of 64 flat sides, whose corners are 0.05 m from the axis, at a height. Moved aside it may touch
+    (``possible``) where its widest section reaches a flat side.
     """
     (_, lowest), *_, (_, highest) = outline
     body = sewn(revolved_rings(np.array([(0.0, lowest), *outline, (0.0, highest)]), even_angles(64), 1.0))

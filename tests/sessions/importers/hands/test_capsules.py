@@ -134,7 +134,7 @@ def test_untracked_samples_are_lost_and_do_not_count():
 
 
 def test_bone_without_length_is_none():
-    """Both joints are at the origin in all ten samples."""
+    """Both joints are at the origin in all ten samples: there is no capsule between them (None)."""
     origin = np.zeros((10, 3))
     valid = np.ones(10, dtype=bool)
     assert bone_motion(times_ns=np.arange(10), parent=origin, child=origin, valid=valid) is None

@@ -221,7 +221,7 @@ def radius_at_tip(session, finger):
 
 
 def test_radii_of_a_file_are_those_of_the_capsules(tmp_path):
-    """A file has a radius for each joint, from 4 mm on in steps of 0.5 mm."""
+    """A file has a radius for each joint, from 4 mm on in steps of 0.5 mm: a capsule ends with that of its joint."""
     radii = {joint: 0.004 + 0.0005 * number for number, joint in enumerate(JOINTS)}
     session = import_session("hands", write_long(tmp_path / "take.csv", TIMES, left_hand(), radii=radii))
     assert assumption_about(session, Subject.JOINT_RADII).origin is Origin.FILE
@@ -367,7 +367,7 @@ def test_joint_is_stuck_only_beside_a_moving_wrist():
 
 @pytest.mark.parametrize("offset", [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 def test_bend_of_fingers_says_the_side_wherever_a_hand_is(offset):
-    """A half bent left hand is a metre to each side of the origin."""
+    """A half bent left hand is a metre from the origin, in each of six directions: it is a left hand in all of them."""
     hand = {joint: positions + offset for joint, positions in still_hand(curl=0.6).items()}
     assert side_by_bend(hand) == "left"
 
@@ -386,7 +386,7 @@ def test_side_of_a_hand_needs_tips_and_a_root():
 
 
 def test_size_of_a_hand_needs_bones_and_samples():
-    """A single joint makes no bone; NaN: no size is known."""
+    """A single joint makes no bone, and a hand without samples no length: NaN says that the size is not known."""
     hand = still_hand(curl=0.6)
     without_samples = {joint: positions[:0] for joint, positions in hand.items()}
     assert np.isnan(hand_size({"index tip": hand["index tip"]}))
@@ -404,7 +404,10 @@ def test_samples_of_an_untracked_hand_are_not_examined():
 
 
 def test_some_samples_of_a_long_recording_are_examined():
-    """64 of 200 samples, evenly spread, with the first and the last; the wrist moves by 1 m a sample."""
+    """64 of 200 samples, evenly spread, with the first and the last: steps of 3 or 4 (199 / 63 = 3.2).
+
+    The wrist moves by 1 m a sample, so that its x is the number of the sample.
+    """
     path = np.arange(200.0)[:, None] * [1.0, 0.0, 0.0]
     wrist = examined_samples(made_hand(np.full(200, 0.6), path))["wrist"][:, 0]
     assert len(wrist) == SAMPLES == 64 and (wrist[0], wrist[-1]) == (0.0, 199.0)
@@ -498,14 +501,17 @@ def test_a_hand_that_is_not_tracked_is_lost(tmp_path):
 
 @pytest.mark.parametrize("scale", [0.2, 0.03, 40.0])
 def test_hands_of_no_human_size_are_refused(tmp_path, scale):
-    """A hand is ``scale`` times as large as a human's in metres; in centimetres (100) or millimetres it would fit."""
+    """A hand is ``scale`` times as large as an adult's in metres; hands have 0.5 to 1.6 of that size.
+
+    0.2 and 0.03 are too small in any unit; 40 is too large in metres, and in centimetres 0.4, too small. 100 would fit.
+    """
     assert_import_refused(
         "hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(scale)), "fits neither m, cm nor mm"
     )
 
 
 def test_positions_in_a_picture_are_refused(tmp_path):
-    """The hand grows from 0.5 to 2 times its size, as in a picture when it comes nearer."""
+    """The hand grows from 0.5 to 2 times its size, as in a picture when it comes nearer; bones keep their length."""
     sizes = np.linspace(0.5, 2.0, len(TIMES))[:, None]
     hands = {"left": {joint: sizes * positions for joint, positions in moving_hand("left").items()}}
     assert_import_refused("hands", write_wide(tmp_path / "take.csv", TIMES, hands), "change their length by .* picture")

@@ -96,7 +96,7 @@ def test_names_of_objects_are_not_read_as_hand_joints(name):
 
 @pytest.mark.parametrize("name", ["Hand_Thumb0", "ForearmStub", "left_elbow"])
 def test_joints_that_no_capsule_needs_are_known(name):
-    """A joint "" is one that is known and left out."""
+    """Hands of some programs have these three, in which no capsule ends: a joint "" is known and left out."""
     assert joint_of(tokens_of(name)).joint == ""
 
 

@@ -69,7 +69,7 @@ def test_tracking_is_kept_around_bumps_stirring_and_holds():
     """The right hand stirs with a rod in a beaker, the left hand carries a cylinder.
 
     From before a hand comes near a glass until it is away, the tracker must not lose it: each such time lies in an
-    interval of ``keep``.
+    interval of ``keep``. The rod goes in for 1.1 s before it stirs, and out for 0.9 s after it.
     """
     lab = Lab(experiment("bench-bumps"), Recording(noise="vive"), faces=600)
     hold_rod(lab)
@@ -78,10 +78,10 @@ def test_tracking_is_kept_around_bumps_stirring_and_holds():
     (stirring,) = lab.hands["right"].overlays
     grasp, release = lab.last("grasp"), lab.last("release")
     times_near_glass = [
-        ("hand-right", stirring.start - 1.1, stirring.end + 0.9),  # the rod goes into the beaker, and out
-        ("hand-left", grasp.start - 0.5, release.end + 0.3),
+        ("hand-right", stirring.start - 1.1, stirring.end + 0.9),
+        ("hand-left", grasp.start - 0.5, release.end + 0.3),  # some time before and after it has the cylinder
     ]
-    for episode in lab.episodes(seconds=600.0):  # of all bumps, with 0.1 s more at either end
+    for episode in lab.episodes(seconds=600.0):  # of all bumps (none is that late), with 0.1 s more at either end
         hand = "hand-right" if "rod" in episode.pair else "hand-left"
         earliest, latest = episode.possibly
         times_near_glass.append((hand, earliest - 0.1, latest + 0.1))

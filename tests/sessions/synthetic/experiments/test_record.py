@@ -51,7 +51,8 @@ def recorded(request, made):
 def test_recorded_poses_and_truth_of_made_up_sessions_stay_unchanged(name, noise, made, snapshot):
     """Poses (their digest, rounded to 10 um), planted contacts and facts of a made-up session equal the snapshot.
 
-    Whoever changes them raises the version, "choreography" among the facts of the session.
+    Other tests say that they are right, this one notices changes: whoever makes one raises the version, "choreography"
+    among the facts of the session.
     """
     run = made(name, noise)
     frames = run.session.frames
@@ -124,7 +125,7 @@ def practice():
 
 
 def test_session_has_requested_touches_and_near_misses(practice):
-    """Planted contacts last as long as requested, to 1 us."""
+    """Two touches, of 20 and 250 ms, and three near misses were requested: planted contacts last so long, to 1 us."""
     session, truth = practice
     assert session.facts["pseudonym"] == "S09"
     contacts = [episode.nominal for episode in truth.episodes if episode.kind == "contact"]
