@@ -39,8 +39,8 @@ def test_engine_and_re_creation_differ_only_where_contact_begins(
 ):
     """A re-creation reports contact of hulls from a gap of two skins on; the engine up to so much earlier or later.
 
-    More than 100 pair-frames are contact for both, and more than 99.9 % of all have the same answer; the gaps of those
-    that differ lie within these bounds.
+    In four seconds of the made-up bench over 100 pair-frames are contact for both, and more than 99.9 % of all have
+    the same answer. The gaps of those that differ lie within these bounds, by measurement (see the page "results").
     """
     pytest.importorskip(ENGINE_MODULE[engine.partition("[")[0]])
     re_creation = f"collider[shape=hull,skin_m={skin_m}]"
@@ -61,7 +61,8 @@ def test_engine_and_re_creation_differ_only_where_contact_begins(
 def test_pair_frames_an_engine_cannot_test_are_not_supported(assembly_of_four_seconds):
     """Bullet does not test mesh against mesh: more than 1000 such contacts are not supported, and none is missed.
 
-    With the pair-frames that both decide, and those of the engine alone, they are all that have poses.
+    With the pair-frames that both decide, and those of the engine alone, they are all that have poses, in four seconds
+    of the made-up bench.
     """
     pytest.importorskip("pybullet")
     counts = command.compare_twins(

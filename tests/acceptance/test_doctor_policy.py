@@ -98,7 +98,10 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize(("kind", "action"), STAND_INS)
 def test_document_reports_what_a_policy_did_to_samples(kind, action, run_with_fault):
-    """The document has the action, the samples that were dropped, held or interpolated, and the verdicts flagged."""
+    """A hand has a fault of this kind, and the policy this action for it.
+
+    The document has the action, the samples that were dropped, held or interpolated, and the verdicts flagged.
+    """
     result, _ = run_with_fault(kind, action)
     reported = next(item for item in result.document.flagged if item.kind == kind)
     assert (reported.body, reported.action) == ("hand-left", action_text(action))

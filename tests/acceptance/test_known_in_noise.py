@@ -108,10 +108,11 @@ def contacts_in_noise(numbers):
     "sessions", [pytest.param(ALL[::16], marks=pytest.mark.slow), pytest.param(ALL, marks=pytest.mark.bench)], ids=len
 )
 def test_holding_contacts_are_true_and_a_standing_glass_is_undecided(sessions):
-    """At most 5 % of contacts that hold are none, by less than the tracker's error; at most 5 % of deep ones are open.
+    """A contact holds if at least 95 % of noisy copies have it; at most 5 % of the contacts that hold are none.
 
-    A contact of the tool is true where its lowest corner is below the slab's top. Every contact of the standing glass
-    is undecidable. There are more than two contacts of the tool of either kind, and one of the glass, a session.
+    In those the tool is off by less than the tracker's error: a contact is true where its lowest corner is below the
+    slab's top. At most 5 % of those deeper than 2 mm are open; every contact of the standing glass is undecidable.
+    There are more than two contacts of the tool of either kind, and one of the glass, a session.
     """
     heights_of_holding, labels_of_deep, labels_of_glass = contacts_in_noise(sessions)
     heights_of_false, undecidable = heights_of_holding[heights_of_holding > 0.0], labels_of_deep.count("undecidable")

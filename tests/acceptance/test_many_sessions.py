@@ -165,7 +165,11 @@ def batch_with_kills(sessions_and_digest, tmp_path_factory):
 
 @pytest.mark.slow
 def test_killed_workers_do_not_change_the_digest(sessions_and_digest, batch_with_kills):
-    """All sessions are done, each reported once, none failed or was there before; the digest is that of one process."""
+    """24 sessions in two processes; three times, after 6, 12 and 18 sessions, a process is killed.
+
+    All sessions are done, each reported once, none failed or was there before; the digest is that of one process. Of
+    many sessions (ON_DEMAND) one is killed every minute: five times at least, or once in 75 s.
+    """
     folder, expected_digest = sessions_and_digest
     out, report = batch_with_kills
     names = [path.stem for path in sorted(folder.glob("*.mcap"))]
@@ -179,7 +183,10 @@ def test_killed_workers_do_not_change_the_digest(sessions_and_digest, batch_with
 
 @pytest.mark.slow
 def test_tables_after_kills_are_those_of_a_single_process(sessions_and_digest, batch_with_kills):
-    """All columns but times (``_ms``) are equal; each session has a row of figures for either detector, in order."""
+    """Tables of sessions run by two processes, some killed, and by one: all columns but times (``_ms``) are equal.
+
+    Each session has a row of figures for either detector, in order.
+    """
     folder, _ = sessions_and_digest
     out, report = batch_with_kills
     tables, expected = replay.read(out), replay.read(folder.parent / "alone")
@@ -195,7 +202,7 @@ def test_tables_after_kills_are_those_of_a_single_process(sessions_and_digest, b
 def test_memory_and_time_of_a_batch_do_not_grow(batch_with_kills):
     """From a quarter of the sessions on, neither the driver nor a worker gains more than FLAT_BYTES and WORKER_BYTES.
 
-    Of many sessions the last tenth costs as much processor time as the first; of 24 it is only printed.
+    Of many sessions the last tenth costs as much processor time as the first, to 10 %; of 24 it is only printed.
     """
     out, report = batch_with_kills
     *_, memory_after_a_quarter = report.reported[len(report.reported) // 4]

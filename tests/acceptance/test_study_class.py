@@ -29,14 +29,17 @@ def class_and_seconds(tmp_path_factory):
 
 
 def test_class_becomes_its_page_in_five_seconds_a_student(class_and_seconds):
-    """Recording, replay and analysis of 60 students in 300 s of processor time."""
+    """Recording, replay and analysis of 60 made-up students by one command in 300 s of processor time."""
     _, seconds = class_and_seconds
     print(f"{STUDENTS} students: recorded, replayed and analysed in {seconds:.0f} s of processor time")
     assert seconds < 5.0 * STUDENTS
 
 
 def test_study_compares_the_reference_with_three_detectors(class_and_seconds):
-    """``exact`` finds all contacts; hulls and meshes at 50 Hz, and "paper", hybrid-qaco, more than half of them."""
+    """60 made-up students: ``exact`` finds all contacts; three detectors find more than half of them.
+
+    They are hulls and meshes at 50 Hz, and "paper", which is hybrid-qaco.
+    """
     out, _ = class_and_seconds
     report = json.loads((out / "study" / "study.json").read_text("utf-8"))
     assert report["students"] == STUDENTS
@@ -46,7 +49,10 @@ def test_study_compares_the_reference_with_three_detectors(class_and_seconds):
 
 
 def test_study_finds_the_planted_associations(class_and_seconds):
-    """Students who find tasks easy touch less and are motivated, as planted; near misses go with nothing."""
+    """60 made-up students: those who find tasks easy touch less (-0.6 in the model) and are motivated (0.6).
+
+    Near misses go with nothing.
+    """
     out, _ = class_and_seconds
     report = json.loads((out / "study" / "study.json").read_text("utf-8"))
     association = {
@@ -90,7 +96,7 @@ def test_pages_of_a_study_name_students_only_in_links(class_and_seconds):
 
 @pytest.mark.parametrize("name", ["associations.csv", "reliability.csv"])
 def test_tables_of_a_study_have_five_students_a_row(class_and_seconds, name):
-    """Every row is of five students at least: of fewer, a figure could lead to one of them."""
+    """A class of 60: every row is of five students at least; of fewer, a figure could lead to one of them."""
     out, _ = class_and_seconds
     with (out / "study" / name).open(newline="") as file:
         students = [int(row["students"]) for row in csv.DictReader(file)]

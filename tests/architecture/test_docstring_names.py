@@ -80,7 +80,7 @@ def unknown_names(text, known):
 
 
 def test_names_in_docstrings_exist(sources, names_of_code):
-    """A name in backticks, in any docstring of the packages, is one of the code, or one of the lists above."""
+    """A name in backticks, in any docstring of the packages, is one of the code, or one of three lists of others."""
     known = names_of_code | FOREIGN | EXAMPLES | COMPOSED
     unknown = {str(path.relative_to(ROOT)): unknown_names(text, known) for path, text in sources.items()}
     assert {path: names for path, names in unknown.items() if names} == {}

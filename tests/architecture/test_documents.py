@@ -197,7 +197,7 @@ def test_workflow_of_a_page_gives_inputs_that_the_action_has(name, file, text):
 
 
 def test_every_toml_and_yaml_block_has_a_file_name():
-    """A block is read by the tests above only if it has a name, so there are as many named files as such blocks.
+    """The product reads a block in other tests only if it has a name, so there are as many named files as such blocks.
 
     Files of other kinds that pages show are CSV and Python.
     """

@@ -64,7 +64,7 @@ def test_no_format_outside_its_module_states_digits_or_decimals():
     ],
 )
 def test_the_search_sees_formats_of_every_kind(code, formats_with_digits):
-    """The search of the test above lists every format of a line of code that states digits or decimals."""
+    """The search for formats in sources lists every one of a line of code that states digits or decimals."""
     assert [text for _, text in formats(ast.parse(code)) if DIGITS.search(text)] == formats_with_digits
 
 

@@ -128,7 +128,8 @@ def test_hybrid_takes_at_most_this_fraction_of_the_loop(faces, what, at_most, se
 def test_live_sample_takes_at_most_its_fraction_of_the_loop():
     """A minute frame by frame, the least of three passes after a first one, which warms up.
 
-    Beside it the loop of python-fcl over the same frames; LIVE_AT_MOST says how many times that a detector may take.
+    Beside it the loop of python-fcl over the same frames; LIVE_AT_MOST says how many times that a detector may take:
+    0.75 times for ``exact``, up to 4 for the ant colony.
     """
     work, loop, _ = session(FACES, frames=5400, seed=0)
     bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
@@ -155,7 +156,8 @@ def test_live_sample_takes_at_most_its_fraction_of_the_loop():
 def test_exact_is_as_many_times_faster_than_the_loop(faces, what):
     """A minute of frames of each of five workloads: the least processor time of nine passes, the median over workloads.
 
-    The answers are the loop's. Whether bodies are inside others costs at most 15 % more.
+    ``exact`` is at least 15 to 22 times as fast as the loop over python-fcl, by number of faces and kind of answer. The
+    answers are the loop's. Whether bodies are inside others costs at most 15 % more.
     """
     speeds, fractions = [], []
     for seed in SEEDS:

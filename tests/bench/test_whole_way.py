@@ -83,7 +83,8 @@ MOST_BYTES = 900 * 2**20
 def test_audit_with_all_outputs_takes_a_multiple_of_the_loop(name, detectors, tmp_path):
     """An audit of a session, with report, tables and picture: the least processor time of two runs.
 
-    It is a multiple ("loops") of the least of six passes of python-fcl's loop over a minute; its memory is bounded too.
+    It is a multiple ("loops") of the least of six passes of python-fcl's loop over a minute: at most 40 to 150, by
+    session and detector (MOST_LOOPS). Its memory is at most 900 MiB.
     """
     write_session(SESSIONS[name](), tmp_path / "session.mcap")
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "session.mcap"), detectors, str(tmp_path)]

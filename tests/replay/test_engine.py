@@ -238,7 +238,10 @@ def test_of_too_many_face_pairs_only_the_verdicts_stay(monkeypatch, run_in_memor
 
 
 def test_every_stage_of_a_run_advances_to_its_end():
-    """A run has four stages here; each reports steps, whose sum is the total that it announced, if it announced one."""
+    """Four stages: the recording is examined, detectors are replayed, an effect is simulated, answers are compared.
+
+    Each reports steps, whose sum is the total that it announced, if it announced one.
+    """
     stages = []
 
     class Recording:

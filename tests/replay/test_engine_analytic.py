@@ -55,8 +55,9 @@ def test_no_frame_contradicts_the_closed_form(name, how):
 def test_contact_intervals_match_the_closed_form_to_a_frame(name):
     """Six seconds at 90 Hz of a world whose contacts are known in closed form.
 
-    ``exact`` reports as many contacts, each begins and ends within a frame of the formula's; those of the formula that
-    no frame falls into do not count. Of grazes, a few frames long, only those that are reported must be planted.
+    ``exact`` reports as many contacts, each begins and ends within a frame of the formula's (``nominal``: of smooth
+    shapes without noise); those of the formula that no frame falls into do not count. Of grazes, a few frames long,
+    only those that are reported must be planted.
     """
     session, truth = make_analytic(name, seconds=6.0)
     result = compute(session, detectors=EXACT, oracle="none")
@@ -119,7 +120,7 @@ def test_misses_at_22_5_hz_match_the_closed_form(name, seed):
 
 
 def _is(miss, episode):
-    """Whether a miss is of a planted contact."""
+    """Whether a miss is of a planted contact; ``possibly``: the seconds outside which no frame can have it."""
     lower, upper = episode.possibly
     same_pair = tuple(sorted(miss.bodies)) == episode.pair
     # A contact lasts until the frame after its last.

@@ -120,5 +120,9 @@ def test_changed_run_folder_ends_in_answer_or_sentence(good_run_folder, no_windo
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(4, 2004, 250))
 def test_changed_run_folders_of_all_kinds_end_in_an_answer(good_run_folder, no_window, tmp_path, capsys, first):
-    """The same of FOLDERS seeds from ``first`` on; eight tests start 250 seeds apart."""
+    """Seeds from ``first`` on, 20 unless more are requested (FOLDERS), each change a run folder that somebody sent.
+
+    Every verb that reads it answers or refuses it in a sentence, runs no code of it and takes little memory. Eight
+    tests start 250 seeds apart.
+    """
     assert_mutants_end_well(good_run_folder, tmp_path / "at", range(first, first + FOLDERS), capsys)

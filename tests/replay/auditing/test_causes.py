@@ -101,7 +101,7 @@ TOO_MANY_FOR_CHANCE = 5
 def test_the_table_of_planted_and_reported_causes_is_diagonal():
     """Two cubes meet six times; every detector of PLANTED misses that by its cause, and no other is reported.
 
-    The document counts the misses of a detector by every cause there is.
+    More than five frames are examined, too many to be right by chance. The document counts misses by every cause.
     """
     result = compute(corners_first(), detectors=list(PLANTED.values()), oracle="exact")
     labels = dict(zip(PLANTED, [label for label in result.detections if label != "exact"], strict=True))

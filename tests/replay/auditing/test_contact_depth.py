@@ -241,6 +241,9 @@ def test_depth_is_at_least_where_a_frame_is_omitted(monkeypatch, most_frames, at
 
 
 def test_frames_that_cannot_be_deepest_are_not_searched():
-    """A cube is 0.3 m deep in frame 0, then rests at 0.1 m: of the frames at rest the last alone is searched."""
+    """A cube is 0.3 m deep in frame 0, then rests at 0.1 m: of the frames at rest the last alone is searched.
+
+    No depth changes by more than the bodies move, so the other frames at rest are as deep as the last, not 0.3 m.
+    """
     _, depth_by_searched_frame = depths_of_six_frames([0.3, 0.1, 0.1, 0.1, 0.1, 0.1])
     assert depth_by_searched_frame.keys() == {0, 5}

@@ -89,7 +89,7 @@ def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
     """120 gaps scatter by 0.14 mm about a touch: a loop counts contacts, without and with a release distance.
 
     A contact begins at a gap of 0 and lasts up to the release distance, which is the largest of the gaps, rounded up to
-    0.1 mm.
+    0.1 mm. There are more than ten contacts without it.
     """
     noise = np.random.default_rng(seed).normal(0.0, 0.00014, 120)
     metres = [*[FAR] * 3, *noise.tolist(), *[FAR] * 3]

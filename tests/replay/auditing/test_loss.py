@@ -78,7 +78,7 @@ def closed_form(lengths, period):
 def test_planted_contacts_give_the_closed_form_of_the_loss(lengths):
     """Contacts of these lengths in frames begin at every phase of the sampling; a lower rate loses more, 90 Hz nothing.
 
-    A sample is taken each 90 / rate frames, and its answer stands until the next.
+    A sample is taken each 90 / rate frames, at 2 to 90 Hz (RATES), and its answer stands until the next.
     """
     measured = losses_at_rates(at_every_phase(lengths))
     assert measured == pytest.approx([closed_form(lengths, FRAME_RATE_HZ // rate) for rate in RATES])

@@ -50,8 +50,8 @@ def noisy_run(session, **more):
 def test_copies_with_contact_follow_the_normal_distribution(noise_of, sigma_mm):
     """Parallel faces are -0.4, 0, 0.7 and 0.8 mm apart in a frame each; noise along one axis closes or opens the gap.
 
-    The fraction of copies with contact is the probability that an error is at least the gap, to 3 points: four standard
-    errors of 4000 copies.
+    Noise of 1 mm, the root mean square in three axes, is 1 / sqrt(3) mm in one (SIGMA_MM). The fraction of copies with
+    contact is the probability that an error is at least the gap, to 3 points: four standard errors of 4000 copies.
     """
     gaps_mm = [-0.4, 0.0, 0.7, 0.8]
     session = cubes_at_gaps_mm([*FAR, *(item for gap in gaps_mm for item in (gap, *FAR))])
@@ -61,10 +61,10 @@ def test_copies_with_contact_follow_the_normal_distribution(noise_of, sigma_mm):
 
 
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable(monkeypatch):
-    """6 mm deep for 120 frames, 0.1 mm deep once, 0.5 mm apart in frames 181 and 223; noise has 0.6 mm along the gap.
+    """6 mm deep for 120 frames, 0.1 mm deep once, 0.5 mm apart in frames 181 and 223; the gap has 0.8 mm of noise.
 
-    The deep contact holds in all copies; of the other three some copies have a contact and some do not. Queried are
-    these 123 frames and not those 6 mm apart. The 244 frames are drawn in three blocks.
+    That is 0.6 mm of each body, times the root of 2. The deep contact holds in all copies; of the other three some
+    copies have a contact and some do not. Queried are these 123 frames and not that 6 mm apart. Three blocks are drawn.
     """
     monkeypatch.setattr(module, "BLOCK_FRAMES", 90)
     result = noisy_run(cubes_at_gaps_mm([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR, 0.5, *FAR]))
@@ -106,7 +106,7 @@ def test_contact_in_95_percent_of_noisy_copies_holds(copies_with_contact, word):
 
 
 def test_contacts_of_a_glass_at_rest_are_undecidable():
-    """Frames 62 to 211 rest at gaps of -0.1 to 0.3 mm, which noise of 0.6 mm closes and opens.
+    """Frames 62 to 211 rest at gaps of -0.1 to 0.3 mm, which noise closes and opens: 0.6 mm of either body.
 
     They are one interval at rest, within 12 frames, and no near passes. The contact of 6 mm in frames 20 and 21 holds;
     each of the many short contacts at rest is undecidable, and a note says so of the pair.
@@ -149,7 +149,10 @@ def run_of_three_misses(tmp_path_factory):
 
 
 def test_gates_count_only_contacts_that_hold_despite_noise(run_of_three_misses):
-    """Only the deep contact holds: 1 of 1 is missed, more than the limit of half, and the gate says what is counted."""
+    """Three contacts are missed, one 6 mm deep and two 0.1 mm, which noise of 1 mm may undo: only the deep one holds.
+
+    So 1 of 1 is missed, more than the limit of half, and the gate says what is counted.
+    """
     result, _ = run_of_three_misses
     noise_proof = result.document.audit["slow"].noise_proof
     assert (noise_proof.contacts, noise_proof.contacts_missed) == (1, 1)
@@ -158,7 +161,10 @@ def test_gates_count_only_contacts_that_hold_despite_noise(run_of_three_misses):
 
 
 def test_tables_and_report_say_which_contacts_hold(run_of_three_misses):
-    """The deep contact and its miss are in all copies (``noise_share`` 1), the two others only in some."""
+    """Three contacts are missed, one 6 mm deep and two 0.1 mm, less than the noise of 1 mm.
+
+    The deep contact and its miss are in all noisy copies (``noise_share`` 1), the two others only in some.
+    """
     result, folder = run_of_three_misses
     contacts = result.tables["episodes"].where(detector="exact").column("noise")
     assert contacts == ["holds", "undecidable", "undecidable"]

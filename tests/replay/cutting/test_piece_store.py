@@ -248,7 +248,7 @@ def test_sectors_are_cut_without_a_package():
 
 @pytest.mark.usefixtures("empty_cache")
 def test_cutting_ends_when_the_waiting_caller_interrupts(monkeypatch):
-    """The cutting program sleeps 60 s; the caller, asked every 10 ms, interrupts at the third time."""
+    """The cutting program sleeps 60 s; the caller, asked every 10 ms, interrupts at the third time, before 30 s."""
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store, "WATCH_SECONDS", 0.01)
     watch = Mock(side_effect=[None, None, KeyboardInterrupt])

@@ -60,7 +60,7 @@ def test_pieces_are_convex_and_cover_the_body(mesh, most):
 
 
 def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
-    """Hulls of all pieces have less than 1.1 of the volume of a hollow cup, its one hull more than twice as much."""
+    """Hulls of all pieces have less than 1.1 of the volume of a hollow cup, its one hull more than 2.2 of it."""
     finest = sum(map(volume_of, hulls_of_pieces(CUP, MOST_REGIONS)))
     (hull,) = hulls_of_pieces(CUP, most=1)
     assert volume_of(CUP) * (1.0 - 1e-9) <= finest < 1.1 * volume_of(CUP)

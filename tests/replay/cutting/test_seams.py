@@ -35,7 +35,7 @@ def posed_mesh(mesh, rotation, translation):
 @pytest.mark.parametrize("width", [2e-5, 1e-3, 0.02])
 @pytest.mark.parametrize(("sign", "kind"), [(1, SeamKind.SLIT), (-1, SeamKind.OVERLAP)])
 def test_planted_seam_has_its_kind_width_and_place(width, sign, kind, seed):
-    """The bar is cut in two with a slit or an overlap of so many metres, and put anywhere.
+    """A bar, 10 cm thick, is cut in two at CUT_X with a slit or an overlap of so many metres, and put anywhere.
 
     The seam's point, back in the axes of the bar, lies in the slit or overlap, which is as thick as the bar.
     """
@@ -55,7 +55,8 @@ def test_planted_seam_has_its_kind_width_and_place(width, sign, kind, seed):
 def test_slit_lies_amid_the_walls_that_face_each_other():
     """A bar 2 cm thick stands, 1 mm away, before the upper edge of one 10 cm thick, in a body around both.
 
-    The wall of the thick one ends 5 cm above its axis, that of the thin one goes from 4 to 6 cm: the middle is 4.5 cm.
+    The wall of the thick one ends 5 cm above its axis, that of the thin one goes from 4 to 6 cm: the middle is
+    4.5 cm, to half a millimetre.
     """
     thick, thin = box_mesh((0.2, 0.1, 0.1)), shift_mesh(box_mesh((0.2, 0.02, 0.1)), (0.201, 0.05, 0.0))
     body = shift_mesh(box_mesh((0.6, 0.2, 0.2)), (0.1, 0.0, 0.0))
@@ -84,7 +85,7 @@ def test_slit_filled_by_a_third_piece_is_no_slit():
 
 @pytest.mark.slow
 def test_sectors_of_a_beaker_meet_each_other():
-    """A profile, (radius, height) in metres, turned to a cup and cut into 12 sectors: no slit is between them."""
+    """A profile, (radius, height) in metres, turned to a cup, in 7 to 12 sectors: no slit is between them."""
     profile = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
     cup = revolved_mesh(profile, 24)
     pieces = [hull_of(corners) for corners in sector_ladder(cup).pieces(12)]

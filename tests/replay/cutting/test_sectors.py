@@ -54,7 +54,7 @@ def beaker_with_spout():
 
 @pytest.mark.parametrize("mesh", [BEAKER, beaker_with_spout()], ids=["beaker", "beaker with a spout"])
 def test_round_body_has_the_axis_through_its_middle(mesh):
-    """Its middle is shifted to (7, 7, 7) m; the axis is along its height, by any point on it."""
+    """Its middle is shifted to (7, 7, 7) m; the axis is along its height, by any point on it, to 1 mm."""
     point, direction = round_axis(shift_mesh(mesh, (7.0, 7.0, 7.0)))
     height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))
     assert direction[height] == 1.0

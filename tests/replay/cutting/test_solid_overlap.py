@@ -130,7 +130,7 @@ def test_tetrahedron_within_another_is_as_deep_as_the_inscribed_sphere():
 def test_meshed_spheres_converge_at_second_order():
     """Spheres of 1 m, 1.6 m apart: 0.4 m deep, and a lens of pi (4 r + d) (2 r - d)^2 / 12.
 
-    Each finer mesh has edges half as long, and a quarter of the error: 3.3 to 4.8, from the second mesh on.
+    Each finer mesh has edges half as long, and a quarter of the error: ratios of 3.3 to 4.8, from the second mesh on.
     """
     errors = []
     for level in (1, 2, 3, 4):

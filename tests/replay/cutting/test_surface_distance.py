@@ -15,7 +15,7 @@ from replay.cutting.surface_distance import Surface, farthest_within, refined_tr
 )
 @pytest.mark.parametrize("fraction_known", [0.0, 0.99])
 def test_deepest_point_of_a_region_is_returned(edges, middle, depth, fraction_known):
-    """In a cube of 1 m about the origin a point is 0.5 m deep, less the largest of its coordinates.
+    """In a cube of 1 m about the origin a point is 0.5 m deep, less the largest of its coordinates; to 0.2 %.
 
     ``fraction_known``: the search is told that so much of the depth is known.
     """

@@ -90,7 +90,7 @@ def session_with_jump(status=ALL_VALID, milliseconds=None, **more):
 
 ABSENT_BEFORE = np.ones((12, 2))
 ABSENT_BEFORE[3:5, 0] = int(Status.ABSENT)
-ABSENT_BEFORE[3:5, 0] = int(Status.ABSENT)
+"""The status of 12 frames: body a, number 0, has no sample in frames 3 and 4, before its jump to frame 5."""
 
 
 @pytest.mark.parametrize(

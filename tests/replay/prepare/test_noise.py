@@ -81,7 +81,7 @@ def test_noisy_copies_have_the_requested_size_and_correlation():
 def test_noisy_copy_is_independent_of_blocks_and_bodies():
     """Errors of a cup at 50 instants have the same bits drawn at once, in four blocks, and beside a jug.
 
-    Only another seed draws others.
+    Only another seed draws others. Each body is its own tracker (``roots``: the names, ``anchors``: the numbers).
     """
     times = np.sort(np.random.default_rng(0).uniform(0, 3, 50))
     at_once = noise_of_cup(VIVE, copies=5, seed=1).errors(times)["cup"].tobytes()
@@ -146,7 +146,8 @@ def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest(carried_r
 def test_a_child_rotates_about_its_tracker():
     """A tracker at x = 1 m carries a body at x = 1.5 m; its error is 0.1 m up and a quarter turn about Z.
 
-    So the body, 0.5 m beyond the tracker along x, comes to be 0.5 m beside it along y; both turn x to y.
+    So the body, 0.5 m beyond the tracker along x, comes to be 0.5 m beside it along y; both turn x to y. ``roots`` and
+    ``anchors`` have the tracker of each body, its name and its number: both are tracked by the hand.
     """
     tracker, carried = 0, 1
     unrotated = np.tile(np.eye(3), (1, 2, 1, 1))

@@ -66,5 +66,5 @@ def test_policy_with_a_wrong_kind_action_or_limit_is_refused(override, reason):
 
 
 def test_limit_of_a_whole_day_is_accepted():
-    """The last pose of a frozen body may stand in for 86,400 s; one second more is refused above."""
+    """The last pose of a frozen body may stand in for 86,400 s, a day; 86,401 s are refused."""
     assert parse_policy(["frozen=hold:86400"]).rule("frozen").limit == 86_400.0

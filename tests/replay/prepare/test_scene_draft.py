@@ -27,8 +27,8 @@ def noisy_path(*points):
 def bench_session(scene=None, **more):
     """Cubes of 0.1 m about a table top of 2 m by 1 m, 4 cm thick, whose upper side is at y = 0.
 
-    A cup stands on the top, 0.5 mm above it; a lamp comes down to it, to 0.12 m between centres, and goes away; a rod
-    moves with the right hand, 0.11 m below it; "far" stays 3 m away. ``more``: further bodies and their poses.
+    A cup stands on the top, 0.5 mm above it; a lamp comes down into it, with its middle 0.12 m above the top, and goes
+    away; a rod moves with the right hand, 0.11 m below it; "far" stays 3 m away. ``more``: further bodies and poses.
     """
     small = cube(edge=0.1)
     hand = noisy_path((0.5, 0.4, 0), (0.3, 0.4, 0), (0.9, 0.4, 0))
@@ -55,7 +55,10 @@ NEAR_PAIRS = {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
 
 
 def test_bodies_that_come_near_or_move_together_are_drafted():
-    """The cup stands on the top and the lamp comes near it; the rod is held by the hand."""
+    """The cup on the top, and the lamp at the cup, come within 5 cm of each other.
+
+    The rod is held: it moves with the hand, to 5 mm and 3 degrees, all the time.
+    """
     draft = draft_scene(bench_session())
     assert {frozenset(pair) for pair in draft.near_pairs} == NEAR_PAIRS
     assert draft.held == (("hand-right", "rod"),)
@@ -85,7 +88,7 @@ def test_draft_says_the_size_of_a_body():
 def test_body_that_rotates_in_a_hand_is_not_grouped():
     """A knob moves with the hand, 11 cm above it, and turns by 45 degrees about Y; the rod moves below and does not.
 
-    The knob is near the hand, and only the rod is held.
+    The knob is near the hand (within 5 cm), and only the rod is held: that allows a turn of 3 degrees.
     """
     positions, unrotated = noisy_path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
     half_angle = np.linspace(0, np.radians(45 / 2), COUNT)

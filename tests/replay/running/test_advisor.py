@@ -19,7 +19,6 @@ X_OF_CUBES = {
 
 In frame 13 they are 15 mm apart.
 """
-"""Metres on X of two unit cubes: four contacts, of 1, 3, 2 and 1 frames, and once a gap of 15 mm."""
 
 
 @pytest.fixture
@@ -31,7 +30,7 @@ def without_engines(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["unity", "unreal"])
 def test_each_advised_setting_has_the_counts_of_its_audit(engine, without_engines):
-    """The first and the last row of the advice, each beside a run of its setting alone.
+    """Two cubes touch four times: the first and the last row of the advice, each beside a run of its setting alone.
 
     Missed and late contacts are smallest, largest and mean over sampling offsets; without offsets those of the run.
     """

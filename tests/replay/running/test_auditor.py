@@ -21,7 +21,10 @@ def two_session_files(tmp_path):
 
 @pytest.mark.slow
 def test_audit_of_two_sessions_sums_their_counts():
-    """Each session has two contacts, of one and of three frames: together 4 contacts of 8 frames."""
+    """Each session has two contacts, of one and of three frames: together 4 contacts of 8 frames.
+
+    ``slow`` samples every fifth frame and misses some of them, as many in either session.
+    """
     session = unit_cubes_on_x(MEET_IN_4_AND_8_TO_10)
     result = replay.audit([session, session], detectors=[SLOW, "hybrid"])
     assert isinstance(result, AuditResult)
@@ -60,9 +63,10 @@ def test_existing_run_folder_is_refused_before_any_work(two_session_files, tmp_p
 
 
 def test_limits_hold_for_all_sessions_together():
-    """One of two sessions has no contact, so the other's misses decide: fewer than 0.9 and more than 0.4 of all.
+    """One of two sessions has no contact, so the other's misses decide: about 0.6 of its two contacts.
 
-    A gate on false contact that allows all of it never breaks.
+    ``slow`` samples every fifth frame: over all offsets of its first sample it misses the contact of one frame in 4 of
+    5, that of three frames in 2 of 5. A gate on false contact that allows all of it never breaks.
     """
     without_contact = {"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]}
     sessions = [unit_cubes_on_x(MEET_IN_4_AND_8_TO_10), unit_cubes_on_x(without_contact)]

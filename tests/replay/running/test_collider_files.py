@@ -122,7 +122,10 @@ def test_printed_figures_match_a_run_of_the_written_colliders(unity_fix):
 
 
 def test_only_the_hollow_body_is_split_into_pieces(unity_fix):
-    """At most 30 % may be false: that takes several pieces of the beaker, one of each convex body."""
+    """A rod stirs in a hollow beaker, a cube stands beside; at most 30 % of contact may be false.
+
+    That takes several pieces of the beaker, up to eight, and one of each convex body.
+    """
     pieces = pieces_of(unity_fix)
     assert 1 < pieces.pop("beaker") <= 8
     assert pieces == {"rod": 1, "cube*": 1}
@@ -235,7 +238,10 @@ def test_every_method_has_a_card_or_its_time(session, monkeypatch, tmp_path):
 
 @pytest.mark.slow
 def test_mujoco_takes_the_written_model(session, tmp_path):
-    """The model has a geom a piece; the first OBJ of the beaker is its first piece in the session, in metres."""
+    """A beaker, a rod and a cube: the model has a geom a piece.
+
+    The first OBJ of the beaker is its first piece in the session, in metres.
+    """
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     fix = fix_colliders(session, tmp_path / "out", engine="mujoco", limits=Limits(false=MOST_FALSE))
     model = mujoco.MjModel.from_xml_path(str(fix.folder / "colliders.xml"))
@@ -332,7 +338,7 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     """A cup is exported as GLB by the engine, or by any program for glTF, and poses are in that convention of axes.
 
     ``importer``: by which the engine changes coordinates of a glTF; ``metres``: in its unit of length. Applied to the
-    written colliders it must give the cup as the engine has it.
+    written colliders, one hull as all contact may be false, it must give the cup as the engine has it.
     """
     of_engine = convention != "gltf"
     in_engine = CUP_AND_ROD["Cup"].vertices @ (np.eye(3) if of_engine else importer.T)
@@ -374,7 +380,10 @@ def corners_in_mujoco(model, body_name):
 
 
 def test_mujoco_geoms_lie_on_the_users_mesh(tmp_path):
-    """A cup as OBJ in the axes of the body, which MuJoCo reads as it is; poses have Z up."""
+    """A cup as OBJ in the axes of the body, which MuJoCo reads as it is; poses have Z up.
+
+    All contact may be false, so the cup becomes a single hull, whose corners are corners of the cup.
+    """
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     for name, mesh in CUP_AND_ROD.items():
         mesh.export(tmp_path / f"{name}.obj")
@@ -417,7 +426,7 @@ def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path)
     assert len({file.lower() for file in file_of.values()}) == len(names)
     assert (file_of["Cup"], file_of["mycup-0"]) == ("Cup.glb", "mycup-0.glb")
     assert "con.glb" not in file_of.values()
-    assert max(map(len, file_of.values())) <= 110
+    assert max(map(len, file_of.values())) <= 110, "100 letters of the name, a number and .glb"
     model = (fix.folder / "colliders.xml").read_text("utf-8")
     assert model.count("<body name=") == len(names)
 

@@ -18,7 +18,6 @@ X_OF_CUBES = {"a": [0] * 14, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3
 
 The contacts go from 0.04 to 0.05 s and from 0.08 to 0.11 s.
 """
-"""Metres on X of two unit cubes: in contact in frame 4 and in frames 8 to 10, of 10 ms."""
 
 CSV_OF_REPORTS = (
     "time,a,b,what\n100.04,a,b,begin\n100.05,a,b,end\n100.08,b,a,begin\n100.11,b,a,end\n100.2,a,Floor,begin\n"
@@ -257,7 +256,7 @@ def engine_of_50_hz(request, tmp_path):
 
 
 def test_engine_of_50_hz_is_late_for_most_taps(engine_of_50_hz):
-    """A step comes up to 20 ms after a begin, the next frame after 11 ms; after an end it reports contact too long."""
+    """15 taps: a step comes up to 20 ms after a begin, the next frame after 11; after an end contact is reported on."""
     assert engine_of_50_hz.counts.late_or_cut_short > TAPS // 2
     assert engine_of_50_hz.counts.false_frames > 0
 
@@ -266,7 +265,7 @@ def test_engine_of_50_hz_is_late_for_most_taps(engine_of_50_hz):
 def test_engine_has_the_same_faults_imported_on_the_recordings_clock(engine_of_50_hz, counts_from_first_frame):
     """The file has the recording's stamps, or seconds from its first frame; the delay of the engine is estimated.
 
-    A step of 20 ms is 10 ms after a begin on average, the frame that first shows it half of 11 ms.
+    A step of 20 ms is 10 ms after a begin on average, the frame that first shows it half of 11 ms: to 3 ms.
     """
     shift = engine_of_50_hz.first_stamp if counts_from_first_frame else 0.0
     imported, fit = engine_of_50_hz.import_later(shift)
@@ -278,7 +277,7 @@ def test_engine_has_the_same_faults_imported_on_the_recordings_clock(engine_of_5
 def test_offset_of_a_clock_an_hour_ahead_is_fitted(engine_of_50_hz):
     """A delay by another clock cannot be distinguished from the offset, so that reports lose it.
 
-    Without a delay the fit is within a few milliseconds, so a few contacts more or less begin a frame late.
+    Without a delay the fit is within 4 ms, so up to three contacts more or less begin a frame late.
     """
     imported, fit = engine_of_50_hz.import_later(shift=-HOUR)
     assert not fit.is_own_clock

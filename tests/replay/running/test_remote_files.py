@@ -94,7 +94,6 @@ def test_path_of_this_machine_is_a_plain_path():
 
 PATH_IN_A_STORE = SimpleNamespace(fs=None)
 """Stands for the path of a URL: it has a file system of its own."""
-"""What the path of a URL looks like: it has a file system."""
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,7 @@ def test_run_that_was_not_written_says_so(result_of_bump):
 
 
 def test_written_run_names_its_folder_and_links_its_report(result_of_bump, tmp_path):
-    """In text and in HTML."""
+    """A run of two cubes is written without its picture; in text and in HTML the result says where."""
     written = result_of_bump.write(tmp_path / "run", picture=False)
     (link,) = Page(written._repr_html_()).links
     assert link.rpartition("/")[2] == "report.html"
@@ -121,7 +121,7 @@ def test_written_run_names_its_folder_and_links_its_report(result_of_bump, tmp_p
 
 
 def test_long_path_of_a_run_is_cut_short(result_of_bump):
-    """150 letters, of which 86 are printed; the answer above is whole."""
+    """A line has 100 letters: "Written to ", 86 of the 150 of the path and three dots; the answer above is whole."""
     *_, answer, folder = repr(replace(result_of_bump, out=Path("f" * 150))).split("\n")
     assert folder == f"Written to {'f' * 86}..."
     assert not answer.endswith("...")

@@ -81,7 +81,10 @@ def whole_text(row):
 
 @pytest.mark.parametrize("has_questionnaire", [True, False])
 def test_class_page_has_its_seven_headings_in_order(class_runs, study_without_association, tmp_path, has_questionnaire):
-    """Without a questionnaire no conclusion is tested, so that no other detector can be proposed under Or."""
+    """20 students by exact, the reference, and by slow and coarse, with answers to a questionnaire or without.
+
+    Without a questionnaire no conclusion is tested, so that no other detector can be proposed under Or.
+    """
     page = study_html(
         class_runs, places(class_runs, tmp_path), study_without_association if has_questionnaire else None
     )
@@ -93,9 +96,10 @@ def test_class_page_has_its_seven_headings_in_order(class_runs, study_without_as
 
 
 def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, study_without_association, tmp_path):
-    """Causes of misses are counted again from the files of the runs, less those of a body in a hand ("held").
+    """Causes of misses of 20 students are counted again from the files of the runs, less those of a body in a hand.
 
-    The count stands beside the cause, or "most" where another cause has fewer than 5 students: it would follow.
+    The count stands beside the cause (CAUSE_CLAUSES: a cause as words of a sentence), or "most" where another cause has
+    fewer than 5 students: their count would follow.
     """
     counted, students = Counter(), defaultdict(set)
     for file in class_runs.top.glob("*/misses.parquet"):  # a run is of one student
@@ -118,7 +122,7 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, stu
 
 
 def test_first_sessions_lead_to_their_miss(class_runs, study_without_association, tmp_path):
-    """Up to three links read ``S007: hand-left - beaker at 3.14 s`` and open that miss in the session's report."""
+    """20 students: up to three links read ``S007: hand-left - beaker at 3.14 s`` and open that miss in a report."""
     links = answer_rows(class_runs, study_without_association, tmp_path)["When"].links
     assert 1 <= len(links) <= 3
     for text, address in links:

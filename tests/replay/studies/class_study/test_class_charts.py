@@ -83,7 +83,7 @@ def test_detectors_with_equal_figures_share_a_row():
 
 
 def test_detector_with_another_figure_has_a_row_of_its_own():
-    """mesh50 finds an association, beta 0.7 and p 0.01, drawn as ``right``; the other three find none.
+    """mesh50 finds an association, beta 0.7 and p 0.01, drawn as ``right``; the other three find none ("reference").
 
     The chart of associations shows the result of exact alone.
     """

@@ -46,8 +46,9 @@ def tables_of(**misses_of_students):
     ],
 )
 def test_cause_of_most_misses_is_reported_with_its_count(misses_of_students, sentences):
-    """Two causes, "slow" and "thin"; a cause of fewer than five students is not named, nor one that is not known.
+    """Two causes, "slow" and "thin", with the misses of each student; hull50 is the detector that missed.
 
+    A cause of fewer than five students is not named, nor one that is not known ("").
     "most" stands for a count from which the misses of such a cause would follow.
     """
     result = reason(tables_of(**misses_of_students), study=None)
@@ -76,7 +77,8 @@ def test_false_contacts_that_only_prolong_are_counted(prolonging, end):
 
 def test_detector_that_changes_a_conclusion_comes_first():
     """``slow`` changes it; hull50, with more wrong contacts, is the detector of the study, and sphere neither."""
-    few, many = Mistakes(10, 1, 0, 0), Mistakes(10, 5, 4, 0)
+    few = Mistakes(contacts=10, missed=1, late_or_cut_short=0, false_contacts=0)
+    many = Mistakes(contacts=10, missed=5, late_or_cut_short=4, false_contacts=0)
     mistakes_of = {"sphere": many, "hull50": many, "slow": few}
     answer = reason(*study_of_change(mistakes_of, changing=("slow",)))
     assert answer.text.startswith("slow leads to another conclusion")
@@ -85,7 +87,7 @@ def test_detector_that_changes_a_conclusion_comes_first():
 
 def test_detectors_without_a_mistake_explain_no_change():
     """``slow`` changes a conclusion, and neither it nor the detector of the study got a contact wrong."""
-    right = Mistakes(10, 0, 0, 0)
+    right = Mistakes(contacts=10, missed=0, late_or_cut_short=0, false_contacts=0)
     tables, study = study_of_change({"hull50": right, "slow": right}, changing=("slow",))
     study.nothing_associated = False
     assert reason(tables, study).text == ""
@@ -93,8 +95,10 @@ def test_detectors_without_a_mistake_explain_no_change():
 
 @pytest.mark.parametrize(("contacts", "end"), [(10, "slow 1."), (12, "slow 1 of 12.")])
 def test_mistakes_that_change_nothing_are_counted(contacts, end):
-    """hull50 got 9 of 10 contacts wrong and ``slow`` one; of how many stands with it where the counts differ."""
-    tables, study = study_of_change({"hull50": Mistakes(10, 5, 4, 0), "slow": Mistakes(contacts, 1, 0, 0)}, changing=())
+    """hull50 got 9 of 10 contacts wrong (5 missed, 4 late), ``slow`` one of 10 or 12, which is said if it differs."""
+    hull50 = Mistakes(contacts=10, missed=5, late_or_cut_short=4, false_contacts=0)
+    slow = Mistakes(contacts, missed=1, late_or_cut_short=0, false_contacts=0)
+    tables, study = study_of_change({"hull50": hull50, "slow": slow}, changing=())
     study.nothing_associated, study.same_results = False, True
     study.retested_results = (SimpleNamespace(detector="slow"),)
     text = reason(tables, study).text

@@ -179,9 +179,9 @@ def nameless_runs(tmp_path):
 
 
 def test_students_file_assigns_sessions_to_students(nameless_runs, tmp_path):
-    """Six sessions name no student; the file says that session k is of Sk. Metrics have a row a session and detector.
+    """Six sessions name no student; the file says that session k (16 hexadecimal digits) is of Sk.
 
-    The detectors are exact, slow and coarse.
+    Metrics have a row a session and detector: exact, slow and coarse.
     """
     students_file = tmp_path / "students.csv"
     rows = [f"{session:016x},S{session}\n" for session in range(6)]

@@ -1,6 +1,7 @@
 """Names that would be markup, a script or a formula stay text in every page and table of a class."""
 
 import csv
+import re
 from html.parser import HTMLParser
 
 import pytest
@@ -61,7 +62,8 @@ def test_hostile_names_are_escaped_in_the_class_page(study_folder):
     escaped_script = "&lt;script&gt;throw 1"
     first_answers = page[page.index("<dl>") : page.index("</dl>")]
     assert first_answers.count(escaped_script) >= 4, "What, When, Why and more name detectors, bodies and causes"
-    assert page.count(escaped_script) > first_answers.count(escaped_script) + 1
+    tables = re.findall(r"<table.*?</table>", page, re.DOTALL)
+    assert any(escaped_script in table for table in tables)
     assert page.count("<script") == 1
     assert "<img" not in page and "\u202e" not in page
     parsed = Elements()

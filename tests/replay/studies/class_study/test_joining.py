@@ -32,7 +32,10 @@ def test_questionnaire_is_sorted_by_student_with_reversed_items_flipped(tmp_path
     [(1, "data row 2:"), (5, "data row 2, 3, 4, 5, 6:"), (6, "data row 2, 3, 4, 5, 6, ...:")],
 )
 def test_student_id_like_a_name_is_refused_without_repeating_it(student, wrong_rows, listed):
-    """Row 1 has a code, S1; in the rows below it stands what may be a name, and up to five of them are listed."""
+    """Row 1 has a code, S1. Codes have a digit and at most 32 letters, digits, - and _; the rows below break that.
+
+    They are empty, may be a name or an address, or have 41 signs. Up to five of these rows are listed, no text of them.
+    """
     with pytest.raises(StudyRefusedError) as refused:
         check_pseudonyms(["S1", *[student] * wrong_rows], "q.csv")
     assert refused.value.rule == "ids"

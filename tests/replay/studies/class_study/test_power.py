@@ -55,5 +55,5 @@ NO_TEST = (SimpleNamespace(p=None),)
     ],
 )
 def test_tests_together_are_those_of_associations_else_of_groups(coefficients, groups, tests):
-    """A p-value is corrected for the tests of its own kind; what has no p-value (None) is no test."""
+    """A p-value is corrected for the tests of its own kind; what has no p-value (None) is no test; 1 is the least."""
     assert power.tests_together(study(coefficients=coefficients, groups=groups)) == tests

@@ -93,7 +93,11 @@ def diff_of_hull50(
     ],
 )
 def test_change_of_errors_is_weighed_by_the_loss(loss, errors, verdict, text):
-    """The loss decides; "on balance" says that an error, of false contact, missed or late, went the other way."""
+    """The loss, 0.5 or 0.1 here, decides; "on balance": an error, of false, missed or late, went the other way.
+
+    Missed and late are counts, fewest and most over sampling offsets: 1-3 in the first run, then 1-4 (RISE), 1-2 (FALL)
+    or the same. False contact is a fraction.
+    """
     answer = answer_of(run_with_digests(), run_with_digests(), {"hull50": diff_of_hull50(loss=loss, **errors)}, {})
     assert answer.startswith(f"{verdict}hull50: ")
     assert text in answer

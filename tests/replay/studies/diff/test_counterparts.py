@@ -54,7 +54,10 @@ def a_run(reference=None, **detectors):
     ],
 )
 def test_detectors_are_compared_with_their_counterparts(first, second, pairs):
-    """Detectors of two runs, with name and settings; ``pairs``: labels of the first and of the second run."""
+    """Detectors of two runs, with name and settings; ``pairs``: labels of the first and of the second run.
+
+    SLOW and FAST are settings that differ in one number, the rate.
+    """
     assert matching_labels(first, second) == pairs
 
 

@@ -140,7 +140,10 @@ def test_colliders_under_other_labels_are_compared(before_and_after):
 
 
 def test_diff_counts_late_contacts_as_the_ranking_does(before_and_after):
-    """Fewest and most contacts that are late or cut short, over sampling offsets, in the ranking of each run."""
+    """Two cubes by boxes with a skin (run coarse) and without (run fine): contacts that are late or cut short.
+
+    They are the fewest and the most over sampling offsets, as the ranking of each run has them.
+    """
     folders = [before_and_after / "coarse", before_and_after / "fine"]
     wide, shipped = (
         next(rank for rank in read_run_folder(folder).ranking if rank.label == label)

@@ -25,7 +25,10 @@ def near_poses_of_size(request):
 
 @pytest.mark.slow
 def test_an_independent_hierarchy_agrees_which_poses_collide(near_poses_of_size):
-    """The detector ``obb``, a hierarchy of oriented boxes, meets faces in all poses that collide and in no free one."""
+    """40 poses of a torus and a ball about first touch, which either collide or are free.
+
+    The detector ``obb``, a hierarchy of oriented boxes, meets faces in all poses that collide and in no free one.
+    """
     colliding, free = near_poses_of_size.colliding, near_poses_of_size.free
     assert len(colliding) + len(free) == 40
     assert len(colliding) > 2 and len(free) > 2, "poses go 4 mm in and 2 mm out: about a third are free"

@@ -20,7 +20,6 @@ from replay.studies.paper.fixtures import (
 
 MORE = [(100, 3), *[(target, number) for target in TARGET_FACES for number in range(POSES_PER_TARGET)][::9]]
 """(target, number) of fixtures of both families at every target: a pair of 100, and one in nine of all there are."""
-"""Both families at every target."""
 
 
 def pairs_by_exhaustion(fixture):

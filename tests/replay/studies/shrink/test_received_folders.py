@@ -14,7 +14,6 @@ from sessions import write_session
 
 GAPS = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 """Metres between the middles of two cubes of 1 m, frame by frame of 10 ms: in contact in frames 2, 3 and 7."""
-"""Metres between two unit cubes, a frame each: in contact in frames 2, 3 and 7."""
 
 SENT_ALONG = """
 from pathlib import Path

@@ -30,7 +30,6 @@ from sessions import write_session
 
 X_OF_SECOND_CUBE = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 """Metres, of a cube of 1 m beside one at 0, frame by frame of 10 ms: contacts at the frames 2 and 3, and at 7."""
-"""Of a cube beside one at 0: contacts at the frames 2 and 3, and at 7."""
 
 
 @given(count=st.integers(1, 60), data=st.data())
@@ -117,7 +116,10 @@ def run_with_false_contact(tmp_path_factory):
 
 
 def test_false_contact_is_taken_from_a_run_by_its_number(run_with_false_contact):
-    """The answer of frame 4 stands until the next sample, at 8: wrong in frame 7, at 70 ms, the last of the case."""
+    """Contact is in frames 2 to 6 of 10 ms; ``slow`` samples frames 0, 4 and 8.
+
+    The answer of frame 4 stands until the next sample, at 8: wrong in frame 7, at 70 ms, the last of the case.
+    """
     opened = read_run_folder(run_with_false_contact)
     assert [(row["number"], row["first"], row["last"]) for row in opened.rows("false")] == [(1, 7, 7)]
     fault = fault_of_run(opened, false=1)

@@ -24,7 +24,6 @@ X_OF_SECOND_BODY = [3, 3, 0.9, 0.9, 3, 3, 3, 3]
 UNROTATED = (0.0, 0.0, 0.0, 1.0)
 ROTATED = (0.1, 0.2, 0.3, 0.9274)
 """Quaternions; rotated no face of the second cube is parallel to one of the first."""
-"""No face of the second cube is parallel to one of the first."""
 
 
 def shrunk_case(tmp_path, first, second, quaternion):

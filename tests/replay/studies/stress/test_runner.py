@@ -104,7 +104,10 @@ def wrong_answers():
 
 
 def test_failing_triangle_pairs_beyond_tolerance_are_written(wrong_answers, tmp_path):
-    """Rows 2 and 3 are within tau; the other four stand in one file, whose name has no sign but - and digits."""
+    """A detector is wrong about six pairs of triangles; rows 2 and 3 are within tau, the other four in one file.
+
+    Its name has family 1, the detector in small letters with - for other signs, and seed 5.
+    """
     tally = family_tally(**wrong_answers, out=tmp_path / "new")
     path = tmp_path / "new" / "family-01-lab-engine-planted-seed-5.npz"
     assert [*path.parent.iterdir()] == [path] and tally.file == str(path)
@@ -133,9 +136,10 @@ def test_exact_is_right_on_a_sample_of_every_family():
 
 @pytest.mark.slow
 def test_python_fcl_behind_hybrid_fails_where_products_overflow():
-    """300 pairs of two families: about points on a face all its errors are by less than 2 um (``within``).
+    """300 pairs of two families: about points on a face all its errors, over 50, are by less than 2 um (``within``).
 
-    Coordinates whose products overflow are no metres, so that nothing is within a tolerance: many are wrong.
+    Coordinates whose products overflow are no metres, so that nothing is within a tolerance: more than five contacts
+    are missed, and more than five are invented.
     """
     families = [triangle_family("point on a face"), triangle_family("products overflow")]
     points, overflow = stress("hybrid", families=families, pairs=300).tallies
