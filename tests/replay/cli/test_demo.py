@@ -104,7 +104,10 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(demo_run):
 
 @pytest.mark.slow
 def test_readme_has_the_counts_of_the_demo(demo_run):
-    """Missed, late or cut short, and false contact of each detector but the last, the reference."""
+    """The README's table has what the demo counts: contacts missed, contacts late or cut short, and false contact in %.
+
+    It has them of each detector but the last in the ranking, which is the reference.
+    """
     readme = (Path(__file__).resolve().parents[3] / "README.md").read_text("utf-8")
     *ranks, _reference = ranking(read_run_folder(demo_run.folder).document)
     assert ranks

@@ -119,7 +119,11 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
     ids=["closed", "on a full disk", "closed, with standard error"],
 )
 def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, redirection, unbuffered, lines_of_error):
-    """A shell redirects the standard output of `replay info`, and in the last row the stream that would say so."""
+    """A shell redirects the standard output of `replay info`, and in the last row the stream that would say so.
+
+    ``unbuffered``: "1" lets Python write at once, so that writing fails while it prints, else at its end;
+    ``lines_of_error``: on the other stream.
+    """
     write_session(unit_cubes_on_x({"a": [0, 1]}), tmp_path / "s.mcap")
     command = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {redirection}"
     environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}

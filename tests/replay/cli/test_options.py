@@ -32,7 +32,8 @@ def test_options_mean_the_same_on_every_verb():
 def test_current_folder_modules_load_only_for_a_named_detector(tmp_path, monkeypatch):
     """``mine=engine:Detector`` names a class of a module, which may be in the current folder; ``hybrid`` is built in.
 
-    For the first the folder is added to Python's path: as the last, and once, though it is called for twice.
+    "" is no detector (`replay shrink` without a label). For the first the folder is added to Python's path: last, and
+    once, though it is called for twice. Empty entries mean the current folder already, so they are removed before.
     """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [path for path in sys.path if path])

@@ -67,7 +67,7 @@ def session_and_scene(tmp_path):
 
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
-    """``count`` random changes of a scene file, of a faulty one if they are few, else of a whole one.
+    """``count`` random changes of a scene file, of a faulty one if they are few (3), else of a whole one.
 
     It is read, or refused by faults that can be printed and begin with its name; nothing else may happen.
     """

@@ -23,13 +23,19 @@ def terminal_text(displayed, width):
 
 @pytest.mark.parametrize("state", RUN_OF_STATE)
 def test_the_screen_of_80_columns_reads_as_it_did(state, snapshot):
-    """``state``: in which a run may end; what `replay run` prints of it last, with times that do not vary."""
+    """``state``: in which a run may end; what `replay run` prints of it last, with times that do not vary.
+
+    Expected is the text that is stored beside this file, which a person has read.
+    """
     assert terminal_text(run_screen(run_with_steady_times(state), SEE_IT), width=80) == snapshot
 
 
 @pytest.mark.parametrize("state", TABLED)
 def test_every_table_of_a_run_reads_as_it_did(state, snapshot):
-    """``state``: in which a run may end, of those whose tables differ; `replay run -v` prints them in 120 columns."""
+    """``state``: in which a run may end, of those whose tables differ; `replay run -v` prints them in 120 columns.
+
+    Expected is the text that is stored beside this file, which a person has read.
+    """
     assert terminal_text(run_tables(run_with_steady_times(state)), width=120) == snapshot
 
 

@@ -59,7 +59,7 @@ def test_list_that_its_store_lacks_is_a_clear_error():
     ids=["a file that is not there", "no line", "no text"],
 )
 def test_list_without_a_session_is_named_with_its_mistake(folder_with_two_sessions, text, message):
-    """A list of sessions has these bytes."""
+    """``text``: bytes of a list of sessions; ``message``: of the error, a pattern."""
     (folder_with_two_sessions / "list.txt").write_bytes(text)
     with pytest.raises(click.UsageError, match=message):
         session_files([folder_with_two_sessions / "list.txt"])

@@ -63,8 +63,9 @@ def test_study_without_a_questionnaire_cannot_say_whether_the_detector_matters(r
 
 @pytest.mark.slow
 def test_study_page_first_says_whether_the_detector_matters(study_command, tmp_path, capsys):
-    """A class of 30 students with answers: JSON has associations, and whether they depend on the detector.
+    """A class of 30 students, whose runs have detectors "slow" and "coarse", with answers.
 
+    JSON has associations of answers with behaviour, and whether they depend on the detector.
     The page says first what was found, then which sessions to look at.
     """
     assert main([*study_command, "--format", "json", "-q"]) == 0

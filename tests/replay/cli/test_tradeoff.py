@@ -95,7 +95,7 @@ def test_a_new_column_appears_in_terminal_report_and_parquet(monkeypatch):
 def test_long_lists_are_cut_short_but_never_the_front():
     """30 settings, r0 to r29, and two that were not tried; r0 and r29 are marked as the front, which none beats.
 
-    A short list has twelve rows, and r29, of the front; with ``-v`` it is complete.
+    A short list has twelve rows, and r29, of the front; with ``-v`` it is complete. The time limit was 20 s.
     """
     short, complete = tradeoff_list(tradeoff_of(count=30)), tradeoff_list(tradeoff_of(count=30), is_complete=True)
     setting_of_last_row, *_ = short.rows[-1]

@@ -17,8 +17,12 @@ from replay.detection.progress import Silent
 
 @pytest.fixture(autouse=True)
 def paths_of_processes(monkeypatch):
-    """Search paths for modules of each process that was started to compile beside this one; none of them runs."""
+    """Search paths for modules of each process that was started to compile beside this one; none of them runs.
+
+    The machine has two cores, and so room for such a process.
+    """
     paths = []
+    monkeypatch.setattr(compile_notice.os, "cpu_count", lambda: 2)
 
     class Process:
         def __init__(self, command, *, env, **_):
@@ -75,7 +79,6 @@ def test_a_single_process_compiles_beside_with_the_same_search_path(paths_of_pro
     It imports from where this one does; "" is the working folder.
     """
     monkeypatch.syspath_prepend("")
-    monkeypatch.setattr(compile_notice.os, "cpu_count", lambda: 2)
     with compiling_announced(SentencesOnly()):
         fresh_kernel("cdcore.narrow.bvh.traverse")(1)
         fresh_kernel("cdcore.narrow.bvh.frame_skips")(1)
@@ -93,7 +96,7 @@ def test_notice_is_silent_without_compiling_and_afterwards(paths_of_processes):
 
 
 def test_no_background_compiling_while_a_benchmark_needs_the_clock(paths_of_processes):
-    """``is_alone``: no other process may run; compiling here is still announced."""
+    """``is_alone``: no other process may run, though there is a second core; compiling here is still announced."""
     progress = SentencesOnly()
     with compiling_announced(progress, is_alone=True):
         fresh_kernel("cdcore.narrow.bvh.traverse")(1)

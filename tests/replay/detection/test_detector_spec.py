@@ -41,9 +41,10 @@ SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 
     ],
 )
 def test_detector_text_is_parsed_to_label_name_and_settings(text, label, name, settings):
-    """A text is label=name[setting=value, ...]. Names with a rate, as hull50, stand for a detector with settings.
+    """A text is label=name[setting=value, ...]; a label that is not written is the name, with the settings' values.
 
-    A label that is not written is the name, with the values of the settings. Values have the type that they look like.
+    Short names stand for a detector with settings: hull50 for convex hulls at 50 Hz, shipped50 for the colliders that
+    were recorded, mesh50 for meshes, paper for hybrid-qaco. Values have the type that they look like.
     """
     spec = parse_detector(text)
     assert (spec.label, spec.name, spec.settings) == (label, name, settings)
@@ -110,7 +111,7 @@ def test_default_lineup_reads_back_from_its_labels(rate_hz):
 
 @pytest.mark.parametrize("detectors", [(), ""], ids=["empty tuple", "empty text"])
 def test_empty_detector_list_is_parsed_as_no_detector(detectors):
-    """Nobody wants the default detectors then."""
+    """An empty list asks for no detector, which is not the same as asking for the default ones."""
     assert parse_detectors(detectors) == ()
 
 
@@ -139,12 +140,12 @@ def test_generated_label_is_a_valid_entity_path(settings):
 
 @pytest.mark.parametrize("release", [-0.001, 1.01 * MOST_RELEASE_M, inf, nan, True, "0.01", None])
 def test_release_distance_outside_its_limits_is_refused(release):
-    """``release``: metres up to which a contact lasts; outside 0 to MOST_RELEASE_M, no number, or of another type."""
+    """``release``: metres up to which a contact lasts, 0 to 1 (MOST_RELEASE_M); here outside, or no number."""
     with pytest.raises(DetectorSpecError, match="is not allowed; give metres from 0 to"):
         DetectorSpec("it", "hybrid", release=release)
 
 
 @pytest.mark.parametrize("release", [0, MOST_RELEASE_M])
 def test_release_distance_may_be_at_its_limits(release):
-    """``release``: metres up to which a contact lasts."""
+    """``release``: metres up to which a contact lasts, 0 to 1 (MOST_RELEASE_M)."""
     assert DetectorSpec("it", "hybrid", release=release).release == release

@@ -42,7 +42,7 @@ def test_a_report_is_contact_from_its_begin_until_its_end(reports, frames):
     """An engine reports begin and end of contacts at so many frames; the recorded detector has contact in ``frames``.
 
     An end at a frame is no contact in it. A contact between two frames, from 3.2 to 3.6, counts in the next, frame 4;
-    one after the last frame, 11, in none. A frame is 10 ms: 0.00009 of it are 0.9 microseconds.
+    one after the last frame, 11, in none. A frame is 10 ms: 0.00009 are 0.9 microseconds; up to 1 counts as at it.
     """
     verdict = audit_of_reports(session_of_reports(*reports)).detections["recorded"].verdict[:, 0]
     assert np.flatnonzero(verdict).tolist() == frames
@@ -51,7 +51,8 @@ def test_a_report_is_contact_from_its_begin_until_its_end(reports, frames):
 def test_time_to_search_reports_is_measured():
     """The seconds are a difference of two clock readings: it takes milliseconds, and a single reading would be more."""
     seconds = audit_of_reports(session_of_reports((4, "enter"), (4, "exit"))).detections["recorded"].seconds
-    assert 0.0 < seconds["lookup"] < 5.0
+    longest_s = 5.0  # loose, for a busy machine
+    assert 0.0 < seconds["lookup"] < longest_s
 
 
 @pytest.mark.parametrize(
@@ -65,7 +66,7 @@ def test_time_to_search_reports_is_measured():
 def test_misses_within_the_clock_residual_are_blamed_on_clocks(reports, cause):
     """Cubes meet in frames 4 and 8 to 10, 10 ms apart; the engine reports the second contact from frame 9 on, or not.
 
-    The clocks of engine and recording agree to 11 ms only, which explains a frame, and no missing report.
+    The clocks of engine and recording agree to 11 ms only, which explains a report one frame late, and no missing one.
     """
     result = audit_of_reports(session_of_reports(*reports, facts={RESIDUAL_FACT: "0.011"}))
     assert [miss.cause for miss in result.misses["recorded"]] == [cause]
@@ -75,7 +76,8 @@ def test_misses_within_the_clock_residual_are_blamed_on_clocks(reports, cause):
 def test_recorded_contacts_in_blocks_equal_the_whole_motion(block):
     """Twelve frames are detected in blocks of so many, and at once.
 
-    A short contact between frames counts in the next frame, and one without an exit up to the last, frame 11.
+    Reports count in the frames after their begin: 3.2 to 3.6 in frame 4, 4.1 to 4.2 in 5, and one from 7.5 on without
+    an exit in 8 up to the last, frame 11.
     """
     session = session_of_reports((3.2, "enter"), (3.6, "exit"), (4.1, "enter"), (4.2, "exit"), (7.5, "enter"))
     assembly = assemble(session)
@@ -199,8 +201,9 @@ def test_without_reports_of_its_bodies_default_detectors_are_compared():
 def test_misses_of_an_engine_are_blamed_on_steps_or_lateness(begins, ends, step, causes):
     """Two cubes tap ten times for four frames, which an engine reports, and once for a single one, which it does not.
 
-    Its reports are ``begins`` and ``ends`` frames late, its physics runs every ``step`` frames: at even frames, the
-    single one is odd, and so are the first frames of five taps. ``causes``: of the misses, with their number.
+    Its reports are ``begins`` and ``ends`` frames late, its physics runs every ``step`` frames, 2 being the even ones.
+    The single frame is odd, and so are the first of five taps; where reports are at odd frames too, physics may have
+    run in every frame, which does not explain the single one. ``causes``: of the misses, with their number.
     """
     result = compute(session_of_taps(begins, ends, step), detectors="recorded", oracle="exact")
     assert Counter(miss.cause for miss in result.misses["recorded"]) == causes
@@ -214,7 +217,10 @@ def stamps_on_a_grid(rate_hz, phase):
 
 @pytest.mark.parametrize(("rate_hz", "phase"), [(50.0, 0.3), (72.0, 0.0), (90.0, 0.9)])
 def test_engine_steps_are_read_from_stamps_on_a_grid(rate_hz, phase):
-    """Begin and end of twelve contacts are at steps of an engine; of one more the begin was not reported."""
+    """Begin and end of twelve contacts are at steps of an engine; of one more the begin was not reported.
+
+    ``phase``: fraction of a step by which the first is after 0 s.
+    """
     stamps = stamps_on_a_grid(rate_hz, phase)
     contact_without_begin = np.array([-np.inf, stamps[0, 0]])
     recognised_hz, recognised_phase = physics_steps([*stamps, contact_without_begin], rate_hz=None)
@@ -229,7 +235,10 @@ def test_engine_steps_are_read_from_stamps_on_a_grid(rate_hz, phase):
     ids=["three contacts", "random times", "no contacts"],
 )
 def test_no_engine_steps_are_read_from_few_or_random_stamps(stamps):
-    """``stamps``: begin and end of contacts, seconds."""
+    """``stamps``: begin and end of contacts, seconds. Six stamps are fewer than the eight that it takes.
+
+    Random ones lie on the grid of no rate.
+    """
     assert physics_steps(stamps, rate_hz=None) is None
 
 

@@ -47,7 +47,10 @@ def test_processor_fraction_covers_the_samples_alone(monkeypatch, live, fraction
 
 
 def test_processor_fraction_divides_worked_by_elapsed_seconds(monkeypatch):
-    """The samples begin at 14 s and end at 16 s on the clock, in which the processor works from 5 to 6 s: a half."""
+    """The samples begin at 14 s and end at 16 s on the clock, in which the processor works from 5 to 6 s: a half.
+
+    Before them the clock is read at 10 and 12 s, around the making of the detector, and at 18 s when all is done.
+    """
     worked, clock = iter([5.0, 6.0]), iter([10.0, 12.0, 14.0, 16.0, 18.0])
     monkeypatch.setattr(detecting, "process_time", lambda: next(worked))
     monkeypatch.setattr(detecting, "perf_counter", lambda: next(clock))
@@ -63,7 +66,8 @@ def test_processor_fraction_divides_worked_by_elapsed_seconds(monkeypatch):
 def test_mean_leaves_out_the_time_of_other_programs(processor_s, counted_s):
     """Detecting took 0.4 s, in which the processor worked for this process for ``processor_s``.
 
-    The mean a frame is of the less of both, as in the rest of the time other programs had the processor.
+    The mean a frame is of the less of both, as in the rest of the time other programs had the processor; of a clock of
+    processor time that stands at 0, or is not there, it is of the 0.4 s.
     """
     run = replace(run_over_cubes("sphere"), detect=0.4, processor_seconds=processor_s)
     assert run.seconds_per_frame == pytest.approx(counted_s / len(run.detection.times))
@@ -84,7 +88,10 @@ def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, detecto
 
 @pytest.mark.parametrize("count", [1, 2, 100, 1000, 54_000])
 def test_warm_up_frames_are_few_and_span_the_motion(count):
-    """A detector warms up on a few of ``count`` frames of a motion; first and last are always among them, once."""
+    """A detector warms up on two samples of at most WARM_UP_FRAMES of ``count`` frames: successive ones, and a spread.
+
+    First and last are always among them, and each frame is there once.
+    """
     frames = detecting.warm_frames(count)
     assert frames[0] == 0 and frames[-1] == count - 1
     assert len(frames) <= 2 * detecting.WARM_UP_FRAMES

@@ -52,7 +52,8 @@ def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
     """A cup of 0.1 kg, which breaks from 1 m/s on, falls from rest on a block 0.1 s after the start, at 90 Hz.
 
     It hits at the speed root of 2 g h after root of 2 h / g, midway on the block's top, and breaks. ``phase``: seconds
-    between its start and a frame. The effect runs in 3 frames only, and counts no impact that it cannot judge.
+    between its start and a frame. The effect runs in 3 frames only, the last before the impact and two after it, and
+    counts no impact that it cannot judge.
     """
     mass_kg, start_s = 0.1, 0.1 + phase
     (crash,), (impact,), run = breakage_of(cup_that_falls(height, phase))
@@ -79,7 +80,7 @@ def test_impact_point_lies_on_the_body_hit_despite_noise(side):
 
 
 def test_a_body_set_down_gently_meets_and_does_not_break():
-    """A cup that breaks from 1 m/s on sinks from 20 mm over a block at 0.1 m/s."""
+    """A cup that breaks from 1 m/s on sinks from 20 mm over a block at 0.1 m/s, and then stays 0.5 mm in it."""
     speed_m_s = 0.1
     heights = np.maximum(-0.0005, 0.02 - speed_m_s * np.arange(60) / RATE)
     crash, (impact,), _ = breakage_of(cup_over_block(heights))
@@ -88,7 +89,7 @@ def test_a_body_set_down_gently_meets_and_does_not_break():
 
 
 def test_impact_speed_is_the_component_perpendicular_to_the_surface():
-    """A cup that breaks from 1 m/s on slides over a block at 1 m/s and sinks on it at 0.1 m/s.
+    """A cup that breaks from 1 m/s on slides over a block at 1 m/s and sinks on it, from 30 mm, at 0.1 m/s.
 
     ``across``: the impact notes that its speed is the one across the surface.
     """
@@ -104,9 +105,10 @@ def test_impact_speed_is_the_component_perpendicular_to_the_surface():
 
 
 def test_impact_without_a_surface_point_has_the_relative_speed():
-    """A cup moves 18 m/s down and the block 9 m/s up: from frame 30 to 31 it jumps from above it to all inside.
+    """A cup of 0.2 m moves 18 m/s down, the block 9 m/s up: from frame 30, 5 cm apart, to 31 they come 0.3 m nearer.
 
-    Their faces meet in no frame, so that there is no point of the impact, and no direction across a surface.
+    So the cup is all inside at once. Their faces meet in no frame, so that there is no point of the impact, and no
+    direction across a surface.
     """
     seconds, down_m_s, up_m_s = (np.arange(60) - 30) / RATE, 18.0, 9.0
     session = cup_over_block(0.05 - down_m_s * seconds)
@@ -215,7 +217,10 @@ def crashes_of_fall(height, rate, fall, breaks_from):
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_a_fall_breaks_above_the_threshold_and_never_below(height, rate):
-    """Two random falls: of a cup that endures a sixth less than its speed, and of one that endures a quarter more."""
+    """Two random falls: of a cup that endures a sixth less than its speed, and of one that endures a quarter more.
+
+    ``rate``: frames a second. Falls differ in how far the cup bounces, in noise, and in where frames lie.
+    """
     speed = np.sqrt(2 * GRAVITY * height)
     weak, strong = (FALLS[row] for row in np.random.default_rng(rate).permutation(len(FALLS))[:2])
     assert len(crashes_of_fall(height, rate, weak, breaks_from=speed / 1.2)) == 1, weak
@@ -226,7 +231,10 @@ def test_a_fall_breaks_above_the_threshold_and_never_below(height, rate):
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_three_thousand_falls_break_only_above_the_threshold(height, rate):
-    """Every second cup endures a sixth less than the speed of its fall, the others a quarter more."""
+    """Every second cup endures a sixth less than the speed of its fall, the others a quarter more.
+
+    Each of FALLS has another bounce, depth inside the block, noise, or place of its frames.
+    """
     speed = np.sqrt(2 * GRAVITY * height)
     for row, fall in enumerate(FALLS[::2]):
         breaks = row % 2 == 0

@@ -38,7 +38,7 @@ def test_an_open_tap_runs_at_the_rate_of_torricelli(settings, level_m):
     discharge, area_m2, ml_per_m3 = 0.6, 6e-7, 1e6
     rate_ml_per_s = discharge * area_m2 * np.sqrt(2 * 9.80665 * level_m) * ml_per_m3
     assert event.name == "run-in" and event.bodies == ("burette", "flask")
-    # Linear between frames: the turn to and from open adds half a frame on each side. The level falls by 4 cm.
+    # Linear between frames: the turn to and from open adds half a frame on each side. The level falls by 2.6 cm.
     assert event.values["volume_ml"] == pytest.approx(rate_ml_per_s * 2.0, rel=0.02)
     assert run.frames_run == 201, "200 open frames, and the one in which it is shut again"
 
@@ -71,7 +71,7 @@ def test_two_burettes_keep_separate_volumes():
 
 @pytest.mark.parametrize(("degrees", "fraction"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
 def test_a_tap_opens_with_its_angle_to_either_side(degrees, fraction):
-    """A tap is wholly open at 90 degrees, and stays so beyond; it is turned for 0.5 s."""
+    """A tap opens in proportion to its angle up to 90 degrees, and stays wholly open beyond; it is turned for 0.5 s."""
     delivered_ml, of_open_tap_ml = (
         effects_of_tap_degrees([0.0, *([angle] * 50), 0.0])["burette"].events[0].values["volume_ml"]
         for angle in (degrees, 90.0)

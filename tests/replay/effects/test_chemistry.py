@@ -143,7 +143,7 @@ def test_dissolved_and_remaining_solid_sum_to_the_initial_mass():
     marble = reaction("CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"), ("precipitation", {"solid": "CaCO3", "colour": "white"})
     (event,) = effects_of_tilt_degrees([0.0, 60.0, 60.0], bodies, MIXING_IN_B, *marble)["precipitation"].events
     assert event.name == "dissolved" and event.time == 2 * STEP_S
-    assert 1.0 < event.values["left_g"] < 5.0
+    assert 1.0 < event.values["left_g"] < 5.0  # loose: some is left, and not all
     assert event.values["mass_g"] + event.values["left_g"] == pytest.approx(5.0, rel=1e-4)
 
 
@@ -229,7 +229,7 @@ def effects_of_acid_on(base, equation):
 def test_leaving_gas_is_the_amount_beyond_solubility():
     """Acid in excess is poured into 5 mmol of NaHCO3; of the CO2 a litre keeps 3.3e-4 mol/(m3 Pa) x 101325 Pa.
 
-    Gas that left stays away: most of it is gone when acid for all of the soda has come, in 15 mL.
+    Gas that left stays away: most of it is gone when acid for all of the soda has come, 5 mL (5 mmol), in 15 mL.
     """
     effects = effects_of_acid_on("NaHCO3", "NaHCO3 + HCl -> NaCl + H2O + CO2")
     volume_ml = effects["mixing"].series["b/volume"].values
@@ -243,7 +243,7 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
 
 
 def test_neutralisation_frees_no_gas():
-    """Acid in excess is poured into lye."""
+    """Acid in excess is poured into lye, which makes salt and water."""
     effects = effects_of_acid_on("NaOH", "HCl + NaOH -> NaCl + H2O")
     assert not effects["reaction"].output.events_named("gas")
 
@@ -258,9 +258,9 @@ def test_gas_of_before_the_session_does_not_leave():
 
 
 def test_a_ph_without_end_point_is_reported_when_settled():
-    """Acid of 0.002 mol/L with 0.001 mol/L of lye has a pH of 3; more acid is poured into it for nine frames.
+    """Acid of 0.002 mol/L with 0.001 mol/L of lye, which leaves 0.001 mol/L, has a pH of 3; more is poured into it.
 
-    The event is at the end of the pour, when the volume is largest.
+    The pour takes nine frames; the event is at its end, when the volume is largest.
     """
     bodies = (
         glass("a", volume_ml=60.0, solute="HCl", molar=0.1),

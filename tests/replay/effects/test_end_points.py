@@ -74,7 +74,7 @@ def test_nothing_is_equivalent_where_nothing_is_titrated(row):
 
 
 def test_aluminium_in_alkali_has_no_end_point():
-    """10 mmol of lye are poured on 2 mmol of aluminium: a metal that dissolves in a base is no titration."""
+    """10 mmol of lye are poured on 54 mg of aluminium, 2 mmol: a metal that dissolves in a base is no titration."""
     metal = {"volume_ml": 0.0, "properties": {"solid": {"formula": "Al", "mass_g": 0.054}}}
     alkali = {"volume_ml": 50.0, "solutes": {"NaOH": 0.2}}
     assert end_point_texts(alkali, metal, "2 Al + 2 NaOH + 6 H2O -> 2 NaAl(OH)4 + 3 H2") == []

@@ -186,7 +186,10 @@ def test_water_into_acid_is_the_wrong_order():
 
 
 def test_a_flame_heats_a_liquid_to_its_boiling_point():
-    """A scene says that a liquid boils at 40 degC; otherwise the flame's 160 W would make 46 degC of it in 10 s."""
+    """A scene says that a liquid of 60 J/K boils at 40 degC.
+
+    Otherwise the flame's 160 W, less 0.4 W/K, would make 46 degC of it in 10 s: 20 + 400 (1 - exp(-10 x 0.4 / 60)).
+    """
     assert heat_of_flame(X_OVER_FLAME_FOR_10_S, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
 
 

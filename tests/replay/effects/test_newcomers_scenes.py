@@ -165,7 +165,7 @@ def test_colour_appears_when_its_ion_is_visible():
     (appears,) = effects["colour"].events
     series = effects["colour"].series["flask/Cu(NH3)4^2+ colour"]
     strength_before = series.values[series.times < appears.time]
-    visible_from = 0.02
+    visible_from = 0.02  # of its full colour: permanganate, full at 1e-4 mol/L, is pink from 2e-6 mol/L on (Vogel)
     assert strength_before.max() <= visible_from and series.values[-1] == 1.0
 
 

@@ -51,15 +51,16 @@ def dissolved_by_table(formula, other, molal):
 def test_salt_solubility_beside_other_ions_agrees_with_pitzer(formula, phase, other, elements, molal):
     """mol/kg of a salt that dissolve beside ``molal`` mol/kg of another electrolyte, by the table of its solubility.
 
-    They are those of PHREEQC with Pitzer's equations within 6 %. ``phase``, ``elements``: of the salt and of the other
-    electrolyte by PHREEQC's names; the protons of HCl balance the charge.
+    They are those of PHREEQC with Pitzer's equations within 6 %; beyond MOST_FOREIGN_MOL_KG the product withholds the
+    salt. ``phase``, ``elements``: of the salt and of the other electrolyte by PHREEQC's names; the protons of HCl
+    balance the charge.
     """
     expected = dissolved_by_pitzer(phase, dict.fromkeys(elements, molal))
     assert dissolved_by_table(formula, other, molal) == pytest.approx(expected, rel=0.06)
 
 
 def test_beyond_the_limit_the_table_is_far_from_pitzer():
-    """The reason for the limit: in 3 mol/kg of HCl 3.10 mol/kg of NaCl dissolve, and the table says 4.8."""
+    """The reason for the limit of 0.5 mol/kg: in 3 mol/kg of HCl 3.10 mol/kg of NaCl dissolve; the table says 4.8."""
     assert dissolved_by_pitzer("Halite", {"Cl": 3.0}) == pytest.approx(3.10, abs=0.01)
     assert dissolved_by_table("NaCl", "HCl", molal=3.0) > 4.7
 
@@ -112,7 +113,7 @@ def test_a_salt_in_a_brine_is_withheld_by_name():
 
 
 def test_dilute_acid_in_salt_water_is_not_reported_as_brine():
-    """Acid of 0.3 mol/L, below the limit for other ions, runs into nearly saturated salt water."""
+    """Acid of 0.3 mol/L, below the limit of 0.5 for other ions, runs into nearly saturated salt water."""
     assert not acid_into_brine(molar=0.3).events_named("brine")
 
 

@@ -75,6 +75,7 @@ def test_equilibrium_constants_are_those_of_their_sources():
             continue
         assert SOURCES.log_k(source, reaction) == pytest.approx(value, abs=0.06), equation
         reference = SOURCES.kilojoule(source, reaction)
+        # NH4+ -> NH3 + H+ takes 52 kJ/mol.
         ammonium = 52.0 * reaction.count("NH4+ =") * int((re.search(r"(\d) NH4", reaction) or [0, 1])[1])
         # A source that gives no enthalpy of its own leaves 0, or that of NH4+ alone.
         if heat is not None and source not in WRONG_SIGN and abs(reference - ammonium) > 1.0 and abs(reference) > 1.0:
@@ -82,7 +83,7 @@ def test_equilibrium_constants_are_those_of_their_sources():
 
 
 def test_a_course_by_temperature_is_that_of_its_source():
-    """A course is the coefficients of log_k by temperature that some constants have; each source has the same."""
+    """A course: the coefficients of log_k by temperature that nine or more constants have; each source has the same."""
     courses = list(SOURCES.courses())
     assert len(courses) >= 9
     for _phase, log_k, coefficients, source, phase_of_source in courses:
@@ -149,6 +150,7 @@ def test_free_energies_agree_with_data_bases():
             for many, name in (term.split(" ") for term in value.split(" + "))
         )
         electrons, protons = (sum(many for many, name in terms if name == symbol) for symbol in ("e-", "H+"))
+        # A pe at which about as much of either side is there; the quotient is the same at any.
         pe = max(-9.0, min(18.0, (kilojoule_mol / ten - 7.0 * protons) / electrons)) if electrons else 4.0
         quotient = SOURCES.quotient(source, elements.split(), terms, pe=pe)
         assert -ten * quotient == pytest.approx(kilojoule_mol, abs=5.0), value

@@ -21,7 +21,7 @@ def is_in_the_tables(formula):
     ],
 )
 def test_atoms_are_counted(formula, counts):
-    """Brackets with a number, and crystal water behind a dot."""
+    """A number behind brackets counts for all within, as in (OH)2; 5H2O behind a dot are five molecules of water."""
     assert dict(atoms(formula)) == counts
 
 

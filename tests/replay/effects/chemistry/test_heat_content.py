@@ -233,6 +233,8 @@ def test_species_have_the_heat_of_their_ions():
     """
     mixture = SimpleNamespace(species=[SimpleNamespace(makeup=makeup) for makeup, _ in SPECIES])
     content = HeatContent({}, mixture)
-    moles = content.moles(np.zeros((1, 0)), np.eye(len(SPECIES)), 0)
+    a_mol_of_each = np.eye(len(SPECIES))
+    # The other two arguments are for liquids that PHREEQC is not asked about.
+    moles = content.moles(np.zeros((1, 0)), species=a_mol_of_each, proton=0)
     for row, (makeup, ions) in zip(moles, SPECIES, strict=True):
         assert {name: many for name, many in zip(content.ions, row, strict=True) if many} == ions, makeup

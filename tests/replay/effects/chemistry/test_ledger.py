@@ -50,7 +50,7 @@ def test_scenes_conserve_matter_at_any_rate_order_and_names(seed):
 def test_zinc_takes_only_protons_that_phosphate_loses_by_ph_7():
     """A mol of zinc lies in a mol of NaH2PO4, and dissolves by two protons a mol, until the pH is 7.
 
-    There phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of its two protons it keeps 1.62 and loses 0.38.
+    There phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of its two protons it keeps 1.61 and loses 0.39.
     """
     components = dissolved_components("NaH2PO4")
     ledger = Ledger(["a"], [*components], [ZINC], solver_of([*components, *ZINC.changes]))

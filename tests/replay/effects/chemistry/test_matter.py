@@ -10,7 +10,7 @@ from replay.effects.chemistry.matter import Matter, dilution_of
 
 TIMES = np.array([0.0, 0.1, 0.2, 0.3, 2.0])
 FILLING = np.array([0.0, 1.0, 2.0, 3.0, 3.0])
-"""mL at the times: a millilitre comes by each of the first four, and then nothing."""
+"""mL at the times: one more by each of 0.1, 0.2 and 0.3 s, and then nothing."""
 
 
 def mixed_at(contents, times=TIMES, volume_ml=FILLING):
@@ -32,13 +32,13 @@ def mixed_at(contents, times=TIMES, volume_ml=FILLING):
 def test_vessel_without_a_dry_solid_is_always_mixed(contents):
     """A vessel is mixed at a time where no dry solid is still to be wetted by water that comes in.
 
-    A millilitre comes at each of the first four of five times; none of these vessels has a dry solid at first.
+    Three millilitres come by 0.3 s, and none until 2 s; none of these vessels has a dry solid at first.
     """
     assert mixed_at(contents) == [True] * 5
 
 
 def test_dry_solid_is_mixed_at_start_and_after_the_inflow():
-    """A solid gets a millilitre of water at each of 0, 0.1, 0.2 and 0.3 s, and none until 2 s.
+    """A dry solid gets a millilitre of water by each of 0.1, 0.2 and 0.3 s, and none until 2 s.
 
     At 0.1 and 0.2 s some of it is still to be wetted. Of the rows at 0.1 and 0.2 s alone the last counts as mixed.
     """

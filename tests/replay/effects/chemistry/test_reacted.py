@@ -52,7 +52,7 @@ def test_used_up_reagent_is_named_and_not_the_acid():
 
 
 def test_solid_that_an_equation_makes_has_its_mass():
-    """Calcium and carbonate make 2 mmol of CaCO3, 100.09 g/mol, from 0 to 1 s.
+    """Calcium and carbonate make 2 mmol of CaCO3, 100.09 g/mol, from 0 to 1 s; calcium for a mol more is left.
 
     Where an effect precipitation follows the solid there is no event here, as it reports it.
     """

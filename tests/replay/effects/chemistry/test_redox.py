@@ -162,7 +162,8 @@ def test_slow_oxidation_plots_the_remaining_reductant():
 def test_titration_with_silver_plots_pag():
     """10 mL of 0.05 mol/L chloride end at 5 mL of 0.1 mol/L silver nitrate; pAg is -log10 of the activity of Ag+.
 
-    At the end point it is half of the silver chloride's log_k, 9.75, before it nearly all, and afterwards small.
+    At the end point it is half of the silver chloride's log_k, 9.75; before, beside 0.05 mol/L of chloride, 9.75 less
+    1.3; in the end, with 1.3 mmol of Ag+ in excess in 28 mL, 0.05 mol/L, about 1.3.
     """
     (curve,) = curves({"NaCl": 0.05}, {"AgNO3": 0.1}, "Ag+ + Cl- -> AgCl").values()
     assert curve.quantity == curve.unit == "pAg" and curve.ends_ml == pytest.approx([5.0], abs=0.01)
@@ -172,6 +173,6 @@ def test_titration_with_silver_plots_pag():
 
 
 def test_titration_with_base_plots_ph():
-    """Lye runs into hydrochloric acid."""
+    """Lye runs into hydrochloric acid, in which nothing is oxidised: the only curve is of the pH."""
     (curve,) = curves({"HCl": 0.05}, {"NaOH": 0.1}, "HCl + NaOH -> NaCl + H2O").values()
     assert curve.quantity == "pH"

@@ -40,7 +40,10 @@ def test_water_of_strong_solutions_is_that_of_their_density(formula, percent, de
 
 
 def test_dilute_solutions_contain_a_kilogram_of_water_a_litre():
-    """Up to 0.5 mol/L in all; 0.7 mol/L already displace some of it. WATER_ML: the volume of a mol of water."""
+    """A litre with up to 0.5 mol of solutes in all has 1000 mL of water; 0.7 mol displace some of it.
+
+    WATER_ML: the volume of a mol of water.
+    """
     assert WATER_ML * water_molar({"NaCl": 0.3, "HCl": 0.2}) == pytest.approx(1000.0)
     assert WATER_ML * water_molar({"NaCl": 0.6, "HCl": 0.1}) < 1000.0
     assert WATER_ML * water_molar({}) == pytest.approx(1000.0)

@@ -129,7 +129,7 @@ def test_reaction_with_a_rate_ends_at_its_equilibrium():
 
     at_once = extent_after_12_s()
     assert extent_after_12_s(rate_per_s=5.0) == pytest.approx(at_once, rel=1e-3)
-    assert 0.4 * most_mol < at_once < 0.96 * most_mol
+    assert 0.4 * most_mol < at_once < 0.96 * most_mol  # loose: neither little nor all
 
 
 def test_equilibrium_of_potentials_takes_at_most_five_queries_a_row():
@@ -241,7 +241,10 @@ NO_ESTER = SimpleNamespace(reagents={}, products={})
 
 
 def test_constant_follows_from_free_energies():
-    """Ag+ + Fe2+ -> Ag + Fe3+ has 0.0286 V between its potentials; 0.0592 V are a power of ten of its constant."""
+    """Ag+ + Fe2+ -> Ag + Fe3+ has 0.0286 V between its potentials; 0.0592 V are a power of ten of its constant.
+
+    By the tables of free energies it is that within a power of ten.
+    """
     changes = {"Ag+": -1.0, "Fe^2+": -1.0, "Ag(s)": 1.0, "Fe^3+": 1.0}
     log_k, is_ester = constant_of(changes, NO_ESTER)
     assert log_k == pytest.approx(0.0286 / 0.0592, abs=0.9) and not is_ester
@@ -271,7 +274,10 @@ def test_ester_has_a_constant_of_four(direction):
     [(0.0, -1.0, -11.416 + 39.95), (0.0, 1.0, -11.416 - 39.95), (1.0, -1.0, -11.416), (1.0, 1.0, -11.416 - 39.95)],
 )
 def test_protons_in_neutral_water_count_unless_an_acid_brings_them(acid, protons, kilojoule):
-    """A constant of 100 is 2 x 5.708 kJ; a proton of neutral water has 39.95 kJ less than one of an acid."""
+    """A constant of 100 is -2 x 5.708 kJ; a proton of neutral water has 7 x 5.708 kJ less than one of an acid.
+
+    ``protons``: that a mol of the process makes, below 0 takes; ``acid``: above 0 where an acid brings those it takes.
+    """
     process = Process("", {"H+": protons}, acid=acid, log_k=2.0)
     assert energy_in_water(process) / 1e3 == pytest.approx(kilojoule)
 
@@ -281,5 +287,8 @@ def test_protons_in_neutral_water_count_unless_an_acid_brings_them(acid, protons
     [(-20e3, False), (-12e3, False), (-11.9e3, True), (20e3, True), (20.1e3, False), (np.nan, False)],
 )
 def test_reaction_near_zero_energy_stops_early(joule, is_early):
-    """A reaction of -12 to 20 kJ leaves some of its reagents; below it is complete, above it does not proceed."""
+    """A reaction of -12 to 20 kJ/mol leaves some of its reagents; below it is complete, above it does not proceed.
+
+    Both limits are the product's; of an energy that is not known (NaN) nothing is said.
+    """
     assert stops_early(joule) == is_early

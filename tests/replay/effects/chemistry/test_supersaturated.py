@@ -39,7 +39,8 @@ def test_aluminium_that_ammonia_keeps_dissolved_is_fresh(solid, dissolved, ammon
     """In a flask are mol of aluminium hydroxide, of dissolved aluminium and of ammonia.
 
     In textbooks ammonia leaves fresh hydroxide, by PHREEQC it dissolves some: an event "fresh" says which ``percent``
-    of the aluminium. None is reported ("") with little ammonia, of hardly any, in acid, or in lye.
+    of the aluminium. None is reported ("") with less ammonia than aluminium, of less than 5 %, up to pH 7, or from pH
+    11.5 on, where lye dissolves it too.
     """
     amounts = {"Al(OH)3(s)": solid, "Al^3+": dissolved, "NH3": ammonia}
     texts = [event.text for event in aged_hydroxide_events(flask_with(ph, **amounts)) if event.name == "fresh"]
@@ -66,8 +67,8 @@ def test_aluminium_is_not_fresh_where_nobody_knows_the_ph():
 def test_copper_hydroxide_left_beside_much_ammonia_is_aged(hydroxide, copper, ammonia, anion, salt):
     """In a flask are mol of copper hydroxide, of dissolved copper, of ammonia, and a mol of an ``anion``.
 
-    Fresh hydroxide would dissolve in 5 mol of ammonia, not in 3: what is left is aged, and an event names the basic
-    ``salt`` of the anion that falls out at first. Hydroxide of 1 in 200 of the copper does not count.
+    The ammine takes 4 mol of ammonia, so fresh hydroxide would dissolve in 5, not in 3: what is left is aged, and an
+    event names the basic ``salt`` of the anion that falls out at first. 1 in 200 of the copper does not count.
     """
     amounts = {"Cu(OH)2(s)": hydroxide, "Cu^2+": copper, "NH3": ammonia, anion: 1.0}
     texts = [event.text for event in aged_hydroxide_events(flask_with(**amounts)) if event.name == "aged"]
@@ -103,7 +104,7 @@ def test_solid_beyond_its_solubility_is_reported_once_a_metal(solutes, solids):
     """``solutes``: mol/L in a flask, whose scene names no solid that may fall out; ``solids``: of the warnings.
 
     A salt that takes the metal away leaves its hydroxide none; gypsum takes more sulfate than 0.001 mol/L. A saturation
-    index above 0.3 is twice what is soluble.
+    index, log10 of the product of the ions over the soluble one, above 0.3 is more than twice that (10^0.3).
     """
     events = list(supersaturation_events(flask_at_rest(solutes)))
     assert [event.values["formula"] for event in events] == solids

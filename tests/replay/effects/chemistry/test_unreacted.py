@@ -84,7 +84,10 @@ def test_reaction_that_does_not_proceed_states_the_reason(flask, burette, equati
     ids=["no peroxide", "its ions only"],
 )  # fmt: skip
 def test_equation_whose_reagent_nobody_brings_is_refused(flask, burette, equation, text):
-    """``flask``, ``burette``: solute -> mol/L; the scene is refused before it runs."""
+    """``flask``, ``burette``: solute -> mol/L. Nobody brings peroxide, or Fe(OH)2, of which only the ions are there.
+
+    The scene is refused before it runs.
+    """
     with pytest.raises(PlanError, match=text):
         titrated(flask, burette, equation)
 
@@ -94,7 +97,7 @@ def test_equation_whose_reagent_nobody_brings_is_refused(flask, burette, equatio
 def test_enough_acid_is_reported_as_no_lack(flask):
     """Permanganate runs into 10 mL of the flask, mol/L: MnO4- + 5 Fe2+ + 8 H+.
 
-    Half a mmol of iron(II) needs 0.8 mmol of protons; of either acid more is in the flask: all iron(II) is oxidised.
+    Half a mmol of iron(II) needs 0.8 mmol of protons; either acid has more, 1 and 5 mmol: all iron(II) is oxidised.
     """
     names = {event.name for event in titrated(flask, {"KMnO4": 0.02}, IRON).events}
     assert "end-point" in names and not names & {"no-reaction", "stopped"}

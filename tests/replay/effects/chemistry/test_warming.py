@@ -52,7 +52,10 @@ def test_a_steady_power_leads_to_its_balance(seconds, loss_w_per_k, celsius):
 
 @pytest.mark.parametrize(("boils", "highest"), [(100.0, 25.0), (22.5, 22.5)])
 def test_heating_curve_rises_while_there_is_power(boils, highest):
-    """A body of 10 J/K without loss, a row a second: 10 W from the first and from the sixth row on, none in between."""
+    """A body of 10 J/K without loss, a row a second: 10 W from the first and from the sixth row on, none in between.
+
+    It rises by 1 K a second, up to ``boils``, its boiling point.
+    """
     times, power_w = np.arange(8.0), np.array([10.0, 10.0, 10.0, 0.0, 0.0, 10.0, 10.0, 10.0])
     curve = heating_curve(times, power_w, capacity=10.0, loss=0.0, ambient=20.0, boils=boils)
     unlimited = np.array([20.0, 21.0, 22.0, 23.0, 23.0, 23.0, 24.0, 25.0])
@@ -60,7 +63,10 @@ def test_heating_curve_rises_while_there_is_power(boils, highest):
 
 
 def test_heating_curve_cools_by_newtons_law_without_power():
-    """10 W for 2 s warm a body of 10 J/K that loses 1 W/K, to which the room, at 20 degC, is the balance afterwards."""
+    """10 W for 2 s warm a body of 10 J/K that loses 1 W/K; afterwards it cools towards the room's 20 degC.
+
+    It goes towards 10 W / 1 W/K = 10 K above the room, and back, by exp(-1/10) a second.
+    """
     times, power_w = np.arange(5.0), np.array([10.0, 10.0, 0.0, 0.0, 0.0])
     curve = heating_curve(times, power_w, capacity=10.0, loss=1.0, ambient=20.0, boils=100.0)
     highest = 10.0 * (1.0 - np.exp(-0.2))

@@ -91,7 +91,10 @@ def test_twist_angle_is_that_of_the_rotation_about_the_axis():
 
 
 def test_only_a_long_pause_splits_a_flow():
-    """Liquid runs at 0, 0.6 and 1.4 s, 0.1 mL each: the pause of 0.6 s does not split the flow, that of 0.8 s does."""
+    """Liquid runs at 0, 0.6 and 1.4 s, 0.1 mL each: the pause of 0.6 s does not split the flow, that of 0.8 s does.
+
+    A pause of up to 0.7 s counts as the same flow.
+    """
     segments = flows([stream(times=[0.0, 0.6, 1.4], volumes=[0.1] * 3)], least_ml=0.0)
     assert [segment.times.tolist() for segment in segments] == [[0.0, 0.6], [1.4]]
 
