@@ -125,7 +125,8 @@ def test_pair_size_sums_reaches_and_translations(fraction, is_beyond):
     motion = unrotated_motion([[[far, 0, 0], [far, 0, gap]]])
     frames = columns = np.zeros(1, dtype=np.int64)
     assert stage.decide(motion, frames, columns, every=True).work["exhaustive"] == is_beyond
-    verdict, is_beyond_margin = stage.decide_now({}, motion, column=0, margin=gap / 10)
+    faces_met_before = {}
+    verdict, is_beyond_margin = stage.decide_now(faces_met_before, motion, column=0, margin=gap / 10)
     assert verdict == Verdict.CLEAR
     assert is_beyond_margin == (not is_beyond)
 
