@@ -169,9 +169,9 @@ def test_extent_depends_on_totals_and_not_on_what_has_settled():
 def test_few_phreeqc_solutions_are_computed_a_row(chloride_mol, log_k, most_a_row):
     """Silver is titrated into 0.1 mol of iron(II) in 40 steps; bisection would take 17 solutions of PHREEQC a step.
 
-    ``most_a_row``: how many may be computed a step. Beside chloride silver settles first, so that concentrations are a
-    poor guide to activities, and a larger constant is needed. More silver makes no less silver metal, and in the end
-    most of the iron has reacted.
+    ``most_a_row``: how many may be computed a step, just more than the 1.9 and 5.0 that were. Beside chloride silver
+    settles first, so that concentrations are a poor guide to activities, and a larger constant is needed. More silver
+    makes no less silver metal, and in the end most of the iron has reacted.
     """
     rows = [{"Ag+": silver_mol, "Cl-": chloride_mol} for silver_mol in np.linspace(0.01, 0.4, 40)]
     extents, solutions = silver_made_of(rows, log_k=log_k)
