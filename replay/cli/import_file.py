@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 AXES_HELP = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
 SURFACE_WORDS = "mjcf, usd: geometry that is a body's surface.  [default: auto]"
-ROTATIONS_HELP = "Their direction in the source: that of poses, or inverse."
+ROTATIONS_HELP = "How the source writes rotations: as poses are (body-to-world), or inverted."
 UNIT_HELP = "Unit of mesh files: m, cm, mm, inch, ft. Default: by the file, or its size. Repeatable."
 OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 

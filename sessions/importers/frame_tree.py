@@ -7,6 +7,7 @@ at the stamps of the other, never across a gap. Source: Foote, "tf: The transfor
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from typing import Final
 
 import numpy as np
@@ -81,6 +82,17 @@ def _refuse_coarse_nanoseconds(name: str, stamps: Stamps, ledger: Ledger) -> Non
         )
 
 
+class TransformKind(Enum):
+    """What a transform is good for."""
+
+    MOVING = auto()
+    """It holds at its stamp."""
+    STATIC = auto()
+    """It holds at all times."""
+    ODOMETRY = auto()
+    """It holds at its stamp, where no other transform places the frame."""
+
+
 class FrameTree:
     """Transforms from child frames to their parents, as they come in; ``tables`` are the poses in the root.
 
@@ -107,12 +119,9 @@ class FrameTree:
         numbers: Sequence[float],
         *,
         topic: str,
-        static: bool = False,
-        is_odometry: bool = False,
+        kind: TransformKind = TransformKind.MOVING,
     ) -> None:
         """Take in a transform: a place and a quaternion xyzw; ``stamp_ns`` is ``None`` where it bears no stamp.
-
-        ``is_odometry``: it counts where no transform places the frame.
 
         Raises ``ImportFileError``: a frame without a name, with two parents or on two topics, or a stamp beyond int64.
         """
@@ -120,7 +129,8 @@ class FrameTree:
         if not child:
             raise self._error("a transform has no child frame; record it again or choose by --topic")
         base = topic.removesuffix(STATIC)
-        links = self._odometry.setdefault(topic, {}) if is_odometry else self._links
+        static = kind is TransformKind.STATIC
+        links = self._odometry.setdefault(topic, {}) if kind is TransformKind.ODOMETRY else self._links
         link = links.setdefault(child, _Link(parent, base, static))
         if link.parent != parent:
             cure = "record its poses in one of them" if link.topic == base else "choose by --topic"

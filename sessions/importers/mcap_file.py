@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 from sessions.errors import ImportFileError, SessionFileError
-from sessions.importers.frame_tree import FrameTree
+from sessions.importers.frame_tree import FrameTree, TransformKind
 from sessions.importers.importing import SourceFrame, is_inverse, number, session_of_tables
 from sessions.importers.ledger import Ledger
 from sessions.importers.wall_clock import wall_clock_ns
@@ -101,7 +101,7 @@ def _check_size(source: Path, channel: ChannelInfo, message: Any, sizes: dict[st
 def _add(source: Path, channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> None:
     """Hang the poses of a message into the tree."""
     are_frames = _kind(channel) in FRAMES
-    topic, static = channel.topic.strip("/") or "pose", channel.topic.endswith("tf_static")
+    topic = channel.topic.strip("/") or "pose"
     rows = _first_field(message, "transforms", "poses")
     for index, row in enumerate([message] if rows is None else rows if hasattr(rows, "__len__") else ()):
         head = row if are_frames else message
@@ -120,13 +120,13 @@ def _add(source: Path, channel: ChannelInfo, log_ns: int, message: Any, tree: Fr
         name = _first_field(row, "child_frame_id") if are_frames else topic if rows is None else f"{topic}/{index}"
         parent = _first_field(head, "parent_frame_id", "frame_id")
         parent, name = (value if isinstance(value, str) else "" for value in (parent, name))
+        kind = TransformKind.STATIC if channel.topic.endswith("tf_static") else TransformKind.MOVING
         placed = _first_field(message, "child_frame_id") if _kind(channel) == ODOMETRY else ""
-        is_odometry = isinstance(placed, str) and placed.strip("/") not in ("", parent.strip("/"))
-        if is_odometry:
-            name = placed
+        if isinstance(placed, str) and placed.strip("/") not in ("", parent.strip("/")):
+            name, kind = placed, TransformKind.ODOMETRY
         elif not are_frames and name == parent.strip("/"):
             name = f"{name} pose"  # a topic may bear the name of the frame that its poses are in
-        tree.add(parent, name, stamp, log_ns, numbers, topic=channel.topic, static=static, is_odometry=is_odometry)
+        tree.add(parent, name, stamp, log_ns, numbers, topic=channel.topic, kind=kind)
 
 
 def _kind(channel: ChannelInfo) -> str:
