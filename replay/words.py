@@ -5,7 +5,7 @@ fraction are left out: ``0.7 mm``, ``18.2 mm``, ``300 mm``, ``1.2 m``; ``0.13 ms
 functions, so that a number is the same wherever it stands.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from math import ceil, floor, log10
 from typing import Final
@@ -163,6 +163,12 @@ def _plain(letter: str) -> bool:
 def plural(number: int, thing: str, several: str = "") -> str:
     """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
     return f"{number:,} {thing if number == 1 else several or thing + 's'}"
+
+
+def joined_names(names: Sequence[str], conjunction: str = "and") -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    *leading_names, last_name = names
+    return f"{', '.join(leading_names)} {conjunction} {last_name}" if leading_names else last_name
 
 
 def tally_text(counts: Mapping[str, int]) -> str:

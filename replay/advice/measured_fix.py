@@ -44,7 +44,7 @@ from replay.document.diagnosis import pieces_may_help
 from replay.document.ranking import Rank
 from replay.document.run_result import RunResult
 from replay.document.summary import sample_times
-from replay.words import duration, plural, rate
+from replay.words import duration, joined_names, plural, rate
 
 FIX_SECONDS: Final = 20.0
 """Seconds that the command line gives a Fix when nothing is said."""
@@ -179,12 +179,12 @@ class _Measuring:
         best_measured = self._figures(spec, cut_bodies)
         uncut_bodies = [name for name in ready_bodies if name not in cut_bodies]
         stay_verb = "stays" if len(uncut_bodies) == 1 else "stay"
-        loser_sentences = [f"{_names(uncut_bodies)} {stay_verb} whole: no better cut."] if uncut_bodies else []
+        loser_sentences = [f"{joined_names(uncut_bodies)} {stay_verb} whole: no better cut."] if uncut_bodies else []
         seconds = duration(round(monotonic() - self._began, 1))
         if best_measured.counts["loss"] >= self._rank.loss:
             remarks = "".join(f" {sentence}" for sentence in (*uncut_sentences, *late_sentences))
             return Fix(
-                text=f"Convex pieces of {_names(cut_bodies)} make it no better.",
+                text=f"Convex pieces of {joined_names(cut_bodies)} make it no better.",
                 measured=False,
                 change=f"{self._change(best_measured)}.",
                 notes=f"Measured here in {seconds}.{remarks} {self._result.oracle} tests every triangle.",
@@ -310,7 +310,7 @@ class _Measuring:
     def _at_every_frame(self, spec: DetectorSpec) -> Detection:
         """Return what the pieces of a detector report at every frame."""
         pieces = {key: value for key, value in spec.settings.items() if key in REPLACED_SETTINGS}
-        bodies = with_pieces(self._result.assembly.bodies, settings_of(spec.name, pieces))
+        bodies = with_pieces(self._result.assembly.bodies, self._result.assembly.pairs, settings_of(spec.name, pieces))
         return self._verdicts.at_every_frame({body.name: body.colliders for body in bodies if body.colliders})
 
     def _errors_at_step(self, spec: DetectorSpec) -> Mapping[str, Any]:
@@ -461,8 +461,8 @@ def _pieces_text(pieces: Mapping[str, int]) -> str:
     counts = [*pieces.values()]
     if len({*counts}) == 1:
         each = " each" if len(counts) > 1 else ""
-        return f"{_names([*pieces])} into {plural(counts[0], 'convex piece')}{each}"
-    return f"{_names([f'{name} into {count}' for name, count in pieces.items()])} convex pieces"
+        return f"{joined_names([*pieces])} into {plural(counts[0], 'convex piece')}{each}"
+    return f"{joined_names([f'{name} into {count}' for name, count in pieces.items()])} convex pieces"
 
 
 def _pieces_label(pieces: int, rate_hz: float | None) -> str:
@@ -488,8 +488,3 @@ def _why_not_cut(mesh: TriangleMesh) -> str:
 def _is_convex(mesh: TriangleMesh) -> bool:
     hull = hull_collider(mesh)
     return abs(volume_of(mesh)) >= SOLID_HULL_FRACTION * volume_of(hull)
-
-
-def _names(names: Sequence[str]) -> str:
-    """``beaker, flask and hand``."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

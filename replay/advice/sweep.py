@@ -188,7 +188,7 @@ class _Sweep:
         left = self._deadline.left() if self._trials else float("inf")
         detector_settings = setting.settings
         if detector_settings.get("shape") == "compound" and left <= seconds_to_cut(
-            self._assembly.bodies, detector_settings
+            self._assembly.bodies, self._assembly.pairs, detector_settings
         ):
             return None
         twin = self._pair[1]

@@ -5,32 +5,34 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+import numpy as np
+
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh, once_a_mesh
+from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Solids
 from replay.cutting.convex_solids import solids_of
-from replay.cutting.piece_store import Cut, Watch, convex_pieces
+from replay.cutting.piece_store import LONGEST_SECONDS, Cut, convex_pieces, cut_all, seconds_of_cuts
 
 if TYPE_CHECKING:
     from cdcore.detectors.collider import ColliderSettings
 
 
-def with_pieces(bodies: Sequence[Body], settings: "ColliderSettings", watch: Watch | None = None) -> tuple[Body, ...]:
+def with_pieces(bodies: Sequence[Body], pairs: IntArray, settings: "ColliderSettings") -> tuple[Body, ...]:
     """The bodies with at most ``settings.pieces`` convex pieces each as colliders; equal meshes are cut once.
 
-    Where ``settings.cut`` names some, only these are cut: others keep the colliders that they have, else their hull.
-    Raises ``InvalidSettingError``: there is no body of such a name; and as ``convex_pieces``.
+    Only bodies of the ``pairs`` (P, 2) are cut, since no other is tested, and where ``settings.cut`` names some, only
+    these: others keep the colliders that they have, else their hull. Raises ``InvalidSettingError``: there is no body
+    of such a name; and as ``convex_pieces``.
     """
-    # The module of a detector imports numba, which a run without contacts does without.
-    from cdcore.detectors.collider import bodies_to_cut
-
-    names = bodies_to_cut(settings, bodies)
+    cut_of_body = cuts_of_bodies(bodies, pairs, settings)
+    # All at once, since a machine cuts as many meshes at a time as it has cores.
+    new_cuts = [cut for cut in cut_of_body.values() if (cut.name, cut.most) not in _of_mesh(cut.mesh)]
+    cut_all(new_cuts, time_limit=LONGEST_SECONDS * len(new_cuts))
     bodies_with_pieces = []
     for body in bodies:
-        if body.name in names:
-            bodies_with_pieces.append(
-                replace(body, colliders=_cut_solids(Cut(body.mesh, settings.method, settings.pieces), watch))
-            )
+        if body.name in cut_of_body:
+            bodies_with_pieces.append(replace(body, colliders=_cut_solids(cut_of_body[body.name])))
         elif body.colliders is None:
             bodies_with_pieces.append(replace(body, colliders=_hull_of(body.mesh)))
         else:
@@ -38,14 +40,25 @@ def with_pieces(bodies: Sequence[Body], settings: "ColliderSettings", watch: Wat
     return tuple(bodies_with_pieces)
 
 
-def _cut_solids(cut: Cut, watch: Watch | None) -> Solids:
+def cuts_of_bodies(bodies: Sequence[Body], pairs: IntArray, settings: "ColliderSettings") -> dict[str, Cut]:
+    """Name of each body of the pairs that a compound of these settings cuts -> its cut.
+
+    Raises ``InvalidSettingError``: ``settings.cut`` names a body that there is not.
+    """
+    # The module of a detector imports numba, which a run without contacts does without.
+    from cdcore.detectors.collider import bodies_to_cut
+
+    names = bodies_to_cut(settings, bodies)
+    paired_bodies = [bodies[number] for number in np.unique(pairs).tolist()]
+    return {body.name: Cut(body.mesh, settings.method, settings.pieces) for body in paired_bodies if body.name in names}
+
+
+def _cut_solids(cut: Cut) -> Solids:
     """The pieces of a mesh, kept as long as the mesh: detectors of one run share them and their trees."""
-    if hull_collider(cut.mesh) is cut.mesh:
-        return Solids((cut.mesh,), cut.mesh)
     solids = _of_mesh(cut.mesh)
     cut_key = cut.name, cut.most
     if cut_key not in solids:
-        solids[cut_key] = solids_of(convex_pieces(cut, watch))
+        solids[cut_key] = solids_of(convex_pieces(cut))
     return solids[cut_key]
 
 
@@ -59,16 +72,12 @@ def _hull_of(mesh: TriangleMesh) -> Solids:
     return Solids((hull,), hull)
 
 
-def seconds_to_cut(bodies: Sequence[Body], settings: Mapping[str, Any]) -> float:
-    """About how long it takes to cut all of these bodies as a compound of these settings, where nothing is kept."""
+def seconds_to_cut(bodies: Sequence[Body], pairs: IntArray, settings: Mapping[str, Any]) -> float:
+    """About how long it takes to cut the bodies for a compound of these settings; pieces that are kept take none."""
     # The module of a detector imports numba, which a run without contacts does without.
-    from cdcore.detectors.collider import ColliderSettings
+    from cdcore.detectors.detector_table import settings_of
 
-    requested_settings = ColliderSettings(**{key: settings[key] for key in ("pieces", "method") if key in settings})
-    cuts = {
-        body.mesh.content_hash: Cut(body.mesh, requested_settings.method, requested_settings.pieces) for body in bodies
-    }
-    return sum(cut.seconds for cut in cuts.values())
+    return seconds_of_cuts(list(cuts_of_bodies(bodies, pairs, settings_of("collider", settings)).values()))
 
 
 def names_as_setting(names: Sequence[str]) -> str:

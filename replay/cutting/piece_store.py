@@ -55,8 +55,10 @@ class Cut:
 
     @cached_property
     def name(self) -> str:
-        """The row of the table that cuts it."""
+        """The row of the table that cuts it; a flat mesh, which has no inside, is never cut."""
         if self.most == 1 and METHODS.get(self.method, METHODS["coacd"]).counts:
+            return "hull"
+        if hull_collider(self.mesh) is self.mesh:
             return "hull"
         return method_of(self.method, self.mesh)
 
@@ -106,9 +108,7 @@ def convex_pieces(
     hull = hull_collider(cut.mesh)
     if hull is cut.mesh:
         return (hull,)
-    not_cut_by_key = cut_ahead([cut], watch, time_limit)
-    if not_cut_by_key:
-        raise CutError(f"{not_cut_by_key[cut.key].reason}; take another method of cutting")
+    cut_all([cut], watch, time_limit)
     file = _pieces_file(cut)
     with suppress(Exception):  # whatever a damaged file raises, it is made again
         return _read_pieces(file)
@@ -119,6 +119,14 @@ def convex_pieces(
     if cut.row.seconds:
         _write_pieces(file, pieces)
     return pieces
+
+
+def cut_all(cuts: Sequence[Cut], watch: Watch | None = None, time_limit: float = LONGEST_SECONDS) -> None:
+    """Cut what is not kept, as ``cut_ahead``. Raises ``CutError``: a cut is not ready."""
+    not_cut_by_key = cut_ahead(cuts, watch, time_limit)
+    for cut in cuts:
+        if cut.key in not_cut_by_key:
+            raise CutError(f"{not_cut_by_key[cut.key].reason}; take another method of cutting")
 
 
 def cut_ahead(
@@ -160,6 +168,12 @@ def cut_ahead(
                 last_call = monotonic()
                 watch()
     return not_cut_by_key
+
+
+def seconds_of_cuts(cuts: Sequence[Cut]) -> float:
+    """About how long cutting what is not kept takes, in as many processes as the machine has cores."""
+    seconds_of_key = {cut.key: cut.seconds for cut in cuts}
+    return max(sum(seconds_of_key.values()) / (os.cpu_count() or 1), *seconds_of_key.values(), 0.0)
 
 
 def _late_cuts(cuts: Sequence[Cut], time_limit: float, start_of_key: Mapping[str, float]) -> dict[str, NotCut]:

@@ -104,7 +104,7 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
         settings.setdefault("seed", seed)
     bodies = assembly.bodies
     if spec.name == "collider" and settings.get("shape") == "compound":
-        bodies = with_pieces(bodies, settings_of(spec.name, settings))
+        bodies = with_pieces(bodies, assembly.pairs, settings_of(spec.name, settings))
     with blame_detector(spec, detector_class, "to be made"):
         return create_detector(spec.name, bodies, pairs=assembly.pairs, **settings)
 

@@ -24,13 +24,12 @@ from replay.studies.class_study.regression import SIGNIFICANCE_LEVEL, Finding
 from replay.studies.class_study.tables import (
     families_text,
     headlines,
-    joined_names,
     p_relation,
     result_name,
     source_sentence,
     undecided_text,
 )
-from replay.words import plural
+from replay.words import joined_names, plural
 
 MOST_SESSIONS: Final = 3
 """Sessions that are named on the first screen; the table below has the others."""

@@ -17,7 +17,7 @@ from replay.studies.class_study.regression import (
     UNDECIDED,
     Finding,
 )
-from replay.words import plural
+from replay.words import joined_names, plural
 
 OBSERVED_ONLY_NOTE: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
@@ -353,12 +353,6 @@ def _changed_text(study: Study, result_text: str, sensitivity_rows: Sequence[Sen
         yield f"{result_text} holds with {joined_names(other_detectors)}, not with {study.detector}"
     if same_detectors:
         yield f"{result_text} has another sign with {joined_names(same_detectors)} than with {study.detector}"
-
-
-def joined_names(names: Sequence[str], conjunction: str = "and") -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
-    *leading_names, last_name = names
-    return f"{', '.join(leading_names)} {conjunction} {last_name}" if leading_names else last_name
 
 
 def sample_table(study: Study, own_sample: Mapping[str, str]) -> Table:

@@ -11,11 +11,11 @@ from support.shapes import box_mesh, revolved_mesh
 from trimesh.creation import icosphere
 
 from cdcore import Body, TriangleMesh
-from cdcore.bounding.hull import hull_of
+from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.containment.closed_parts import parity_is_inside
 from cdcore.detectors.collider import CUT_METHODS, ColliderSettings
 from cdcore.errors import InvalidSettingError
-from replay.cutting import methods, piece_store
+from replay.cutting import compound, methods, piece_store
 from replay.cutting.compound import names_as_setting, with_pieces
 from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, union_of, volume_of
 from replay.cutting.methods import AUTO_METHOD, METHODS
@@ -31,6 +31,8 @@ BEAKER = revolved_mesh(PROFILE, 12)
 HALF_BEAKER = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
 CHANNEL = TriangleMesh(channel().vertices, channel().faces)
 """A U-shaped body, which planes cut into few boxes in little time."""
+PAIR = np.array([[0, 1]])
+"""The first body of a list with the second."""
 FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 """A triangle."""
 
@@ -278,7 +280,7 @@ def test_any_name_of_a_body_survives_a_setting(name):
     bodies = [Body(name, BEAKER), Body("other", BEAKER)]
     text = names_as_setting([name])
     spec = parse_detector(f"collider[shape=compound,pieces=8,method=auto,cut={text}]")
-    cut, other = with_pieces(bodies, ColliderSettings(**spec.settings))
+    cut, other = with_pieces(bodies, PAIR, ColliderSettings(**spec.settings))
     assert len(cut.colliders.parts) > 1
     assert len(other.colliders.parts) == 1
 
@@ -286,4 +288,18 @@ def test_any_name_of_a_body_survives_a_setting(name):
 def test_absent_body_cannot_be_cut():
     """The setting ``cut`` names a cup; the only body is a beaker."""
     with pytest.raises(InvalidSettingError, match=r"cut='cup' is not allowed; .* there are: beaker"):
-        with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", cut="cup"))
+        with_pieces([Body("beaker", BEAKER)], PAIR, ColliderSettings(shape="compound", cut="cup"))
+
+
+def test_all_bodies_of_pairs_are_cut_at_once(monkeypatch):
+    """Two beakers of different sizes are a pair, cut side by side; a third body, the U-shaped one, is in no pair."""
+    cut_together = []
+    monkeypatch.setattr(compound, "cut_all", lambda cuts, **_: cut_together.append([cut.mesh for cut in cuts]))
+    monkeypatch.setattr(compound, "convex_pieces", lambda cut: (cut.mesh,))
+    large_beaker = TriangleMesh(2.0 * BEAKER.vertices, BEAKER.faces)
+    bodies = [Body("beaker", TriangleMesh(BEAKER.vertices, BEAKER.faces)), Body("large", large_beaker)]
+    channel_body = Body("channel", CHANNEL)
+    settings = ColliderSettings(shape="compound", method="planes")
+    *_, unpaired = with_pieces([*bodies, channel_body], PAIR, settings)
+    assert cut_together == [[body.mesh for body in bodies]]
+    assert unpaired.colliders.parts == (hull_collider(CHANNEL),)
