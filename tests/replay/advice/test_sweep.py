@@ -173,7 +173,7 @@ def test_compound_is_skipped_where_cutting_exceeds_time_limit(bumped, monkeypatc
     ``cut``: labels of settings that the time limit left out.
     """
     settings = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
-    monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, settings: 1000.0 * settings["pieces"])
+    monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, pairs, settings: 1000.0 * settings["pieces"])
     assert tradeoff(bumped, detectors=settings, time_limit=60.0).cut == ("pieces",)
 
 
