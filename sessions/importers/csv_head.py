@@ -51,6 +51,8 @@ DRAWN_LINE: Final = re.compile(r"\s*[|+]?[\s:]*-{2,}[-:\s]*([|+][-:\s]*)+")
 INFINITE: Final = re.compile("[-+]?inf(inity)?", re.IGNORECASE)
 """A number that no pose has; its row is one of the table all the same."""
 DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
+DIGIT: Final = re.compile(r"\d")
+"""A text without a digit is no date and no time of day."""
 DATE: Final = re.compile(r"[0-9]{1,4}([-/.])[0-9]{1,2}\1[0-9]{1,4}")
 UNORDERED: Final = ("q1", "q2", "q3", "q4")
 """A quaternion whose order a file does not tell: TUM's files have the scalar last, others first."""
@@ -225,13 +227,15 @@ def text_format(cells: Sequence[str]) -> str | None:
     ``None``: the first text is none. Of several formats that most texts fit, such as those with day and month in either
     order, it is the one by which their times are closest together.
     """
-    if not cells or NUMBER.fullmatch(cells[0]):
+    if not cells or NUMBER.fullmatch(cells[0]) or not DIGIT.search(cells[0]):
         return None
     best, fitting_best = None, (0, 0)
     for form in ("", *VOCABULARY["formats"]):
+        if _stamp_or_none(cells[0], form) is None:
+            continue
         stamps = [stamp for stamp in (_stamp_or_none(cell, form) for cell in cells) if stamp is not None]
-        fitting = (len(stamps), min(stamps) - max(stamps)) if stamps else (0, 0)
-        if fitting > fitting_best and _stamp_or_none(cells[0], form) is not None:
+        fitting = (len(stamps), min(stamps) - max(stamps))
+        if fitting > fitting_best:
             best, fitting_best = form, fitting
     return best
 

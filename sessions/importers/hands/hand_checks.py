@@ -88,15 +88,14 @@ def exchanged_joints(joints: Joints) -> tuple[str, str] | None:
     links = neighbours_of(joints)
     names = [*dict.fromkeys(joint for link in links for joint in (link.parent, link.child))]
     positions = np.stack([joints[name] for name in names])
+    distances = np.linalg.norm(positions[:, None] - positions, axis=3)
     ends = np.array([(names.index(link.parent), names.index(link.child)) for link in links])
-    expected = np.array([link.length_m for link in links])
-    misfit = _misfit(positions, ends, expected)
+    lengths = np.array([link.length_m for link in links])
+    expected = (lengths / lengths.sum())[:, None]
     pairs = [*combinations(range(len(names)), 2)]
-    gains = []
-    for first, second in pairs:
-        order = np.arange(len(names))
-        order[[first, second]] = second, first
-        gains.append(misfit - _misfit(positions[order], ends, expected))
+    orders = np.tile(np.arange(len(names)), (len(pairs), 1))
+    np.put_along_axis(orders, np.array(pairs), np.array(pairs)[:, ::-1], axis=1)
+    gains = _misfit(distances, ends, expected) - _misfit(distances, orders[:, ends], expected)
     steady = np.percentile(gains, STEADY, axis=1)
     best = int(steady.argmax())
     if steady[best] <= LEAST_GAIN:
@@ -120,11 +119,15 @@ def _folded_joints(joints: Joints) -> tuple[str, str] | None:
     return None
 
 
-def _misfit(positions: Numbers, ends: NDArray[np.intp], expected: Numbers) -> Numbers:
-    """By how much lengths between joints differ from those of a hand of that size, as a fraction of their sum, (n,)."""
-    lengths = np.linalg.norm(positions[ends[:, 1]] - positions[ends[:, 0]], axis=2)
-    total = np.maximum(lengths.sum(axis=0), 1e-30)
-    misfit: Numbers = np.abs(lengths / total - (expected / expected.sum())[:, None]).sum(axis=0)
+def _misfit(distances: Numbers, ends: NDArray[np.intp], expected: Numbers) -> Numbers:
+    """By how much lengths between joints differ from those of a hand of that size, as a fraction of their sum.
+
+    The shape is (..., n) of ``distances`` (joints, joints, n) and ``ends`` (..., links, 2); ``expected`` (links, 1)
+    are fractions of the sum of lengths.
+    """
+    lengths = distances[ends[..., 0], ends[..., 1]]
+    total = np.maximum(lengths.sum(axis=-2, keepdims=True), 1e-30)
+    misfit: Numbers = np.abs(lengths / total - expected).sum(axis=-2)
     return misfit
 
 
