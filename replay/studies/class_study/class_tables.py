@@ -121,6 +121,7 @@ class ClassTables:
         self._students_of_sessions = [runs.shared_value(run, "student") for run in runs.metrics]
         self._has_owner = np.array([owner != "" for owner in self._students_of_sessions], dtype=np.bool_)
         self._student = np.searchsorted(students, self._students_of_sessions)
+        self._known_counts: dict[tuple[str, ...], Counts] = {}
 
     def headlines(self) -> list[str]:
         """Sentences on the contacts that each audited detector misses."""
@@ -309,6 +310,12 @@ class ClassTables:
 
     def counts(self, name: str, *columns: str) -> Counts:
         """How many rows of a table there are, by values of some columns, in the sessions of known students."""
+        if (name, *columns) not in self._known_counts:
+            self._known_counts[name, *columns] = self._row_counts(name, columns)
+        return self._known_counts[name, *columns]
+
+    def _row_counts(self, name: str, columns: Sequence[str]) -> Counts:
+        """What ``counts`` returns: a page needs the same counts several times."""
         row_counts: dict[tuple[str, ...], FloatArray] = {}
         grouped_counts = self.runs.tables[name].group_by([*columns, "place"]).aggregate([([], "count_all")])
         for row in grouped_counts.to_pylist():

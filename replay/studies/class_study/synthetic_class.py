@@ -126,11 +126,10 @@ def _draw_student(k: int, seed: int, are_touches_brief: bool) -> Student:
         for item in range(1, ITEMS_PER_SCALE + 1):
             item_sign = -1.0 if item == ITEMS_PER_SCALE else 1.0
             answer = random.normal(3.0 + item_sign * trait, CLASS_MODEL["item_noise"])
-            answers[f"{item_prefix}{item}"] = int(np.clip(np.round(answer), 1, 5))
+            answers[f"{item_prefix}{item}"] = min(max(round(answer), 1), 5)
     touch_tendency = CLASS_MODEL["ease_touches"] * ease + np.sqrt(1.0 - CLASS_MODEL["ease_touches"] ** 2) * clumsiness
-    touch_count = int(
-        np.clip(np.round(CLASS_MODEL["mean_touches"] + CLASS_MODEL["touch_spread"] * touch_tendency), 0, 8)
-    )
+    touch_count = round(CLASS_MODEL["mean_touches"] + CLASS_MODEL["touch_spread"] * touch_tendency)
+    touch_count = min(max(touch_count, 0), 8)
     touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), touch_count)), 4).tolist())
     near_count = int(min(3, random.poisson(CLASS_MODEL["mean_near"])))
     if are_touches_brief:

@@ -33,6 +33,12 @@ def class_runs(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def class_tables(class_runs):
+    """The tables of these runs."""
+    return ClassTables(class_runs)
+
+
+@pytest.fixture(scope="module")
 def study_without_association(class_runs):
     """A regression of motivation on contacts a minute, which do not go together; again with slow and with coarse.
 
@@ -69,9 +75,10 @@ def with_equal_figures(study):
     return replace(study, sensitivity=tuple(replace(row, after=row.before) for row in study.sensitivity))
 
 
-def answer_rows(runs, study, folder):
-    """Heading ("What", "Why", ...) -> its texts, as a page in this folder answers about a class."""
-    return {row.name: row for row in class_answer(ClassTables(runs), places(runs, folder), study)}
+def answer_rows(tables, study):
+    """Heading ("What", "Why", ...) -> its texts, as a page in the folder of the runs answers about a class."""
+    links = places(tables.runs, tables.runs.top)
+    return {row.name: row for row in class_answer(tables, links, study)}
 
 
 def whole_text(row):
@@ -95,7 +102,7 @@ def test_class_page_has_its_seven_headings_in_order(class_runs, study_without_as
     assert "Count contacts with the detector exact" in text, "exact is the reference"
 
 
-def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, study_without_association, tmp_path):
+def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, class_tables, study_without_association):
     """Causes of misses of 20 students are counted again from the files of the runs, less those of a body in a hand.
 
     The count stands beside the cause (CAUSE_CLAUSES: a cause as words of a sentence), or "most" where another cause has
@@ -107,7 +114,7 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, stu
             if not row["held"]:
                 counted[row["detector"], row["cause"]] += 1
                 students[row["detector"], row["cause"]].add(file.parent.name)
-    why = whole_text(answer_rows(class_runs, study_without_association, tmp_path)["Why"])
+    why = whole_text(answer_rows(class_tables, study_without_association)["Why"])
     assert class_runs.audited_detectors
     for label in class_runs.audited_detectors:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
@@ -121,21 +128,20 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, stu
         assert {count for _, count in printed} == {count_text}
 
 
-def test_first_sessions_lead_to_their_miss(class_runs, study_without_association, tmp_path):
+def test_first_sessions_lead_to_their_miss(class_tables, study_without_association):
     """20 students: up to three links read ``S007: hand-left - beaker at 3.14 s`` and open that miss in a report."""
-    links = answer_rows(class_runs, study_without_association, tmp_path)["When"].links
+    links = answer_rows(class_tables, study_without_association)["When"].links
     assert 1 <= len(links) <= 3
     for text, address in links:
         assert re.fullmatch(r"S\d{3}: \S+ - \S+ at [\d.]+ s", text) and "report.html#miss-" in address
 
 
-def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
-    """Only the misses of beaker and burette stay, six students': the links name student and second alone."""
-    runs = read_class(made_class(tmp_path / "runs", sessions=6, students=6))
-    is_of_beaker = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
-    misses_of_beaker = runs.tables["misses"].filter(pa.array(is_of_beaker))
-    single_pair = replace(runs, tables=runs.tables | {"misses": misses_of_beaker})
-    row = answer_rows(single_pair, study=None, folder=tmp_path)["When"]
+def test_class_answer_names_the_pair_once_for_all_examples(class_runs):
+    """Only the misses of beaker and burette stay: the links name student and second alone."""
+    is_of_beaker = [row["body_a"] == "beaker" for row in class_runs.tables["misses"].to_pylist()]
+    misses_of_beaker = class_runs.tables["misses"].filter(pa.array(is_of_beaker))
+    single_pair = replace(class_runs, tables=class_runs.tables | {"misses": misses_of_beaker})
+    row = answer_rows(ClassTables(single_pair), study=None)["When"]
     assert row.figures.startswith("All are of the pair beaker - burette. ")
     assert row.links
     assert all(re.fullmatch(r"S\d{3} at [\d.]+ s", text) for text, _ in row.links)
@@ -144,25 +150,25 @@ def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
 def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
     """Four students: no cause under Why, no count of misses under What, and under Sure a sentence that says why."""
     four_students = read_class(made_class(tmp_path / "runs", sessions=4, students=4))
-    rows = answer_rows(four_students, study=None, folder=tmp_path)
+    rows = answer_rows(ClassTables(four_students), study=None)
     assert "Why" not in rows
     assert "misses" not in rows["What"].details
     assert "fewer than 5 students" in rows["Sure"].text
 
 
-def test_changing_detectors_are_named_as_such(class_runs, study_without_association, tmp_path):
+def test_changing_detectors_are_named_as_such(class_runs, class_tables, study_without_association):
     """Motivation goes with contacts as ``coarse`` counts them (beta 0.7), not as exact and ``slow`` do.
 
     Every heading blames coarse; slow changes nothing and is the quicker choice under Or.
     """
     study = with_conclusion_changed_by(study_without_association, "coarse")
     assert {row.detector: row.changes for row in study.sensitivity} == {"slow": False, "coarse": True}
-    rows = answer_rows(class_runs, study, tmp_path)
+    rows = answer_rows(class_tables, study)
     beta_by_exact = study.coefficients[0].beta
     assert rows["What"].text.startswith("coarse ")
     assert f" is +0.70 with coarse, {beta_by_exact:+.2f} with exact." in rows["What"].text
     assert rows["When"].text == "Mistakes that change it, of coarse, for example:"
-    counts = ClassTables(class_runs).mistakes("coarse")
+    counts = class_tables.mistakes("coarse")
     assert rows["Why"].text.startswith("coarse is wrong because ")
     assert (
         f"coarse missed {counts.missed} of {counts.contacts} contacts, was late or cut short in "
@@ -171,10 +177,10 @@ def test_changing_detectors_are_named_as_such(class_runs, study_without_associat
     assert "slow" in rows["Or"].text and "coarse" not in rows["Or"].text
 
 
-def test_no_detector_is_proposed_if_every_other_changes_a_conclusion(class_runs, study_without_association, tmp_path):
+def test_no_detector_is_proposed_if_every_other_changes_a_conclusion(class_tables, study_without_association):
     """Motivation goes with contacts as ``slow`` and ``coarse`` count them, not as exact, the reference, does."""
     study = with_conclusion_changed_by(study_without_association, "slow", "coarse")
-    assert answer_rows(class_runs, study, tmp_path)["Or"].text.startswith("None: every other detector")
+    assert answer_rows(class_tables, study)["Or"].text.startswith("None: every other detector")
 
 
 def wrong_contacts_in_files(runs):
@@ -189,9 +195,9 @@ def wrong_contacts_in_files(runs):
 
 
 @pytest.mark.slow
-def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, study_without_association, tmp_path):
+def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, class_tables, study_without_association):
     """All detectors give the same figures, nothing is associated; mistakes are counted again from the runs' files."""
-    why = answer_rows(class_runs, with_equal_figures(study_without_association), tmp_path)["Why"]
+    why = answer_rows(class_tables, with_equal_figures(study_without_association))["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     wrong, contacts = wrong_contacts_in_files(class_runs)
     (first, most), (second, fewer) = wrong.most_common()
@@ -201,18 +207,18 @@ def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, study_wit
 
 
 @pytest.mark.slow
-def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_runs, study_without_association, tmp_path):
+def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_tables, study_without_association):
     """Nothing is associated, with any detector, though figures differ: mistakes stand below the few students."""
-    why = answer_rows(class_runs, study_without_association, tmp_path)["Why"]
+    why = answer_rows(class_tables, study_without_association)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")
 
 
 @pytest.mark.slow
-def test_mistakes_come_first_if_an_association_shows(class_runs, study_without_association, tmp_path):
+def test_mistakes_come_first_if_an_association_shows(class_tables, study_without_association):
     """All detectors give the same figures. Where an association shows, none can be hidden, which else comes first."""
     study = with_association(with_equal_figures(study_without_association))
-    why = answer_rows(class_runs, study, tmp_path)["Why"]
+    why = answer_rows(class_tables, study)["Why"]
     assert why.text.startswith("The detectors' mistakes moved no result: ")
 
 
@@ -226,10 +232,10 @@ def with_alpha_of_motivation(study, alpha):
     return replace(study, reliabilities=study.reliabilities | {"motivation": changed})
 
 
-def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, study_without_association, tmp_path):
+def test_class_answer_blames_unreliable_questionnaire_scales(class_tables, study_without_association):
     """Cronbach's alpha of motivation is 0.57, below the usual 0.7; 20 students are fewer than the 85 needed."""
     assert study_without_association.unreliable_scales == []
-    rows = answer_rows(class_runs, with_alpha_of_motivation(study_without_association, alpha=0.5712), tmp_path)
+    rows = answer_rows(class_tables, with_alpha_of_motivation(study_without_association, alpha=0.5712))
     assert rows["Why"].text == (
         "An association may be hidden: the answers on motivation are unreliable (Cronbach's alpha 0.57; "
         f"{ACCEPTABLE_ALPHA:g} is usual) and {STUDENTS} students are few."
@@ -239,20 +245,20 @@ def test_class_answer_blames_unreliable_questionnaire_scales(class_runs, study_w
     )
 
 
-def test_only_the_scale_is_blamed_if_students_are_enough(class_runs, study_without_association, tmp_path):
+def test_only_the_scale_is_blamed_if_students_are_enough(class_tables, study_without_association):
     """85 students find a correlation of 0.3, so that only the questions are to blame (alpha 0.57)."""
     unreliable = with_alpha_of_motivation(study_without_association, alpha=0.5712)
-    rows = answer_rows(class_runs, replace(unreliable, students=MEDIUM_CORRELATION_STUDENTS), tmp_path)
+    rows = answer_rows(class_tables, replace(unreliable, students=MEDIUM_CORRELATION_STUDENTS))
     assert rows["Why"].text == (
         "An association may be hidden: the answers on motivation are unreliable (Cronbach's alpha 0.57; 0.7 is usual)."
     )
     assert rows["Do"].text == "Count contacts with the detector exact and revise the questions on motivation."
 
 
-def test_unreliable_scale_is_not_blamed_if_an_association_shows(class_runs, study_without_association, tmp_path):
+def test_unreliable_scale_is_not_blamed_if_an_association_shows(class_tables, study_without_association):
     """Unreliable answers (Cronbach's alpha 0.57) hide associations; here motivation and contacts show one."""
     unreliable = with_alpha_of_motivation(study_without_association, alpha=0.5712)
-    rows = answer_rows(class_runs, with_association(unreliable), tmp_path)
+    rows = answer_rows(class_tables, with_association(unreliable))
     assert "unreliable" not in rows["Why"].text and "revise" not in rows["Do"].text
 
 
@@ -263,9 +269,9 @@ def test_unreliable_scales_are_those_of_regressions(study_without_association):
     assert replace(study, reliabilities=study.reliabilities | {"unused": unused}).unreliable_scales == ["motivation"]
 
 
-def test_class_answer_advises_more_students(class_runs, study_without_association, tmp_path):
+def test_class_answer_advises_more_students(class_tables, study_without_association):
     """Nothing is associated in 20 students: 85 find a correlation of 0.3 with 80 % power, which Sure leaves to Do."""
-    rows = answer_rows(class_runs, study_without_association, tmp_path)
+    rows = answer_rows(class_tables, study_without_association)
     assert rows["Do"].text == "Count contacts with the detector exact and study at least 85 students."
     assert rows["Do"].figures.startswith(
         "Among 85 students a correlation of 0.3 is found with 80 % power (one test at p <"
@@ -273,23 +279,23 @@ def test_class_answer_advises_more_students(class_runs, study_without_associatio
     assert "85" not in rows["Sure"].figures
 
 
-def test_class_answer_advises_no_more_students_if_an_association_shows(class_runs, study_without_association, tmp_path):
+def test_class_answer_advises_no_more_students_if_an_association_shows(class_tables, study_without_association):
     """20 students, in whom an association shows: not Do but Sure says how many a correlation of 0.3 takes."""
-    rows = answer_rows(class_runs, with_association(study_without_association), tmp_path)
+    rows = answer_rows(class_tables, with_association(study_without_association))
     assert rows["Do"].text == "Count contacts with the detector exact."
     assert "takes 85 students" in rows["Sure"].figures
 
 
-def test_class_answer_advises_no_more_students_if_they_are_enough(class_runs, study_without_association, tmp_path):
+def test_class_answer_advises_no_more_students_if_they_are_enough(class_tables, study_without_association):
     """Nothing is associated in 85 students, who find a correlation of 0.3 with 80 % power."""
     enough = replace(study_without_association, students=MEDIUM_CORRELATION_STUDENTS)
-    assert "study" not in answer_rows(class_runs, enough, tmp_path)["Do"].text
+    assert "study" not in answer_rows(class_tables, enough)["Do"].text
 
 
-def test_more_students_are_needed_where_more_tests_are_made(class_runs, study_without_association, tmp_path):
+def test_more_students_are_needed_where_more_tests_are_made(class_tables, study_without_association):
     """Six regressions, corrected for one another: a correlation of 0.3 takes more than the 85 students of one."""
     six_tests = replace(study_without_association, coefficients=study_without_association.coefficients * 6)
-    rows = answer_rows(class_runs, six_tests, tmp_path)
+    rows = answer_rows(class_tables, six_tests)
     needed = students_needed(correlation=0.3, tests=6)
     assert needed > MEDIUM_CORRELATION_STUDENTS
     assert rows["Do"].text == f"Count contacts with the detector exact and study at least {needed} students."
@@ -304,9 +310,9 @@ def study_without_test(study_without_association):
     return replace(study_without_association, coefficients=untested, sensitivity=())
 
 
-def test_class_answer_says_that_the_codebook_asks_for_no_test(class_runs, study_without_test, tmp_path):
+def test_class_answer_says_that_the_codebook_asks_for_no_test(class_tables, study_without_test):
     """No result of 20 students has a p-value, and none was refused: more students would not help."""
-    rows = answer_rows(class_runs, study_without_test, tmp_path)
+    rows = answer_rows(class_tables, study_without_test)
     assert rows["Why"].text == "No test was possible: the codebook asks for no association that can be tested."
     assert rows["Do"].text == "Count contacts with the detector exact."
     assert "more student" not in rows["Cost"].text
@@ -314,26 +320,26 @@ def test_class_answer_says_that_the_codebook_asks_for_no_test(class_runs, study_
     assert "correlation" not in rows["Sure"].figures
 
 
-def test_class_answer_says_that_a_test_takes_ten_students(class_runs, study_without_test, tmp_path):
+def test_class_answer_says_that_a_test_takes_ten_students(class_tables, study_without_test):
     """The p-value of 8 students was refused by the rule few-students, because 10 are needed: 2 more."""
     refused = StudyRefusedError("few-students", "p of the regression of a on b")
-    rows = answer_rows(class_runs, replace(study_without_test, students=8, refusals=(refused,)), tmp_path)
+    rows = answer_rows(class_tables, replace(study_without_test, students=8, refusals=(refused,)))
     assert rows["Cost"].text.startswith("2 more students")
     assert rows["Why"].text.startswith("No test was possible: a p-value from fewer than 10 students ")
     assert rows["Do"].text == "Count contacts with the detector exact and study at least 10 students."
 
 
-def test_detectors_are_explained_beside_their_mistakes(class_runs, study_without_association, tmp_path):
+def test_detectors_are_explained_beside_their_mistakes(class_runs, study_without_association):
     """The runs say what ``slow`` is, meshes at 5 Hz, and nothing of ``coarse``, which stands without brackets."""
     titled = replace(class_runs, titles={"slow": "meshes at 5 Hz"})
-    why = answer_rows(titled, study_without_association, tmp_path)["Why"]
+    why = answer_rows(ClassTables(titled), study_without_association)["Why"]
     assert "slow (meshes at 5 Hz) got " in why.figures
     assert "coarse" in why.figures and "coarse (" not in why.figures
 
 
-def test_recommended_detector_is_the_reference_though_another_counts(class_runs, study_without_association, tmp_path):
+def test_recommended_detector_is_the_reference_though_another_counts(class_tables, study_without_association):
     """The study counted contacts with the detector ``slow``; exact is the reference, with which to count next time."""
-    do = answer_rows(class_runs, replace(study_without_association, detector="slow"), tmp_path)["Do"]
+    do = answer_rows(class_tables, replace(study_without_association, detector="slow"))["Do"]
     assert do.text.startswith("Count contacts with the detector exact") and do.figures.endswith("is counted with slow.")
 
 
@@ -344,15 +350,15 @@ def study_counted_with_slow(study_without_association):
     return replace(study_without_association, detector="slow", sensitivity=(tested_again,))
 
 
-def test_change_by_the_reference_is_blamed_on_the_counting_detector(class_runs, study_counted_with_slow, tmp_path):
+def test_change_by_the_reference_is_blamed_on_the_counting_detector(class_tables, study_counted_with_slow):
     """The study counted with ``slow`` and finds no association; with exact, the reference, there is one."""
     changed = with_conclusion_changed_by(study_counted_with_slow, "exact")
-    assert answer_rows(class_runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
+    assert answer_rows(class_tables, changed)["Why"].text.startswith("slow, which counts here, missed ")
 
 
-def test_reference_is_never_proposed_as_the_quicker_detector(class_runs, study_counted_with_slow, tmp_path):
+def test_reference_is_never_proposed_as_the_quicker_detector(class_tables, study_counted_with_slow):
     """Exact and ``slow`` give the same figures; exact stands under Do, and Or has no other detector to name."""
-    rows = answer_rows(class_runs, with_equal_figures(study_counted_with_slow), tmp_path)
+    rows = answer_rows(class_tables, with_equal_figures(study_counted_with_slow))
     assert "Or" not in rows
     assert "exact" in rows["Do"].text
 
@@ -401,9 +407,9 @@ def test_students_needed_is_the_inverse_of_least_correlation(tests):
     ],
     ids=["figures differ and no conclusion", "figures are equal", "a conclusion changes"],
 )
-def test_certainty_begins_with_the_detectors(class_runs, study_without_association, tmp_path, state, sentence):
+def test_certainty_begins_with_the_detectors(class_tables, study_without_association, state, sentence):
     """``state`` changes what ``slow`` and ``coarse`` find beside exact: three detectors in all."""
-    assert answer_rows(class_runs, state(study_without_association), tmp_path)["Sure"].text.startswith(sentence)
+    assert answer_rows(class_tables, state(study_without_association))["Sure"].text.startswith(sentence)
 
 
 @pytest.mark.parametrize(
@@ -415,24 +421,24 @@ def test_certainty_begins_with_the_detectors(class_runs, study_without_associati
     ],
 )
 def test_certainty_ends_with_the_correlation_that_students_show(
-    class_runs, study_without_association, tmp_path, students, sentences
+    class_tables, study_without_association, students, sentences
 ):
     """Fisher: 80 % power takes r = tanh(2.80 / sqrt(n - 3)), 0.59 of 20 students and 0.28 of 100; not below 20."""
     study = replace(study_without_association, students=students)
-    assert answer_rows(class_runs, study, tmp_path)["Sure"].text.endswith(sentences)
+    assert answer_rows(class_tables, study)["Sure"].text.endswith(sentences)
 
 
-def test_certainty_of_an_association_is_its_p_and_interval(class_runs, study_without_association, tmp_path):
+def test_certainty_of_an_association_is_its_p_and_interval(class_tables, study_without_association):
     """The first finding of 20 students is an association with p = 0.001 and an interval from 0.4 to 0.9."""
-    sure = answer_rows(class_runs, with_association(study_without_association), tmp_path)["Sure"]
+    sure = answer_rows(class_tables, with_association(study_without_association))["Sure"]
     assert sure.text.endswith(
         f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
     )
 
 
-def test_nothing_is_known_of_conclusions_without_a_questionnaire(class_runs, tmp_path):
+def test_nothing_is_known_of_conclusions_without_a_questionnaire(class_tables):
     """20 recorded students and no study of them: Sure says so, and Do names the option that adds one."""
-    rows = answer_rows(class_runs, study=None, folder=tmp_path)
+    rows = answer_rows(class_tables, study=None)
     assert rows["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
     assert "--questionnaire" in rows["Do"].figures
 
@@ -446,7 +452,7 @@ def test_nothing_is_known_of_conclusions_without_a_questionnaire(class_runs, tmp
     ],
 )
 def test_cost_calls_the_recommended_detector_least_only_where_measured(
-    class_runs, study_without_association, tmp_path, slow_ms, is_exact_least, is_slow_quicker
+    class_runs, study_without_association, slow_ms, is_exact_least, is_slow_quicker
 ):
     """``exact`` takes 0.01 ms a frame, ``coarse`` 0.03; a class is priced at the 90 frames a second of a headset.
 
@@ -455,19 +461,19 @@ def test_cost_calls_the_recommended_detector_least_only_where_measured(
     milliseconds = {"exact": 0.01, "slow": slow_ms, "coarse": 0.03}
     metrics = class_runs.every_metric.to_pandas()
     metrics["mean_ms"] = metrics["detector"].map(milliseconds)
-    timed = replace(class_runs, every_metric=pa.Table.from_pandas(metrics))
+    timed = ClassTables(replace(class_runs, every_metric=pa.Table.from_pandas(metrics)))
     minutes = sum(next(iter(rows.values()))["valid_minutes"] for rows in class_runs.metrics.values())
     frames = minutes * 60 * 90
     class_time = words.duration(frames * 0.01e-3)
     least = ", less than every other detector" if is_exact_least else ""
     time_text = f"exact takes 0.01 ms a frame ({class_time} for this class){least}."
     recording = words.duration(60 * minutes / STUDENTS)
-    rows = answer_rows(timed, study_without_association, tmp_path)
+    rows = answer_rows(timed, study_without_association)
     more = MEDIUM_CORRELATION_STUDENTS - STUDENTS
     assert rows["Cost"].text == f"{more} more students with a recording of about {recording} each; {time_text}"
     assert ("Or" in rows) == is_slow_quicker
     enough_students = replace(study_without_association, students=MEDIUM_CORRELATION_STUDENTS)
-    assert answer_rows(timed, enough_students, tmp_path)["Cost"].text == time_text
+    assert answer_rows(timed, enough_students)["Cost"].text == time_text
 
 
 def with_kinds(runs, table, kinds):
@@ -504,14 +510,14 @@ def test_mistakes_are_recounts_of_misses_and_false_contacts(class_runs, label):
     ids=["none", "all", "some"],
 )
 def test_prolonged_contacts_are_counted_among_false_contacts(
-    class_runs, study_without_association, tmp_path, kinds, printed_count
+    class_runs, study_without_association, kinds, printed_count
 ):
     """False contacts are of these kinds in turn; ``ends late`` only prolongs a true contact.
 
     ``printed_count``: how many of them only prolong; None: no word on it.
     """
     changed = with_kinds(class_runs, "false_contacts", kinds)
-    text = whole_text(answer_rows(changed, study_without_association, tmp_path)["Why"])
+    text = whole_text(answer_rows(ClassTables(changed), study_without_association)["Why"])
     counts = re.findall(r"\((\w+) only prolong a true contact\)", text)
     assert bool(counts) == (printed_count is not None)
     assert all(re.fullmatch(printed_count, count) for count in counts)
@@ -527,11 +533,11 @@ def test_page_lists_eight_unmatched_codes_and_counts_the_rest(class_runs, study_
 
 
 @pytest.mark.parametrize("emptied", ["misses", "false_contacts"])
-def test_mistakes_of_a_single_kind_are_reported(class_runs, study_without_association, tmp_path, emptied):
+def test_mistakes_of_a_single_kind_are_reported(class_runs, study_without_association, emptied):
     """One of the two tables of mistakes has no rows; those of the other are reported, a count of 0 beside them."""
     no_rows = class_runs.tables[emptied].slice(0, 0)
     fewer = replace(class_runs, tables=class_runs.tables | {emptied: no_rows})
-    text = whole_text(answer_rows(fewer, study_without_association, tmp_path)["Why"])
+    text = whole_text(answer_rows(ClassTables(fewer), study_without_association)["Why"])
     sentence = re.search(r"slow missed (\d+) of \d+ contacts?, .*? and reported (\d+) false contacts?", text)
     missed, false_contacts = map(int, sentence.groups())
     assert (missed == 0) == (emptied == "misses")
@@ -539,10 +545,10 @@ def test_mistakes_of_a_single_kind_are_reported(class_runs, study_without_associ
 
 
 @pytest.mark.parametrize("more", [0, 2])
-def test_refused_results_are_listed_up_to_a_few(class_runs, study_without_association, tmp_path, more):
+def test_refused_results_are_listed_up_to_a_few(class_tables, study_without_association, more):
     """MOST_REFUSED refused results are listed; so many more are counted here, and listed under Method."""
     refusals = (StudyRefusedError("small-cell", "the comparison of ease"),) * (MOST_REFUSED + more)
     study = replace(study_without_association, refusals=refusals)
-    text = whole_text(answer_rows(class_runs, study, tmp_path)["Sure"])
+    text = whole_text(answer_rows(class_tables, study)["Sure"])
     assert text.count("the comparison of ease (") == MOST_REFUSED
     assert (f"; {more} more under Method" in text) == bool(more) == ("under Method" in text)

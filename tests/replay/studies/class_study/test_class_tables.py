@@ -156,10 +156,11 @@ def test_class_page_without_an_audit_states_its_absence(tables_of, tmp_path):
     assert html.count("There is none in the sessions with a pseudonym.") == empty_tables
 
 
-def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
-    """Beside six runs a copy of one, and a copy of another without its metrics: figures stay, and notes say why."""
-    made_class(tmp_path / "class", sessions=6, students=6)
-    before = all_tables(ClassTables(read_class(tmp_path)))
+def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tables_of, tmp_path):
+    """Beside eight runs a copy of one, and a copy of another without its metrics: figures stay, and notes say why."""
+    runs, tables = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
+    before = all_tables(tables)
+    shutil.copytree(runs.top, tmp_path / "class")
     shutil.copytree(tmp_path / "class" / "run003", tmp_path / "copies" / "again")
     shutil.copytree(tmp_path / "class" / "run004", tmp_path / "copies" / "bare")
     (tmp_path / "copies" / "bare" / "metrics.parquet").unlink()
@@ -173,28 +174,29 @@ def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
 
 
 @pytest.fixture
-def nameless_runs(tmp_path):
-    """The folder of six runs, of sessions 0 to 5, none of which states a student."""
-    return made_class(tmp_path / "runs", sessions=6, students=6, nobody=6, rare=0)
+def nameless_runs(tables_of):
+    """Six runs, of sessions 0 to 5, none of which states a student."""
+    runs, _ = tables_of(sessions=6, students=6, nobody=6, **MANY_MISSES)
+    return runs
 
 
 def test_students_file_assigns_sessions_to_students(nameless_runs, tmp_path):
     """Six sessions name no student; the file says that session k (16 hexadecimal digits) is of Sk.
 
-    Metrics have a row a session and detector: exact, slow and coarse.
+    Metrics have a row a session and detector: exact and slow.
     """
     students_file = tmp_path / "students.csv"
     rows = [f"{session:016x},S{session}\n" for session in range(6)]
     students_file.write_text("session,student\n" + "".join(rows))
-    runs = read_class(nameless_runs, students_file)
+    runs = read_class(nameless_runs.top, students_file)
     assert runs.students == ["S0", "S1", "S2", "S3", "S4", "S5"]
-    assert len(runs.as_metrics()) == 6 * 3
+    assert len(runs.as_metrics()) == 6 * 2
 
 
 def test_metrics_of_sessions_without_students_are_refused(nameless_runs):
     """Six sessions name no student, by whom a study joins metrics and answers: the rule is called ids."""
     with pytest.raises(StudyRefusedError, match="ids"):
-        read_class(nameless_runs).as_metrics()
+        nameless_runs.as_metrics()
 
 
 def test_session_that_two_runs_give_to_two_students_is_refused(tmp_path):
@@ -206,14 +208,14 @@ def test_session_that_two_runs_give_to_two_students_is_refused(tmp_path):
 
 
 def test_class_headline_explains_students_missing_from_n(tables_of):
-    """Twelve students with a session each; contacts of the first five sessions are removed."""
-    runs, tables = tables_of(sessions=12, students=12, detectors={"slow": 0.9}, contacts=20)
+    """Eight students with a session each; contacts of the first three sessions are removed."""
+    runs, tables = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     (headline,) = tables.headlines()
-    assert ", 12 students) and reports " in headline
-    remaining = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]  # place: index of session
+    assert ", 8 students) and reports " in headline
+    remaining = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 3]  # place: index of session
     episodes = pa.Table.from_pylist(remaining, schema=runs.tables["episodes"].schema)
     (headline,) = ClassTables(replace(runs, tables=runs.tables | {"episodes": episodes})).headlines()
-    assert "7 of 12 students; the others had no contact to miss" in headline
+    assert "5 of 8 students; the others had no contact to miss" in headline
 
 
 @pytest.mark.slow
@@ -302,21 +304,23 @@ def test_head_counts_false_contacts_of_each_detector(tables_of):
 
 def test_every_class_table_notes_that_n_counts_students(tables_of):
     """Tables of detectors, pairs, activities and causes of a class of eight students have a column n."""
-    _, tables = tables_of(sessions=8, students=8)
+    _, tables = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     assert all("n counts the students" in " ".join(table.notes) for table in all_tables(tables))
 
 
-def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
-    """Eight sessions of five students, the last of nobody: all names differ.
+def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, nameless_runs, tmp_path):
+    """Eight sessions of as many students are named by their codes; six of a single one, or of nobody, all differ.
 
-    A name begins with the student's code and may go on behind a comma; that of nobody is the id of the session.
+    Names of a student with several sessions go on behind a comma; that of nobody is the id of the session.
     """
-    runs, _ = tables_of(sessions=8, students=5, nobody=1)
-    names = {run: name for run, (name, _address) in places(runs, tmp_path).items()}
-    assert len({*names.values()}) == 8
-    for run, name in names.items():
-        student = runs.shared_value(run, "student")
-        assert name.split(",")[0] == (student or runs.shared_value(run, "session"))
+    eight_students, _ = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
+    single_student, _ = tables_of(sessions=6, students=1, nobody=0, **MANY_MISSES)
+    names = [name for name, _address in places(eight_students, tmp_path).values()]
+    assert names == [f"S{number:03d}" for number in range(8)]
+    names = [name for name, _address in places(single_student, tmp_path).values()]
+    assert len({*names}) == 6 and all(name.startswith("S000, ") for name in names)
+    for run, (name, _address) in places(nameless_runs, tmp_path).items():
+        assert name == nameless_runs.shared_value(run, "session")
 
 
 def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
@@ -329,7 +333,7 @@ def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):
 
 def test_contacts_are_grouped_by_every_task_stage_and_vr_type(tables_of):
     """The groups are all tasks, stages and VR types that contacts of the runs have; some contacts have no task."""
-    runs, tables = tables_of(sessions=12, students=12, detectors={"slow": 0.9}, contacts=20)
+    runs, tables = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
     episodes = runs.tables["episodes"].to_pylist()
     names = {("task", row["task"] or NO_NAME) for row in episodes}
     names |= {("stage", row["stage"] or NO_NAME) for row in episodes}

@@ -8,13 +8,14 @@ import pytest
 from support import study_samples
 from support.study_samples import a_class, codebook, made_class, questionnaire
 
+from replay.studies.class_study import groups
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.folder import write_study
 from replay.studies.class_study.page import Heading
 
 HOSTILE = '=cmd|"/c calc"!A1 <script>throw 1</script><img src=x onerror=alert(1)> &amp; \u202e'
-STUDENTS = 20
+STUDENTS = 12
 ELEMENTS_OF_THE_PAGE = {
     *("html", "head", "meta", "title", "style", "body", "main", "script", "header", "nav", "section", "footer", "div"),
     *("p", "h1", "h2", "dl", "dt", "dd", "ul", "li", "a", "b", "small", "details", "summary", "figure", "figcaption"),
@@ -36,7 +37,10 @@ class Elements(HTMLParser):
 
 @pytest.fixture(scope="module")
 def study_folder(tmp_path_factory):
-    """The written study of runs whose bodies, tasks, stages, devices, causes, detectors and group have that name."""
+    """The written study of runs whose bodies, tasks, stages, devices, causes, detectors and group have that name.
+
+    No figure is looked at, so that a few permutations are enough.
+    """
     folder = tmp_path_factory.mktemp("hostile")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study_samples, "PAIRS", [(HOSTILE, "beaker"), ("hand", HOSTILE)])
@@ -48,7 +52,10 @@ def study_folder(tmp_path_factory):
     answered.index = [f"S{k:03d}" for k in range(STUDENTS)]
     questions = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
     book = codebook(questions, groups=("arm", (HOSTILE, "second")))
-    study = analyse(book, answered, runs.as_metrics())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(groups, "PERMUTATIONS", 99)
+        patch.setattr(groups, "STUDENTISED_DRAWS", 99)
+        study = analyse(book, answered, runs.as_metrics())
     return write_study(runs, study, folder / "study", inputs={}, heading=Heading(HOSTILE))
 
 

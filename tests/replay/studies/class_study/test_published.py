@@ -72,13 +72,13 @@ def test_fit_correlation_and_p_agree_with_regression(r):
 
     The correlation that is computed back from the fit has no sign.
     """
-    import statsmodels.api as sm
+    from statsmodels.regression.linear_model import OLS  # statsmodels.api takes 0.2 s more
 
     students = 52
     constant_and_two_draws = np.column_stack([np.ones(students), np.random.default_rng(1).normal(size=(students, 2))])
     _, x, rest = np.linalg.qr(constant_and_two_draws)[0].T  # unit vectors at right angles
     y = r * x + np.sqrt(1 - r * r) * rest
-    fitted = sm.OLS(y, sm.add_constant(x)).fit()
+    fitted = OLS(y, np.column_stack([np.ones(students), x])).fit()
     fit, p = adjusted_fit(r, students), p_of_correlation(r, students)
     assert (fit, p) == pytest.approx((fitted.rsquared_adj, fitted.pvalues[1]), rel=1e-9, abs=0)
     assert implied_correlation(fit, students) == pytest.approx(abs(r), abs=1e-12)

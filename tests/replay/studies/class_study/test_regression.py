@@ -42,12 +42,12 @@ def test_permuted_and_textbook_p_agree_where_errors_are_normal():
 
     They may differ by four standard errors of 4,999 permutations (at most 0.5 / sqrt(4999) each), and by 0.01.
     """
-    import statsmodels.api as sm
+    from statsmodels.regression.linear_model import OLS  # statsmodels.api takes 0.2 s more
 
     random = np.random.default_rng(3)
     x = random.normal(size=(60, 2))
     y = 0.25 * x[:, 0] + random.normal(size=60)
-    _constant, *textbook = sm.OLS(y, sm.add_constant(x)).fit(cov_type="HC3", use_t=True).pvalues
+    _constant, *textbook = OLS(y, np.column_stack([np.ones(60), x])).fit(cov_type="HC3", use_t=True).pvalues
     permuted = [permutation_p(y - y.mean(), x - x.mean(axis=0), column, random) for column in (0, 1)]
     assert permuted == pytest.approx(textbook, abs=4 * 0.5 / np.sqrt(regression.PERMUTATIONS) + 0.01)
 

@@ -4,6 +4,7 @@ import csv
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from io import StringIO
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from support.study_samples import ITEMS, a_class, codebook, made_class, metrics,
 
 from replay.cli.study_tables import study_tables as study_tables_screen
 from replay.errors import OutputError, StudyError
+from replay.studies.class_study import groups
 from replay.studies.class_study.analysis import Sensitivity, analyse
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import places
@@ -35,6 +37,7 @@ from replay.studies.class_study.tables import (
 GROUP_NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
 """Outcome and predictor of a regression."""
+NO_REGRESSIONS = codebook(questions=())
 TWO_REGRESSIONS = codebook((EASE, CONTACTS))
 TWO_REGRESSIONS_AND_GROUPS = codebook((EASE, CONTACTS), groups=("arm", GROUP_NAMES))
 """Codebooks; ``arm`` is the column that says in which group a student is."""
@@ -42,6 +45,7 @@ GROUP_OF_EACH_STUDENT = [*GROUP_NAMES] * 20
 """40 students, in the two groups in turn."""
 
 
+@cache
 def study_of_class(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
     """A study by exact in which contacts go with motivation, ease of use does not; again with the other detector.
 
@@ -56,8 +60,9 @@ def study_of_class(count=40, other="hybrid", *, recall=0.9, scattered=False, arm
         table.loc[is_other, "contacts_per_min"] = np.random.default_rng(0).permutation(contacts)
     if arms:
         table.loc[~is_other, "contacts_per_min"] += 9.0 * (np.arange(count) % 2)
-    groups = GROUP_OF_EACH_STUDENT if arms else ()
-    return analyse(TWO_REGRESSIONS_AND_GROUPS if arms else TWO_REGRESSIONS, questionnaire(answers, groups), table)
+    if arms:
+        return analyse(TWO_REGRESSIONS_AND_GROUPS, questionnaire(answers, GROUP_OF_EACH_STUDENT), table)
+    return analyse(TWO_REGRESSIONS, questionnaire(answers), table)
 
 
 def rules_of_refusals(result):
@@ -326,18 +331,18 @@ def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
     """hull50 finds half of the contacts, hybrid 80 %; a detector that has no metrics is refused."""
     answers, contacts = a_class(count=30)
     table = metrics(contacts, detectors=("hull50", "hybrid"), recall=(0.5, 0.8))
-    assert analyse(TWO_REGRESSIONS, questionnaire(answers), table).detector == "hybrid"
-    requested = analyse(TWO_REGRESSIONS, questionnaire(answers), table, detector="hull50")
+    assert analyse(NO_REGRESSIONS, questionnaire(answers), table).detector == "hybrid"
+    requested = analyse(NO_REGRESSIONS, questionnaire(answers), table, detector="hull50")
     assert (requested.detector, requested.recall) == ("hull50", pytest.approx(0.5))
     with pytest.raises(StudyError, match="there are: hull50, hybrid"):
-        analyse(TWO_REGRESSIONS, questionnaire(answers), table, detector="exakt")
+        analyse(NO_REGRESSIONS, questionnaire(answers), table, detector="exakt")
 
 
 def test_reference_is_chosen_of_detectors_that_miss_nothing():
     """hull50 finds every contact too, and may report false ones beside; exact is the reference."""
     answers, contacts = a_class(count=30)
     table = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
-    assert analyse(TWO_REGRESSIONS, questionnaire(answers), table).detector == "exact"
+    assert analyse(NO_REGRESSIONS, questionnaire(answers), table).detector == "exact"
 
 
 @pytest.mark.parametrize(
@@ -412,6 +417,14 @@ def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(predictor, text
         analyse(book, questionnaire(answers, GROUP_OF_EACH_STUDENT), metrics(contacts))
 
 
+@pytest.fixture
+def few_permutations(monkeypatch):
+    """Groups are compared by 99 permutations, which is enough where no p and no interval is looked at."""
+    monkeypatch.setattr(groups, "PERMUTATIONS", 99)
+    monkeypatch.setattr(groups, "STUDENTISED_DRAWS", 99)
+
+
+@pytest.mark.usefixtures("few_permutations")
 @pytest.mark.parametrize(
     ("answering", "sizes", "rules"),
     [
@@ -424,19 +437,20 @@ def test_group_with_fewer_than_five_answers_is_not_compared(answering, sizes, ru
     answers, contacts = a_class(count=40)
     students_of_second_group = np.arange(1, 40, 2)
     answers[students_of_second_group[: 20 - answering], ITEMS.index("m1")] = np.nan
-    book = codebook(groups=("arm", GROUP_NAMES))
+    book = codebook(questions=(), groups=("arm", GROUP_NAMES))
     study = analyse(book, questionnaire(answers, GROUP_OF_EACH_STUDENT), metrics(contacts))
     assert {pair.outcome: (pair.first_students, pair.second_students) for pair in study.groups} == sizes
     assert rules_of_refusals(study) == rules
 
 
-@pytest.mark.parametrize(("size", "printed"), [(5, "5"), (4, "fewer than 5")])
-def test_size_of_a_group_below_five_is_not_printed(size, printed):
-    """So many of the 40 students are in the second group."""
+@pytest.mark.usefixtures("few_permutations")
+def test_size_of_a_group_below_five_is_not_printed():
+    """40 students are in three groups, 31, 5 and 4."""
     answers, contacts = a_class(count=40)
-    group_of_each = ["first"] * (40 - size) + ["second"] * size
-    study = analyse(TWO_REGRESSIONS_AND_GROUPS, questionnaire(answers, group_of_each), metrics(contacts))
-    assert study.group_sizes["second"] == printed
+    group_of_each = ["first"] * 31 + ["second"] * 5 + ["third"] * 4
+    book = codebook(questions=(), groups=("arm", ("first", "second", "third")))
+    study = analyse(book, questionnaire(answers, group_of_each), metrics(contacts))
+    assert study.group_sizes == {"first": "31", "second": "5", "third": "fewer than 5"}
 
 
 def test_a_construct_that_only_four_students_answered_has_no_figure():
@@ -546,23 +560,27 @@ def test_only_the_verbose_terminal_lists_all_results(class_runs, tmp_path):
     assert not re.search(TABLE_OF_RESULTS, console.file.getvalue())
 
 
-def test_counts_of_students_are_integers_in_the_files(class_runs, tmp_path):
+@pytest.fixture(scope="module")
+def study_folder(class_runs, tmp_path_factory):
+    """The files of the study of 40 students and two regressions."""
+    return write_study(class_runs, study_of_class(), tmp_path_factory.mktemp("written") / "study", inputs={})
+
+
+def test_counts_of_students_are_integers_in_the_files(study_folder):
     """In associations.csv, which has a row for each of two results; its column ``associated`` is True or False."""
-    out = write_study(class_runs, study_of_class(), tmp_path / "study", inputs={})
-    with (out / "associations.csv").open(newline="", encoding="utf-8-sig") as file:
+    with (study_folder / "associations.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = [*csv.DictReader(file)]
     assert [(row["students"], row["associated"]) for row in rows] == [("40", "False"), ("40", "True")]
 
 
-def test_study_folder_holds_no_pseudonym(class_runs, tmp_path):
+def test_study_folder_holds_no_pseudonym(study_folder):
     """Students S00 to S39 answered and are in no file; recorded students, S000 to S005, are links of the page.
 
     The file associations.csv has a row for each of two regressions.
     """
-    out = write_study(class_runs, study_of_class(), tmp_path / "study", inputs={})
-    texts = [file.read_text("utf-8") for file in out.iterdir()]
+    texts = [file.read_text("utf-8") for file in study_folder.iterdir()]
     assert [re.findall(r"\bS\d\d\b", text) for text in texts] == [[]] * len(texts)
-    heading, *rows = (out / "associations.csv").read_text("utf-8-sig").splitlines()
+    heading, *rows = (study_folder / "associations.csv").read_text("utf-8-sig").splitlines()
     assert heading.startswith("outcome,predictor,") and len(rows) == 2
 
 

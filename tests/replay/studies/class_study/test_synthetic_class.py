@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from replay.errors import OutputError
+from replay.studies.class_study import synthetic_class
 from replay.studies.class_study.codebook import read_codebook
 from replay.studies.class_study.joining import read_questionnaire
 from replay.studies.class_study.synthetic_class import draw_class, make_class
@@ -73,11 +74,11 @@ def test_motivation_scatters_as_much_as_other_traits(large_class):
 
 
 def test_made_up_students_who_find_tasks_hard_touch_briefly():
-    """Ease below its mean, that of about half of 400 students: 12 to 14 touches of 0.013 s (a sample of 50 Hz: 0.02 s).
+    """Ease below its mean, that of about half of 200 students: 12 to 14 touches of 0.013 s (a sample of 50 Hz: 0.02 s).
 
     The others touch 10 to 12 times for 0.15 s. Answers are those of the class without brief touches.
     """
-    usual, students = draw_class(400), draw_class(400, are_touches_brief=True)
+    usual, students = draw_class(200), draw_class(200, are_touches_brief=True)
     assert [student.answers for student in students] == [student.answers for student in usual]
     is_brief = np.array([student.touches[0] == 0.013 for student in students])
     assert 0.4 < is_brief.mean() < 0.6
@@ -120,8 +121,12 @@ def test_made_up_class_overwrites_no_other_file(tmp_path):
         make_class(tmp_path, students=5)
 
 
-def test_made_up_class_overwrites_no_other_class(tmp_path):
-    """The folder holds a class of one student with usual touches: six students, or brief touches, are another class."""
+def test_made_up_class_overwrites_no_other_class(tmp_path, monkeypatch):
+    """The folder holds a class of one student with usual touches: six students, or brief touches, are another class.
+
+    The session of the student is not recorded, since only the folder's other files say which class it is.
+    """
+    monkeypatch.setattr(synthetic_class, "record_student", lambda *_: "")
     make_class(tmp_path / "class", students=1)
     with pytest.raises(OutputError, match="another seed or size"):
         make_class(tmp_path / "class", students=6)
