@@ -308,19 +308,25 @@ def test_every_class_table_notes_that_n_counts_students(tables_of):
     assert all("n counts the students" in " ".join(table.notes) for table in all_tables(tables))
 
 
-def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, nameless_runs, tmp_path):
-    """Eight sessions of as many students are named by their codes; six of a single one, or of nobody, all differ.
+def with_students(runs, students):
+    """Runs of which each states another of these students."""
+    metrics = {
+        run: {label: row | {"student": student} for label, row in rows.items()}
+        for (run, rows), student in zip(runs.metrics.items(), students, strict=True)
+    }
+    return replace(runs, metrics=metrics)
 
-    Names of a student with several sessions go on behind a comma; that of nobody is the id of the session.
+
+def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):
+    """Sessions of students A to E, two of F and one of nobody: all names differ.
+
+    A name is the student's code, and goes on behind a comma if there are several; that of nobody is the session's id.
     """
-    eight_students, _ = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
-    single_student, _ = tables_of(sessions=6, students=1, nobody=0, **MANY_MISSES)
-    names = [name for name, _address in places(eight_students, tmp_path).values()]
-    assert names == [f"S{number:03d}" for number in range(8)]
-    names = [name for name, _address in places(single_student, tmp_path).values()]
-    assert len({*names}) == 6 and all(name.startswith("S000, ") for name in names)
-    for run, (name, _address) in places(nameless_runs, tmp_path).items():
-        assert name == nameless_runs.shared_value(run, "session")
+    class_runs, _ = tables_of(sessions=8, students=8, detectors={"slow": 0.9}, contacts=20)
+    runs = with_students(class_runs, [*"ABCDEFF", ""])
+    ids = [runs.shared_value(run, "session") for run in runs.metrics]
+    names = [name for name, _address in places(runs, tmp_path).values()]
+    assert names == [*"ABCDE", f"F, session {ids[5]}", f"F, session {ids[6]}", ids[7]]
 
 
 def test_titles_of_detectors_come_from_the_ranking_of_a_run(tmp_path):

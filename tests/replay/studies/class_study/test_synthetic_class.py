@@ -39,6 +39,12 @@ FOUR_ANSWERS = 0.82
 """
 
 
+def test_answers_are_1_to_5_and_touches_at_most_8(large_class):
+    """1,500 students are enough for every number in between."""
+    assert {answer for student in large_class for answer in student.answers.values()} == {1, 2, 3, 4, 5}
+    assert {len(student.touches) for student in large_class} == {0, 1, 2, 3, 4, 5, 6, 7, 8}
+
+
 def test_traits_go_together_as_the_model_says(large_class):
     """The model's correlations with motivation, 0.6 of ease and 0.3 of immersion, times the scales' reliability, 0.82.
 
