@@ -8,18 +8,18 @@ import pytest
 from support.shapes import box_mesh, revolved_mesh
 from support.small_worlds import unit_cubes_on_x
 
-from cdcore.bounding.hull import hull_collider, hull_of
+from cdcore.bounding.hull import hull_collider
 from cdcore.protocol import Solids, counts_as_contact
 from replay.advice import motion_joins
 from replay.advice.motion_joins import MOST_PIECES, FalseContacts, joined_by_motion, refined_by_motion
 from replay.cutting.convex_solids import outside_by, solids_of
-from replay.cutting.sectors import sector_ladder
+from replay.cutting.piece_store import Cut, convex_pieces
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.engine import prepare
 
-FINEST = 48
-"""Pieces from which all joins begin: more than the 32 that a join gives at most."""
+FINEST = 16
+"""Pieces from which all joins begin."""
 
 
 class StirredBeaker:
@@ -33,7 +33,6 @@ class StirredBeaker:
         self.assembly = prepare(session, pairs=[("beaker", "rod")]).assembly
         self.mesh = self.assembly.bodies[self.assembly.names.index("beaker")].mesh
         self.exact = self.contact([self.mesh])
-        self.ladder = sector_ladder(self.mesh)
         bodies = tuple(
             replace(body, colliders=Solids((hull_collider(body.mesh),), hull_collider(body.mesh)))
             for body in self.assembly.bodies
@@ -62,7 +61,7 @@ class StirredBeaker:
 
     def joined_by_volume(self, count):
         """So many pieces of the beaker, by volumes and not by the motion."""
-        return [hull_of(corners) for corners in self.ladder.pieces(count)]
+        return [*convex_pieces(Cut(self.mesh, "sectors", count))]
 
     @cached_property
     def joined_by_motion(self):
@@ -89,11 +88,11 @@ def test_false_contacts_of_single_pieces_agree_with_the_detector(stirred_beaker)
 
 
 def test_joined_pieces_of_each_number_cover_the_beaker(stirred_beaker):
-    """48 pieces are joined two by two, where that touches the rod least, down to 32, 31, ... 1.
+    """16 pieces are joined two by two, where that touches the rod least: 15, 14, ... 1.
 
     The hulls of each number cover the beaker: no face of it lies outside them by 0.5 mm or more.
     """
-    assert sorted(stirred_beaker.joined_by_motion) == [*range(1, 33)]
+    assert sorted(stirred_beaker.joined_by_motion) == [*range(1, FINEST + 1)]
     for count, pieces in stirred_beaker.joined_by_motion.items():
         assert len(pieces) == count
         assert outside_by(stirred_beaker.mesh, pieces) < 5e-4
@@ -101,7 +100,7 @@ def test_joined_pieces_of_each_number_cover_the_beaker(stirred_beaker):
 
 @pytest.mark.parametrize("count", [4, 6])
 def test_pieces_joined_by_motion_report_less_false_contact(stirred_beaker, count):
-    """48 convex pieces of a beaker become so many hulls: two are joined whose hull touches a rod least, or is small.
+    """16 convex pieces of a beaker become so many hulls: two are joined whose hull touches a rod least, or is small.
 
     A frame is false where hulls touch the stirring rod and the mesh does not. Hulls joined by the rod's motion have
     fewer of them, and miss no contact of the mesh, as they still cover its wall. Any small number of hulls would do.
@@ -112,9 +111,9 @@ def test_pieces_joined_by_motion_report_less_false_contact(stirred_beaker, count
 
 
 def test_false_contact_never_falls_with_fewer_pieces(stirred_beaker):
-    """From 1 to 32 pieces of the beaker, the number of frames in which any of them touches the rod falsely.
+    """From 1 to 16 pieces of the beaker, the number of frames in which any of them touches the rod falsely.
 
-    It never rises with more pieces, and is less at 32 than for one.
+    It never rises with more pieces, and is less at 16 than for one.
     """
     false_frames = [
         stirred_beaker.false_contacts.of(pieces).any(axis=0).sum()
@@ -241,7 +240,7 @@ def test_pieces_are_tested_at_few_frames_with_false_contact(two_beakers, monkeyp
 def test_untested_joins_change_no_level(stirred_beaker, monkeypatch):
     """Joins of two pieces that cannot be the best are not tested, which saves time; here all are tested each time.
 
-    The pieces of each number, 1 to 32, are the same.
+    The pieces of each number, 1 to 16, are the same.
     """
     lazy = stirred_beaker.joined_by_motion
     best_join = motion_joins.Joins.best_join

@@ -1,13 +1,13 @@
 """Convex pieces stand for a mesh: closed, few, always the same, kept where a user's programs keep what they made."""
 
+import subprocess
 import time
 from importlib.metadata import PackageNotFoundError
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from support.planted_sessions import channel
-from support.shapes import box_mesh, revolved_mesh
+from support.shapes import box_mesh, merge_meshes, revolved_mesh, shift_mesh
 from trimesh.creation import icosphere
 
 from cdcore import Body, TriangleMesh
@@ -29,8 +29,9 @@ PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, F
 BEAKER = revolved_mesh(PROFILE, 12)
 """A closed mesh with 12 sides, of (radius, height) in metres: hollow above a floor of 2 mm."""
 HALF_BEAKER = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
-CHANNEL = TriangleMesh(channel().vertices, channel().faces)
-"""A U-shaped body, which planes cut into few boxes in little time."""
+EDGES_OF_BOX = (0.1, 0.05, 0.2)
+TWO_BOXES = merge_meshes(box_mesh(EDGES_OF_BOX), shift_mesh(box_mesh(EDGES_OF_BOX), (0.3, 0.0, 0.0)))
+"""Two boxes 0.2 m apart, which planes cut into two pieces in no time."""
 PAIR = np.array([[0, 1]])
 """The first body of a list with the second."""
 FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -99,46 +100,47 @@ def times_written(folder):
     return {file: file.stat().st_mtime_ns for file in folder.iterdir()}
 
 
-def test_pieces_are_cut_once(empty_cache):
-    """A U-shaped body is cut by planes, which is stored; the second time that is only read: no file is written anew."""
-    pieces = convex_pieces(Cut(CHANNEL, "planes", most=16))
-    assert len(pieces) > 1
+def test_pieces_are_cut_once_and_anew_where_files_are_damaged(empty_cache, monkeypatch):
+    """A process cuts two boxes by planes; the second time what it stored is only read: no file is written anew.
+
+    Then every file is cut short to 100 bytes: all are written anew, with the same pieces.
+    """
+    cut = Cut(TWO_BOXES, "planes", most=16)
+    with monkeypatch.context() as patch:
+        patch.setattr(piece_store, "subprocess", subprocess)  # else pieces are cut in the process of the tests
+        pieces = convex_pieces(cut)
+    assert [volume_of(piece) for piece in pieces] == pytest.approx([np.prod(EDGES_OF_BOX)] * 2)
     written = times_written(empty_cache)
     assert written
-    assert hashes(convex_pieces(Cut(CHANNEL, "planes", most=16))) == hashes(pieces)
+    assert hashes(convex_pieces(cut)) == hashes(pieces)
     assert times_written(empty_cache) == written
-
-
-def test_damaged_files_of_pieces_are_written_anew(empty_cache):
-    """The stored pieces of a U-shaped body that was cut by planes: every file is cut short to 100 bytes."""
-    pieces = convex_pieces(Cut(CHANNEL, "planes", most=16))
     for file in empty_cache.iterdir():
         file.write_bytes(file.read_bytes()[:100])
     damaged = times_written(empty_cache)
-    assert damaged
-    assert hashes(convex_pieces(Cut(CHANNEL, "planes", most=16))) == hashes(pieces)
+    assert hashes(convex_pieces(cut)) == hashes(pieces)
     remade = times_written(empty_cache)
     assert remade.keys() == damaged.keys()
     assert all(remade[file] != damaged[file] for file in damaged)
 
 
-def test_cut_is_ready_when_its_pieces_are_stored(empty_cache):
-    """Planes cut a U-shaped body once for every number of pieces, so 2 are stored after cutting 16; not so V-HACD.
+def test_cut_is_ready_when_its_pieces_are_stored(empty_cache, monkeypatch):
+    """Planes cut two boxes once for every number of pieces, so 2 are ready once 16 were cut; not so V-HACD.
 
-    ``seconds``: about how long the work takes that is left.
+    ``seconds``: about how long the work takes that is left. The program that cuts leaves an empty file here.
     """
-    cut = Cut(CHANNEL, "planes", most=16)
+    monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import sys; open(sys.argv[4], 'wb')")
+    cut = Cut(TWO_BOXES, "planes", most=16)
     assert cut.seconds > 0 and not cut.is_ready
-    convex_pieces(cut)
-    for stored in (cut, Cut(CHANNEL, "planes", most=2)):
+    assert cut_ahead([cut]) == {}
+    for stored in (cut, Cut(TWO_BOXES, "planes", most=2)):
         assert stored.seconds == 0 and stored.is_ready
-    other = Cut(CHANNEL, "vhacd", most=2)
+    other = Cut(TWO_BOXES, "vhacd", most=2)
     assert other.seconds > 0 and not other.is_ready
 
 
 def test_hull_is_always_ready(empty_cache):
     """The one convex hull of a body takes no cutting, though nothing is stored."""
-    hull = Cut(CHANNEL, "hull", most=1)
+    hull = Cut(TWO_BOXES, "hull", most=1)
     assert hull.seconds == 0 and hull.is_ready
 
 
@@ -171,9 +173,9 @@ def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
 
 @pytest.mark.slow
 def test_pieces_are_cut_where_nothing_can_be_stored(empty_cache):
-    """A file stands where the folder of stored pieces should be; a U-shaped body takes more than one piece."""
+    """A file stands where the folder of stored pieces should be; two boxes take two pieces."""
     empty_cache.write_text("a file where the folder should be", "utf-8")
-    assert len(convex_pieces(Cut(CHANNEL, "planes", most=16))) > 1
+    assert len(convex_pieces(Cut(TWO_BOXES, "planes", most=16))) == 2
 
 
 def test_open_surfaces_are_laid_beside_each_other():
