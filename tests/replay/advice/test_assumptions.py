@@ -34,7 +34,7 @@ from sessions.importers import import_session
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Origin, Subject, assumptions_fact
 from sessions.scene_files.answers import recording_assumptions, with_answer, with_answers_forgotten
 
-pytestmark = pytest.mark.usefixtures("few_depth_frames")
+pytestmark = pytest.mark.usefixtures("few_depth_frames", "few_surface_points")
 
 FORMATS = ("obj", "stl", "ply", "glb")
 EVERY_SCENE = [*product(TO_SOURCE, FORMATS, (False, True))]
@@ -174,7 +174,7 @@ def test_run_starts_with_an_open_question(tmp_path):
     """
     _axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(), tmp_path / "s.mcap")
-    result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
+    result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run", picture=False)
     (question,) = result.document.open_questions
     assert question.startswith("Not decided: axes of meshes of tool and plate. As the poses (ros): no contact")
     assert "Y up" in question

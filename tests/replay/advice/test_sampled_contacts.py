@@ -25,7 +25,7 @@ from sessions.model.assumption import (
 from sessions.model.scene import Pose, Scene, SceneBody
 from sessions.model.session import Track
 
-pytestmark = pytest.mark.usefixtures("few_depth_frames")
+pytestmark = pytest.mark.usefixtures("few_depth_frames", "few_surface_points")
 
 
 def imported(folder, convention, kind, exported=False, **options):

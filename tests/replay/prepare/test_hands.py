@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.made_hands import FINGERS, made_hand, write_wide
 
-import replay
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.protocol import counts_as_contact
+from replay.engine import compute
 from sessions import import_session
 from sessions.importers.hands.joint_names import RADII_M, bones_of
 from sessions.scene_files.scene_meshes import with_scene
@@ -58,7 +58,7 @@ def run_of_finger(tmp_path_factory):
     @cache
     def run(side, finger):
         session = hand_that_comes_to_a_glass(tmp_path_factory.mktemp("hand"), side, finger)
-        return replay.run(session, detectors="exact", oracle="exact")
+        return compute(session, detectors="exact", oracle="exact")
 
     return run
 
