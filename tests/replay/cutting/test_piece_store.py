@@ -294,14 +294,14 @@ def test_absent_body_cannot_be_cut():
 
 
 def test_all_bodies_of_pairs_are_cut_at_once(monkeypatch):
-    """Two beakers of different sizes are a pair, cut side by side; a third body, the U-shaped one, is in no pair."""
+    """Two beakers of different sizes are a pair, cut side by side; a third body, two boxes, is in no pair."""
     cut_together = []
     monkeypatch.setattr(compound, "cut_all", lambda cuts, **_: cut_together.append([cut.mesh for cut in cuts]))
     monkeypatch.setattr(compound, "convex_pieces", lambda cut: (cut.mesh,))
     large_beaker = TriangleMesh(2.0 * BEAKER.vertices, BEAKER.faces)
     bodies = [Body("beaker", TriangleMesh(BEAKER.vertices, BEAKER.faces)), Body("large", large_beaker)]
-    channel_body = Body("channel", CHANNEL)
+    boxes = Body("boxes", TWO_BOXES)
     settings = ColliderSettings(shape="compound", method="planes")
-    *_, unpaired = with_pieces([*bodies, channel_body], PAIR, settings)
+    *_, unpaired = with_pieces([*bodies, boxes], PAIR, settings)
     assert cut_together == [[body.mesh for body in bodies]]
-    assert unpaired.colliders.parts == (hull_collider(CHANNEL),)
+    assert unpaired.colliders.parts == (hull_collider(TWO_BOXES),)
