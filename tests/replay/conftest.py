@@ -139,7 +139,7 @@ def few_depth_frames():
 
 @pytest.fixture(scope="module")
 def few_surface_points():
-    """Depths of overlaps are estimated by 1,000 points of a surface, not by 4,000: a third of the time of a question."""
+    """Depths of overlaps are estimated by 1,000 points of a surface, not by 4,000: a third of the time of questions."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(overlap_depth, "SURFACE_POINTS", 1000)
         yield
