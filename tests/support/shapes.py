@@ -1,21 +1,42 @@
 """Small meshes with known geometry, random poses, hulls at known distances, and surfaces in common planes."""
 
+from functools import cache, wraps
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.poses import rotation_from_quaternion
+from replay.studies.stress import solids
 from replay.studies.stress.families import FAMILIES
-from replay.studies.stress.solids import (  # noqa: F401
-    ball_mesh,
-    beaker_mesh,
-    box_mesh,
-    icosphere_mesh,
-    merge_meshes,
-    revolved_mesh,
-    rod_mesh,
-    shift_mesh,
-)
+
+MESHES = {}
+"""Hash of its numbers -> the mesh that all tests of a process share."""
+
+
+def shared(make):
+    """The function, which returns the same mesh again where it would make an equal one.
+
+    Meshes cannot be changed. Detectors keep trees, spheres and hulls of a mesh as long as it lives, so that tests with
+    equal meshes prepare them once.
+    """
+
+    @wraps(make)
+    def make_shared(*arguments, **settings):
+        mesh = make(*arguments, **settings)
+        return MESHES.setdefault(mesh.content_hash, mesh)
+
+    return make_shared
+
+
+ball_mesh = shared(solids.ball_mesh)
+beaker_mesh = shared(solids.beaker_mesh)
+box_mesh = shared(solids.box_mesh)
+icosphere_mesh = cache(solids.icosphere_mesh)
+merge_meshes = shared(solids.merge_meshes)
+revolved_mesh = shared(solids.revolved_mesh)
+rod_mesh = shared(solids.rod_mesh)
+shift_mesh = shared(solids.shift_mesh)
 
 
 def triangle_family(name: str):
@@ -23,6 +44,7 @@ def triangle_family(name: str):
     return next(family for family in FAMILIES if family.name == name)
 
 
+@shared
 def without_faces(mesh: TriangleMesh, count: int) -> TriangleMesh:
     """The mesh without its last faces: an open surface."""
     return TriangleMesh(mesh.vertices, mesh.faces[:-count])

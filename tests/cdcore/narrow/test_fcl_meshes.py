@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, box_mesh, random_rotations, rod_mesh
+from support.shapes import ball_mesh, random_rotations, rod_mesh
 
 from cdcore import TriangleMesh
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.fcl_meshes import TREES, FclMeshes
+from replay.studies.stress.solids import box_mesh  # equal meshes, not one that tests share
 
 
 def two_random_poses(seed, spread):
