@@ -199,9 +199,10 @@ def load_detector(name: str) -> type[Any]:
     if entry is None:  # reading what is installed takes longer than most detectors take to be made
         entry = next((point.value for point in entry_points(group=ENTRY_POINT_GROUP, name=name)), None)
     if entry is None:
-        near = get_close_matches(name, detector_names(), n=1)
+        known_names = detector_names()
+        near = get_close_matches(name, known_names, n=1)
         hint = f"did you mean {near[0]!r}? There" if near else "there"
-        raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(detector_names())}")
+        raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(known_names)}")
     if row is not None:
         module, _, attribute = entry.partition(":")
         return _checked_class(name, getattr(import_module(module), attribute))

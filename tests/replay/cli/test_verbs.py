@@ -4,6 +4,7 @@ A row is a command, or several one after the other; rows share their folder, and
 """
 
 import json
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -69,21 +70,23 @@ FAULTY = Path(__file__).with_name("faulty.toml").read_text("utf-8")
 RUN = "run s.mcap --no-picture --out out"
 MANY = f"run apart.mcap p.mcap --no-picture {SLOW}"
 OTHERS = "run apart.mcap p.mcap -o m3 --no-picture --detectors hybrid --oracle none"
+UNREADABLE = "run text.mcap apart.mcap --detectors hybrid --oracle none"
 UNDECIDED = "run p.mcap --detector it=support.planted_detectors:Undecided"
 VERBS = (
-    "", "rum", "xyzzy", "run", "view here --miss 0", "run missing.mcap --out x", "info .", "tradeoff .",
-    "info missing.mcap --format=json", "rum --format json",
+    "", "rum; xyzzy; run; rum --format json", "view here --miss 0", "run missing.mcap --out x",
+    "info .; tradeoff .; info missing.mcap --format=json",
     "info told.mcap", "info told.mcap --format json", "info text.mcap", "info text.mcap --format json",
-    *(f"info {name}.mcap --format json" for name in ("lost", "twice", "none", "three")),
+    "; ".join(f"info {name}.mcap --format json" for name in ("lost", "twice", "none", "three")),
     "doctor clean.mcap frozen.mcap", "doctor clean.mcap -v", "doctor clean.mcap frozen.mcap --format json",
-    "doctor clean.mcap --fail-on note", "doctor clean.mcap --fail-on warning", "doctor frozen.mcap --fail-on warning",
-    "doctor frozen.mcap --fail-on error",
+    "doctor clean.mcap --fail-on note; doctor clean.mcap --fail-on warning",
+    "doctor frozen.mcap --fail-on warning; doctor frozen.mcap --fail-on error",
     "import aframe m.json -o new/m.mcap --mesh left=wand.glb --mesh right=wand.glb", "import auto m.json -o m1.mcap",
     "import auto m.json -o m2.mcap --format json",
-    "import aframe m.json -o m3.mcap --mesh left=big.glb", "import aframe m.json -o text.mcap",
-    "import aframe m.json -o old.mcap --force", "import aframe m.json -o x.mcap --mesh left",
-    "import aframe m.json -o x.mcap --mesh left=nowhere.glb", "import aframe m.json -o x.mcap --convention unity",
-    "import fbx m.json -o x.mcap", "import contacts m.json -o x.mcap",
+    "import aframe m.json -o m3.mcap --mesh left=big.glb",
+    "import aframe m.json -o text.mcap; import aframe m.json -o old.mcap --force",
+    "import aframe m.json -o x.mcap --mesh left; import aframe m.json -o x.mcap --mesh left=nowhere.glb; "
+    "import aframe m.json -o x.mcap --convention unity; import fbx m.json -o x.mcap; "
+    "import contacts m.json -o x.mcap",
     "scene check lab.toml", "scene check lab.toml --format json", "scene check text.toml",
     "scene check s.mcap", "scene check told.mcap",
     "scene check faulty.toml", "scene check faulty.toml --format json", "doctor faulty.toml --format json",
@@ -91,25 +94,29 @@ VERBS = (
     "scene new p.mcap; scene check p.toml; run p.mcap --scene p.toml --detectors exact",
     "scene new three.mcap; scene check three.toml; run three.mcap --scene three.toml --detectors exact -v",
     "scene new s.mcap -o bench.toml", "scene new s.mcap -o lab.toml",
-    "mesh repair open.glb -o m.glb", "mesh repair open.glb -o j.glb --format json", "mesh repair s.mcap -o x.glb",
-    "mesh repair s.mcap -o a.glb --body a", "mesh repair s.mcap -o x.glb --body c", "mesh repair open.glb -o open.glb",
-    "mesh repair open.glb -o named.glb --body cup",
+    "mesh repair open.glb -o m.glb; mesh repair open.glb -o j.glb --format json",
+    "mesh repair s.mcap -o a.glb --body a; mesh repair s.mcap -o x.glb; mesh repair s.mcap -o x.glb --body c",
+    "mesh repair open.glb -o open.glb; mesh repair open.glb -o named.glb --body cup",
     "diff before after", "diff before after --different-sessions", "diff slow fast", "diff slow fast --format json",
     "diff slow lab.toml", "study check --strict", "study check good.toml --strict",
-    "stress --detector hybrid --family 1,10 --pairs 50 --seed 7", "stress --detector hybrid --case 28,32",
-    "stress --detectors exact,hybrid,exact, --family 3 --pairs 5 --format json", "stress --detectors , --pairs 1",
+    "stress --detector hybrid --family 1,10 --pairs 10 --seed 7", "stress --detector hybrid --case 28,32",
+    "stress --detectors exact,hybrid,exact, --family 3 --pairs 5 --format json",
     "stress --detectors exact,sphere --family 1-2 --pairs 10",
-    "stress --detector spoon --pairs 1", "stress --family 44", "stress --case 40",
-    "share slow -o sent", "shrink slow --miss 9", "shrink slow", "view slow --miss 9", "view slow",
-    f"{RUN} --detectors hybird", f"{RUN} --detectors hybrid[speed=3]", f"{RUN} --detectors discrete[rate_hz=-1]",
-    f"{RUN} --detectors discrete[rate_hz=fast]", f"{RUN} --detectors hybrid[", f"{RUN} --detectors hybrid,hybrid",
-    f"{RUN} --start 99", f"{RUN} --end -1", f"{RUN} --oracle nobody", f"{RUN} --start nan", f"{RUN} --end 1e308",
-    f"{RUN} --policy frozen=hold:1e308", f"{RUN} --policy tracking-lost=wish",
-    f"{RUN} --step-rate 25 --detectors exact",
-    f"{RUN} --max-missed nan", f"{RUN} --max-missed 50", f"{RUN} --max-p99-ms inf", f"{RUN} --tau 1e99",
-    "run lost.mcap --no-picture --out out --policy tracking-lost=refuse", "run text.mcap", "run torn.mcap",
-    "run bare.mcap",
-    "run none.mcap", "run empty.mcap", "tradeoff lost.mcap --out out --policy tracking-lost=refuse",
+    "stress --detectors , --pairs 1; stress --detector spoon --pairs 1; stress --family 44; stress --case 40",
+    "share slow -o sent", "shrink slow --miss 9; shrink slow", "view slow --miss 9; view slow",
+    "; ".join(
+        f"{RUN} --detectors {wrong}"
+        for wrong in ("hybird", "hybrid[speed=3]", "discrete[rate_hz=-1]", "discrete[rate_hz=fast]", "hybrid[",
+                      "hybrid,hybrid")
+    ),
+    "; ".join(
+        f"{RUN} {wrong}"
+        for wrong in ("--start 99", "--end -1", "--oracle nobody", "--start nan", "--end 1e308",
+                      "--policy frozen=hold:1e308", "--policy tracking-lost=wish", "--step-rate 25 --detectors exact",
+                      "--max-missed nan", "--max-missed 50", "--max-p99-ms inf", "--tau 1e99")
+    ),
+    "run lost.mcap --no-picture --out out --policy tracking-lost=refuse", "run text.mcap; run empty.mcap",
+    "run torn.mcap", "run bare.mcap", "run none.mcap", "tradeoff lost.mcap --out out --policy tracking-lost=refuse",
     "run nan.mcap --no-picture --out out", "run wand.mcap --detectors hybrid --oracle none",
     "run twice.mcap --no-picture --out r1 --detectors hybrid",
     f"run p.mcap {SLOW} --out r2; view r2 --miss 1; view r2 --false 2 --by slow; view r2 r2; share r2 -o r3; "
@@ -117,28 +124,31 @@ VERBS = (
     "share r2 -o mine --anyway --force",
     f"run p.mcap {SLOW} --detector sphere --oracle hybrid -o r4 --no-picture -q --format json --start 0.02 --end 0.05 "
     "--seed 9; view r4; share r4 -o r5 --anyway",
-    "view p.mcap", "view text.mcap",
+    "view p.mcap; view text.mcap",
     f"audit p.mcap {SLOW} --max-missed 0.01 --max-p99-ms 10000", "run p.mcap --detector hybrid --max-p99-ms 0.000001",
-    f"{UNDECIDED} --max-missed 1", f"{UNDECIDED} --max-false 1", "run p.mcap --max-invented 0.5",
-    "run p.mcap --detector support.planted_detectors:Raising", "run p.mcap --detector support.planted_detectors:Unmade",
+    f"{UNDECIDED} --max-missed 1 --max-false 1", "run p.mcap --max-invented 0.5",
+    "run p.mcap --detector support.planted_detectors:Raising; "
+    "run p.mcap --detector support.planted_detectors:Unmade",
     "run p.mcap --step-rate 25",
     "run p.mcap --detectors box=collider[shape=box,skin_m=2.1]; run p.mcap --detectors exact -o r6",
     f"run p.mcap {SLOW},sphere --max-missed 0 --format markdown", "run p.mcap --detectors hybrid --format markdown",
-    f"{MANY} -o m1; {MANY} -o m1", f"{MANY} --format json", f"{MANY} --format markdown",
-    f"run apart.mcap twice.mcap --no-picture {SLOW}", "run text.mcap apart.mcap --detectors hybrid --oracle none",
+    f"{MANY} -o m1 --format json; {MANY} -o m1; {MANY} -o m1 --format markdown",
+    "run apart.mcap twice.mcap --no-picture --detectors hybrid",
+    f"{UNREADABLE}; {UNREADABLE} --format json",
     "run several/0 -o m2 --detectors hybrid --no-picture", "run mine",
     f"{OTHERS}; {OTHERS} --seed 1; {OTHERS} --seed 1 --force; {OTHERS} --seed 1",
-    *(f"run odd/{name} p.mcap --out out --no-picture" for name in UNNAMEABLE),
+    "; ".join(f"run odd/{name} p.mcap --out out --no-picture" for name in UNNAMEABLE),
     "run several/0; run several/0/p.mcap -q --detectors hybrid; run several/0 several/1",
     "run several/1/p.mcap; run several/1/p.mcap --detectors hybrid",
-    *(f"run several/{number}/p.mcap" for number in range(2, len(PROJECTS))),
+    "; ".join(f"run several/{number}/p.mcap" for number in range(2, len(PROJECTS))),
     "recover torn.mcap h1.mcap --format json", "recover flipped.mcap h2.mcap; info h2.mcap",
     "recover p.mcap h3.mcap; recover p.mcap h3.mcap; recover p.mcap h3.mcap --force", "doctor m.stl",
     "import mcap foreign.mcap -o f.mcap --topic /tf; import mcap foreign.mcap -o f.mcap --force --convention openxr",
-    "import mcap foreign.mcap -o x.mcap --topic /other", "import csv unity.csv -o u1.mcap",
-    "import csv quiet.csv -o u2.mcap", "import contacts engine.csv --session p.mcap -o c.mcap; info c.mcap",
-    "stress --detector hybrid --family 16 --pairs 100 --out g", "guide glosary", "guide nonsense",
-    "guide glossary --script",
+    "import mcap foreign.mcap -o x.mcap --topic /other",
+    "import csv unity.csv -o u1.mcap; import csv quiet.csv -o u2.mcap",
+    "import contacts engine.csv --session p.mcap -o c.mcap; info c.mcap",
+    "stress --detector hybrid --family 16 --pairs 20 --out g",
+    "guide glosary; guide nonsense; guide glossary --script",
     "tradeoff p.mcap --engine unity --detectors exact", "tradeoff p.mcap --engine unity --time-limit 8",
     "demo --class 5 --session-only -o d",
     "demo --scene fast-ball --session-only -o d.mcap; demo --scene fast-ball --session-only -o d.mcap; info d.mcap",
@@ -241,7 +251,8 @@ class Window:
 
 
 MASKED = {
-    r"(?m)^(Compiling kernels|[A-Z][^:\n]*: +\d+ %  \d+ s).*\n": "",
+    # while kernels compile, or a stage takes long: a line each, and its folded rest
+    r"(?m)^(Compil(ing kernels|ed in)|Times of this run may|[A-Z][^:\n]*: +(\d+ %  )?\d+ s).*\n(  .*\n)*": "",
     # the path before a name says where a line is folded
     r"text: Session(.|\n +)*": lambda match: re.sub(r"\n +", " ", match[0]),
     r"(?<=byte )\d+|(?<=\.py, line )\d+": "",
@@ -251,6 +262,15 @@ MASKED = {
     r"\d+\.\d{10,}(e-\d+)?": lambda match: f"{float(match[0]):.9g}",
 }
 """What is of this machine, or of its last bit."""
+
+
+def files_in(folder):
+    """Paths of all files below a folder, from there on."""
+    return {
+        Path(parent, name).relative_to(folder).as_posix()
+        for parent, _folders, names in os.walk(folder)
+        for name in names
+    }
 
 
 @pytest.mark.parametrize("arguments", VERBS, ids=str)
@@ -265,14 +285,13 @@ def test_output_of_a_verb_is_unchanged(arguments, folder, monkeypatch, capsys, s
     monkeypatch.setattr(runner, "compute", lambda *session, **how: with_steady_times(compute(*session, **how)))
     monkeypatch.setattr("replay.show.rerun_log.viewer.open_viewer", Window)
     monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT_FILE: b"", web_viewer.PROGRAM_FILE: b""})
-    paths_before, text = {*folder.rglob("*")}, ""
+    files_before, text = files_in(folder), ""
     for command in arguments.split("; "):
         code = main(command.split())
         output = capsys.readouterr()
         assert "Traceback" not in output.err
         text += f"exit {code}\n{output.out}----\n{output.err}"
-    new_paths = {*folder.rglob("*")} - paths_before
-    new_files = sorted(path.relative_to(folder).as_posix() for path in new_paths if path.is_file())
+    new_files = sorted(files_in(folder) - files_before)
     text = re.sub(rf"{folder}\S*/", "", "\n".join([text, *new_files]) if new_files else text)
     for pattern, mask in MASKED.items():
         text = re.sub(pattern, mask, text)

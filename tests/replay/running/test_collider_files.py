@@ -14,6 +14,7 @@ from support.shapes import revolved_mesh
 from support.small_worlds import STEP_NS, cube
 
 import replay
+from replay.advice import collider_search
 from replay.advice.collider_search import Limits
 from replay.cli.main import main
 from replay.cutting import piece_store
@@ -22,7 +23,7 @@ from replay.errors import OutputError, TradeoffError
 from replay.running.collider_files import COLLIDERS_FOLDER, fix_colliders
 from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
 
-pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
+pytestmark = pytest.mark.usefixtures("quickest_cutter_only", "few_depth_frames")
 
 BEAKER_PROFILE = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
 ROD_PROFILE = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
@@ -39,6 +40,14 @@ def without_report_page():
         yield
 
 
+@pytest.fixture(autouse=True, scope="module")
+def few_numbers_of_pieces():
+    """A round body is cut into six numbers of pieces, not into 18: a fifth of a search."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(collider_search, "SECTOR_COUNTS", (2, 4, 6, 8, 12, 16))
+        yield
+
+
 def as_data(mesh):
     """The mesh as a session has it."""
     return MeshData(mesh.vertices, mesh.faces)
@@ -51,7 +60,7 @@ def session():
     The hull of the beaker fills its hollow, so that hulls report contact of the rod all the time.
     """
     meshes = {
-        "beaker": as_data(revolved_mesh(BEAKER_PROFILE, 24)),
+        "beaker": as_data(revolved_mesh(BEAKER_PROFILE, 12)),
         "rod": as_data(revolved_mesh(ROD_PROFILE, 8)),
         "cube*": cube(edge=0.02),
     }
@@ -132,10 +141,14 @@ def test_only_the_hollow_body_is_split_into_pieces(unity_fix):
 
 
 def test_nothing_is_split_where_all_contact_may_be_false(session, tmp_path):
-    """At most 100 % may be false: the hollow beaker too is one piece, its hull, as before."""
-    fix = fix_colliders(session, tmp_path / "out", engine="unity", limits=Limits(false=1.0))
+    """At most 100 % may be false: the hollow beaker too is one piece, its hull, as before.
+
+    There is no time limit, so that no time is up.
+    """
+    fix = fix_colliders(session, tmp_path / "out", engine="mujoco", limits=Limits(false=1.0), time_limit=None)
     assert pieces_of(fix) == {"beaker": 1, "rod": 1, "cube*": 1}
     assert fix.before["false"] == fix.after["false"]
+    assert not fix.time_up
 
 
 class Stages:
@@ -165,12 +178,6 @@ def test_collider_search_out_of_time_writes_single_hulls(session, tmp_path):
     assert json.loads((fix.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))["time_up"]
     total, percents = stages.amounts["Cutting and trying colliders"]
     assert total == 100 and 0 < sum(percents) <= 100
-
-
-def test_time_is_never_up_without_a_time_limit(session, tmp_path):
-    """Colliders for MuJoCo; all contact may be false, so that the search is short."""
-    fix = fix_colliders(session, tmp_path / "out", engine="mujoco", limits=Limits(false=1.0), time_limit=None)
-    assert not fix.time_up
 
 
 @pytest.fixture
