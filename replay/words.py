@@ -143,7 +143,8 @@ def safe_text(text: str, *, lines: bool = False) -> str:
 
     ``lines``: line ends stay.
     """
-    if text.isprintable():
+    checked_text = text.replace("\n", "") if lines else text
+    if checked_text.isprintable():
         return text
     return "".join(
         character if _plain(character) or (lines and character == "\n") else repr(character)[1:-1] for character in text

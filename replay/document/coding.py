@@ -26,7 +26,8 @@ def _plain_number(numpy_value: Any) -> Any:
 
 def json_of(document: Any) -> str:
     """Return a record as the text of a file; ``ValueError``: a number in it is not finite."""
-    return json.dumps(plain_of(document), indent=1, allow_nan=False) + "\n"
+    # ``indent`` of json.dumps would encode in Python, four times as slowly.
+    return msgspec.json.format(json.dumps(plain_of(document), allow_nan=False), indent=1) + "\n"
 
 
 def json_schema() -> dict[str, Any]:

@@ -15,7 +15,7 @@ from replay.show.rerun_log.recording import write_recording
 from sessions import MeshData, Scene, Session
 from sessions.model.scene import SceneBody
 
-RATE = 90.0
+FRAMES, RATE = 135, 90.0
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 BEAKER_RADIUS, ROD_RADIUS = 0.033, 0.003
 
@@ -45,27 +45,27 @@ TAGS = {
 PAIRS = [("beaker", "rod"), ("rod", "hand"), ("bench", "rod")]
 
 
-def tapping(frames):
+def tapping():
     """Stamps, translations (T, 5, 3) and validity: the rod taps a wall 6 times a second, and once the bench."""
-    stamps = 1_000_000_000 + np.arange(frames) * 11_111_111
-    t = np.arange(frames) / RATE
-    positions = np.zeros((frames, len(MESHES), 3))
+    stamps = 1_000_000_000 + np.arange(FRAMES) * 11_111_111
+    t = np.arange(FRAMES) / RATE
+    positions = np.zeros((FRAMES, len(MESHES), 3))
     positions[:, 1] = [0.0, 0.0201, 0.0]
     reach = BEAKER_RADIUS - ROD_RADIUS - 0.004 + 0.0045 * np.sin(6 * 2 * np.pi * t)
     rotation = 0.9 * t
-    dip = 0.028 - 0.01 * (np.abs(np.arange(frames) - 0.8 * frames) < 6)
+    dip = 0.028 - 0.01 * (np.abs(np.arange(FRAMES) - 0.8 * FRAMES) < 6)
     positions[:, 2] = np.stack([reach * np.cos(rotation), dip, reach * np.sin(rotation)], axis=1)
     positions[:, 3] = positions[:, 2] + [0.02, 0.17, 0.0]
     positions[:, 4] = [0.25, 0.55, 0.7]
-    valid = np.ones((frames, len(MESHES)), dtype=bool)
-    valid[frames // 2 : frames // 2 + 6, 3] = False
+    valid = np.ones((FRAMES, len(MESHES)), dtype=bool)
+    valid[FRAMES // 2 : FRAMES // 2 + 6, 3] = False
     return stamps, positions, valid
 
 
 @cache
-def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
-    """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
-    stamps, positions, valid = tapping(frames)
+def demo_run(label=SUBJECT, name="discrete", **settings):
+    """A second and a half at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
+    stamps, positions, valid = tapping()
     bare = session_of_frames(stamps, valid, positions, names=list(MESHES))
     drawn_frames = {"rod": "right", "hand": "right"}
     bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=drawn_frames.get(body, "")) for body in MESHES]
@@ -144,7 +144,7 @@ def taps():
 
 @pytest.fixture(scope="session")
 def demo():
-    """Three seconds of taps, audited."""
+    """A second and a half of taps, audited."""
     return demo_run()
 
 
@@ -163,7 +163,7 @@ def recording(read):
 @pytest.fixture(scope="session")
 def searching():
     """A run with a search that misses."""
-    return demo_run(frames=135, label="paper", name="hybrid-qaco", variant="corrected", budget=300)
+    return demo_run("paper", "hybrid-qaco", variant="corrected", budget=300)
 
 
 @pytest.fixture(scope="session")

@@ -51,29 +51,17 @@ def test_unknown_number_of_a_fault_is_refused(recording, requested, message):
         target_ns(recording, **requested)
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [
-        pytest.param(lambda whole: b"", id="empty"),
-        pytest.param(lambda whole: b"not a recording", id="text"),
-        pytest.param(lambda whole: b"RRF2", id="first four bytes"),
-        pytest.param(lambda whole: bytes(100), id="zeros"),
-        pytest.param(lambda whole: whole[: len(whole) // 3], id="first third"),
-    ],
-)
-def test_damaged_recording_is_a_clear_error(recording, tmp_path, damage):
-    """``damage``: what is written in place of the bytes of a whole recording, before its moments are read."""
-    (tmp_path / "run.rrd").write_bytes(damage(recording.read_bytes()))
-    with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
-        read_bookmarks(tmp_path / "run.rrd")
-
-
-MALFORMED_BOOKMARKS = {
-    "fields lacking": {"label": "hull"},
-    "time that is no integer": BOOKMARK | {"session_ns": 0.5},
-    "no number": BOOKMARK | {"number": None},
-    "list for a kind": BOOKMARK | {"kind": ["miss"]},
-    "field too many": BOOKMARK | {"unknown": 1},
+MALFORMED_MOMENTS = {
+    "empty": "",
+    "no JSON": "{",
+    "a number for a moment": "[1]",
+    "null": "null",
+    "deeply nested": "[" * 100_000,
+    "fields lacking": json.dumps([{"label": "hull"}]),
+    "time that is no integer": json.dumps([BOOKMARK | {"session_ns": 0.5}]),
+    "no number": json.dumps([BOOKMARK | {"number": None}]),
+    "list for a kind": json.dumps([BOOKMARK | {"kind": ["miss"]}]),
+    "field too many": json.dumps([BOOKMARK | {"unknown": 1}]),
 }
 
 
@@ -90,22 +78,40 @@ def test_moments_of_a_recording_are_read_from_json(tmp_path):
     assert (bookmark.label, bookmark.kind, bookmark.number, bookmark.session_ns) == ("hull", "miss", 1, 5)
 
 
-@pytest.mark.parametrize(
-    "moments",
-    [
-        pytest.param("", id="empty"),
-        pytest.param("{", id="no JSON"),
-        pytest.param("[1]", id="a number for a moment"),
-        pytest.param("null", id="null"),
-        pytest.param("[" * 100_000, id="deeply nested"),
-        *(pytest.param(json.dumps([bookmark]), id=name) for name, bookmark in MALFORMED_BOOKMARKS.items()),
-    ],
-)
-def test_picture_with_malformed_moments_is_refused_as_damaged(tmp_path, moments):
-    """A recording has its moments as one text, JSON with a list of objects; here that text is another."""
-    write_recording_with_moments(tmp_path / "run.rrd", moments=moments)
-    with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
-        read_bookmarks(tmp_path / "run.rrd")
+def require_refused_as_damaged(recordings):
+    """Asserts that the moments of each of these files are refused as those of a damaged recording."""
+    messages = {}
+    for file in recordings:
+        with pytest.raises(RunFolderError) as error:
+            read_bookmarks(file)
+        messages[file.stem] = str(error.value)
+    assert messages
+    ending = ".rrd is damaged; run its session again"
+    assert [name for name, message in messages.items() if not message.endswith(name + ending)] == []
+
+
+def test_damaged_recording_is_a_clear_error(tmp_path):
+    """Files in place of a whole recording, from which moments can be read."""
+    write_recording_with_moments(tmp_path / "whole.rrd", moments=json.dumps([BOOKMARK]))
+    whole = (tmp_path / "whole.rrd").read_bytes()
+    contents = {
+        "empty": b"",
+        "text": b"not a recording",
+        "first four bytes": b"RRF2",
+        "zeros": bytes(100),
+        "first third": whole[: len(whole) // 3],
+    }
+    for name, content in contents.items():
+        (tmp_path / f"{name}.rrd").write_bytes(content)
+    assert len(read_bookmarks(tmp_path / "whole.rrd")) == 1
+    require_refused_as_damaged([tmp_path / f"{name}.rrd" for name in contents])
+
+
+def test_picture_with_malformed_moments_is_refused_as_damaged(tmp_path):
+    """Recordings have their moments as one text, JSON with a list of objects; here these texts are others."""
+    for name, text in MALFORMED_MOMENTS.items():
+        write_recording_with_moments(tmp_path / f"{name}.rrd", moments=text)
+    require_refused_as_damaged([tmp_path / f"{name}.rrd" for name in MALFORMED_MOMENTS])
 
 
 def test_picture_of_an_earlier_version_is_refused(tmp_path):

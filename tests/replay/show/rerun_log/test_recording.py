@@ -19,16 +19,16 @@ from sessions.model.scene import Scene, SceneBody, SceneEffect
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
 
-def test_two_recordings_of_a_run_are_two_applications(demo, recording, tmp_path):
+def test_two_recordings_of_a_run_are_two_applications(passed, drawn, tmp_path):
     """A run is recorded twice, to two files with a recording each: a viewer would merge those of one application."""
-    write_recording(demo, tmp_path / "again.rrd")
-    (first,) = RrdReader(recording).recordings()
+    write_recording(passed, tmp_path / "again.rrd")
+    (first,) = RrdReader(drawn(passed).path).recordings()
     (second,) = RrdReader(tmp_path / "again.rrd").recordings()
     assert first.application_id != second.application_id
     assert first.recording_id != second.recording_id
 
 
-def test_failed_write_of_a_picture_keeps_the_old_file(demo, tmp_path, monkeypatch):
+def test_failed_write_of_a_picture_keeps_the_old_file(passed, tmp_path, monkeypatch):
     """Drawing the times of detectors, a part of the picture, fails; no second file is left."""
     (tmp_path / "run.rrd").write_bytes(b"old")
 
@@ -37,7 +37,7 @@ def test_failed_write_of_a_picture_keeps_the_old_file(demo, tmp_path, monkeypatc
 
     monkeypatch.setattr(module, "log_timing", fail)
     with pytest.raises(RuntimeError, match="disk full"):
-        write_recording(demo, tmp_path / "run.rrd")
+        write_recording(passed, tmp_path / "run.rrd")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
 
 
@@ -78,34 +78,20 @@ def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
     assert {"/world/a/mesh", "/world/b/mesh", "/world/c/mesh"} <= set(picture.entities)
 
 
-@pytest.fixture
-def strided_picture(demo, drawn, monkeypatch):
-    """The picture of 270 frames where 90 are drawn, as if they lasted more than an hour; the run has a single miss."""
-    no_moments, most_drawn_frames = (), 90
-    monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", (no_moments, most_drawn_frames))
-    first_miss, *_ = demo.misses[SUBJECT]
-    run = replace(demo, misses={SUBJECT: [first_miss]})
-    return run, drawn(run)
+def test_above_an_hour_poses_are_strided_but_lanes_are_not(demo, drawn, monkeypatch):
+    """As if 135 frames lasted more than an hour, at most 45 are drawn; the run has a single miss.
 
-
-def test_above_an_hour_poses_are_strided_but_for_moments(strided_picture):
-    """The limit of drawn frames is lowered to 90 of 270: every third has poses, and that of the only miss.
-
-    A few rows more stand around it.
+    Every third frame has poses, and that of the miss, with a few rows more around it. The lane of beaker and rod
+    changes wherever the outcome does.
     """
-    run, picture = strided_picture
-    (miss,) = run.misses[SUBJECT]
+    no_moments, most_drawn_frames = (), 45
+    monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", (no_moments, most_drawn_frames))
+    miss, *_ = demo.misses[SUBJECT]
+    run = replace(demo, misses={SUBJECT: [miss]})
+    picture = drawn(run)
     frames_with_a_pose = {frame for _ns, frame, _pose in picture.column("world/rod", "Transform3D:translation")}
     assert miss.frame in frames_with_a_pose
-    assert 90 <= len(frames_with_a_pose) < 100
-
-
-def test_above_an_hour_lanes_have_every_change(strided_picture):
-    """The limit of drawn frames is lowered to 90 of 270.
-
-    The lane of beaker and rod changes wherever the outcome does.
-    """
-    run, picture = strided_picture
+    assert 45 <= len(frames_with_a_pose) < 55
     outcome = run.comparisons[SUBJECT].outcome[:, 0].astype(int)
     changes = int(np.count_nonzero(np.diff(outcome)))
     (path,) = [path for path in pair_lanes(run, SUBJECT) if path.endswith("beaker-rod")]

@@ -1,6 +1,7 @@
 """Pictures, whole: the layout from the first tab to the last, and what every entity shows when; no view opens empty."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -72,8 +73,8 @@ STATES = (
 PICTURES = {
     **{state: lambda _, name=state: run_with_steady_times(name) for state in STATES},
     "taps": lambda taps: with_effects(taps(), pour=POUR, reaction=END),
-    "a search that misses": lambda taps: with_tasks(taps(135, "paper", "hybrid-qaco", variant="corrected", budget=300)),
-    "a hull": lambda taps: with_effects(taps(135, "hull", "collider", shape="hull"), pour=EffectOutput()),
+    "a search that misses": lambda taps: with_tasks(taps("paper", "hybrid-qaco", variant="corrected", budget=300)),
+    "a hull": lambda taps: with_effects(taps("hull", "collider", shape="hull"), pour=EffectOutput()),
 }
 
 
@@ -85,14 +86,25 @@ SCENES = {
 }
 
 
+@pytest.fixture(scope="module")
+def picture_of(taps, drawn):
+    """Draws the run of a name, with times that no machine changes, and reads its picture back; each run once."""
+
+    @cache
+    def picture(name):
+        return drawn(with_steady_times((PICTURES | SCENES)[name](taps)))
+
+    return picture
+
+
 @pytest.mark.parametrize("name", PICTURES)
-def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
+def test_the_picture_reads_as_it_did(name, picture_of, snapshot):
     """The recording of a run, read back as text, equals the stored text, which people reviewed.
 
     The text is the layout of views from the first to the last, the bookmarks, and times and values of every component;
     of many numbers only sums.
     """
-    picture = drawn(with_steady_times(PICTURES[name](taps)))
+    picture = picture_of(name)
     pieces = layout_of(picture.path)
     (first_container,) = pieces["/viewport"].pop("ViewportBlueprint:root_container")
     lines = [*layout(pieces, f"container/{uuid(first_container)}")]
@@ -236,12 +248,12 @@ PICTURE_NAMES = [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for sc
     ],
 )
 @pytest.mark.parametrize("name", PICTURE_NAMES)
-def test_no_view_of_a_picture_is_empty(name, fraction, taps, drawn):
+def test_no_view_of_a_picture_is_empty(name, fraction, picture_of):
     """With the cursor at a time, each view of the layout has something to draw in the entities that its query selects.
 
     Views of all times, such as plots, have it at any time.
     """
-    picture = drawn((PICTURES | SCENES)[name](taps))
+    picture = picture_of(name)
     bookmarks = read_bookmarks(picture.path)
     opening_ns = sum(bookmark.session_ns for bookmark in bookmarks if bookmark.leads)
     last_ns = max((bookmark.session_ns for bookmark in bookmarks), default=0)
@@ -256,12 +268,12 @@ def test_no_view_of_a_picture_is_empty(name, fraction, taps, drawn):
 
 @pytest.mark.sampled(13)
 @pytest.mark.parametrize("name", PICTURE_NAMES)
-def test_views_of_a_picture_name_recorded_entities_only(name, taps, drawn):
+def test_views_of_a_picture_name_recorded_entities_only(name, picture_of):
     """Entities that a view's query names exactly, and the one that its eye follows, are in the recording.
 
     Not those with a wildcard or with a minus (left out), nor liquids, which some vessels lack.
     """
-    picture = drawn((PICTURES | SCENES)[name](taps))
+    picture = picture_of(name)
     for view, query, followed in views_of(layout_of(picture.path)):
         exact = {line for line in query if not line.startswith("-") and not line.endswith(("*", "/liquid"))}
         assert {*exact, *followed} <= {*picture.entities}, view
