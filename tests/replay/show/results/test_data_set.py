@@ -2,6 +2,7 @@
 
 import io
 import re
+import shutil
 import threading
 from collections import Counter
 from dataclasses import replace
@@ -200,19 +201,19 @@ def test_note_joins_its_contact_across_detectors(tmp_path):
     ]
 
 
-@pytest.mark.parametrize("name", DATA_SET)
-def test_rows_of_the_data_set_name_run_and_student(name, tables):
+def test_rows_of_the_data_set_name_run_and_student(tables):
     """Folders are called like "student=S1/one"; each row of each table has that path and the student, "" for none.
 
     Of the name of the folder no column is made.
     """
-    table = tables[name]
-    assert table.num_rows > 0
-    assert "student=S1" not in table.column_names
-    for row in table.to_pylist():
-        session = row["run"].rpartition("/")[2]
-        assert row["run"] == run_path(session)
-        assert row["student"] == STUDENTS[session]
+    assert tables.keys() == DATA_SET.keys()
+    for name, table in tables.items():
+        assert table.num_rows > 0, name
+        assert "student=S1" not in table.column_names, name
+        for row in table.to_pylist():
+            session = row["run"].rpartition("/")[2]
+            assert row["run"] == run_path(session), name
+            assert row["student"] == STUDENTS[session], name
 
 
 def test_session_digest_of_a_run_is_equal_in_all_tables(tables):
@@ -227,17 +228,18 @@ def test_session_digest_of_a_run_is_equal_in_all_tables(tables):
     assert all(re.fullmatch("[0-9a-f]{16}", digest) for digest in distinct)
 
 
-@pytest.mark.parametrize("kind", ["task", "stage"])
-@pytest.mark.parametrize("name", [name for name in DATA_SET if name != "metrics"])
-def test_rows_name_the_task_and_stage_at_their_begin(name, kind, tables):
+def test_rows_name_the_task_and_stage_at_their_begin(tables):
     """Events begin at their stamp, others in their first frame (of 10 ms); tasks and stages were planted by frames.
 
     Of two tasks at once the later counts. The session "four" has neither tasks nor stages.
     """
-    for row in tables[name].to_pylist():
+    rows = [(name, row) for name, table in tables.items() if name != "metrics" for row in table.to_pylist()]
+    assert {name for name, _row in rows} == DATA_SET.keys() - {"metrics"}
+    for name, row in rows:
         session = row["run"].rpartition("/")[2]
         frame = row["stamp_ns"] // STEP_NS if name == "events" else row["first"]
-        assert row[kind] == span_at(kind, session, frame), row
+        assert row["task"] == span_at("task", session, frame), (name, row)
+        assert row["stage"] == span_at("stage", session, frame), (name, row)
 
 
 def test_metrics_name_all_tasks_and_stages_of_a_session(tables):
@@ -251,9 +253,15 @@ def test_metrics_name_all_tasks_and_stages_of_a_session(tables):
 
 
 @pytest.fixture
-def events_file(result_by_name, tmp_path):
+def run_folder(data_set_folder, tmp_path):
+    """A run folder, ``one``, that a test may change."""
+    return shutil.copytree(data_set_folder / run_path("one"), tmp_path / "one")
+
+
+@pytest.fixture
+def events_file(run_folder):
     """The file of events of a run in the folder ``one``."""
-    return write_run_folder(result_by_name["one"], tmp_path / "one") / "events.parquet"
+    return run_folder / "events.parquet"
 
 
 def test_newer_table_of_a_data_set_is_refused(events_file, tmp_path):
@@ -312,24 +320,23 @@ def test_metrics_have_vr_type_and_times_of_the_summary(facts, vr_type, offline, 
             assert row["worst_ms"] == pytest.approx(1e3 * seconds.sample_times.max)
 
 
-def test_folder_without_complete_runs_is_refused(result_by_name, tmp_path):
+def test_folder_without_complete_runs_is_refused(run_folder, tmp_path):
     """First the folder is empty; then it has a run that is still being written, which is called .NAME.partial."""
+    (tmp_path / "runs").mkdir()
     with pytest.raises(RunFolderError, match="holds no run folders"):
-        read(tmp_path)
-    write_run_folder(result_by_name["one"], tmp_path / ".one.partial")
+        read(tmp_path / "runs")
+    run_folder.rename(tmp_path / "runs" / ".one.partial")
     with pytest.raises(RunFolderError, match="holds no run folders"):
-        read(tmp_path)
+        read(tmp_path / "runs")
 
 
-def test_single_run_folder_is_read_as_a_data_set(result_by_name, tmp_path):
+def test_single_run_folder_is_read_as_a_data_set(run_folder):
     """The path of a run is relative to the folder that is read, here the run itself: "."."""
-    run_folder = write_run_folder(result_by_name["one"], tmp_path / "one")
     assert set(read(run_folder)["metrics"]["run"].to_pylist()) == {"."}
 
 
-def test_table_of_more_rows_than_bytes_hold_is_refused(result_by_name, tmp_path, monkeypatch):
+def test_table_of_more_rows_than_bytes_hold_is_refused(run_folder, monkeypatch):
     """A damaged file may claim any number of rows; here the most rows a byte are lowered to 0.001, which all exceed."""
-    run_folder = write_run_folder(result_by_name["one"], tmp_path / "one")
     monkeypatch.setattr("replay.show.results.parquet.MOST_ROWS_PER_BYTE", 0.001)
     with pytest.raises(RunFolderError, match="rows that it does not hold"):
         read(run_folder)

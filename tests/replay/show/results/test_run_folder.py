@@ -1,5 +1,5 @@
 import json
-from functools import partial
+import shutil
 
 import pyarrow.parquet as pq
 import pytest
@@ -26,21 +26,27 @@ def file_names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-@pytest.fixture
-def replace_drawing(monkeypatch):
-    """Replaces what draws the picture of a run by a function of a result and a path."""
-    return partial(monkeypatch.setattr, "replay.show.rerun_log.recording.write_recording")
+DRAWING = "replay.show.rerun_log.recording.write_recording"
+"""Where the function stands that draws the picture of a run: it takes a result and a path."""
 
 
-@pytest.fixture
-def folder_with_picture_and_session(result_of_two_contacts, tmp_path, replace_drawing):
-    """A run folder with a picture, which a stand-in draws, and a copy of the session file."""
-    replace_drawing(lambda result, path: path.write_text("picture"))
-    session = tmp_path / "s.mcap"
+@pytest.fixture(scope="module")
+def folder_with_picture_and_session(result_of_two_contacts, tmp_path_factory):
+    """A run folder with a picture, which a stand-in draws, and a copy of the session file; no test changes it."""
+    top = tmp_path_factory.mktemp("runs")
+    session = top / "s.mcap"
     session.write_bytes(b"poses")
-    return write_run_folder(
-        result_of_two_contacts, tmp_path / "deep" / "run", picture=True, files={"session.mcap": session}
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(DRAWING, lambda result, path: path.write_text("picture"))
+        return write_run_folder(
+            result_of_two_contacts, top / "deep" / "run", picture=True, files={"session.mcap": session}
+        )
+
+
+@pytest.fixture(scope="module")
+def folder_without_picture(result_of_two_contacts, tmp_path_factory):
+    """A run folder without a picture; no test changes it."""
+    return write_run_folder(result_of_two_contacts, tmp_path_factory.mktemp("runs") / "run")
 
 
 def test_a_run_folder_holds_tables_summary_and_picture(folder_with_picture_and_session):
@@ -68,14 +74,14 @@ def test_table_of_misses_has_a_row_a_miss(folder_with_picture_and_session, resul
 
 
 @pytest.fixture
-def broken_drawing(replace_drawing):
+def broken_drawing(monkeypatch):
     """Drawing the picture of a run fails half way."""
 
     def write_half_and_fail(result, path):
         path.write_text("half")
         raise ValueError("no ink")
 
-    replace_drawing(write_half_and_fail)
+    monkeypatch.setattr(DRAWING, write_half_and_fail)
 
 
 def test_failed_run_folder_leaves_nothing_behind(result_of_two_contacts, tmp_path, broken_drawing):
@@ -85,9 +91,11 @@ def test_failed_run_folder_leaves_nothing_behind(result_of_two_contacts, tmp_pat
     assert file_names(tmp_path) == []
 
 
-def test_failed_run_folder_leaves_an_earlier_run_untouched(result_of_two_contacts, tmp_path, broken_drawing):
+def test_failed_run_folder_leaves_an_earlier_run_untouched(
+    result_of_two_contacts, folder_without_picture, tmp_path, broken_drawing
+):
     """A run is written without a picture, then over it, on request (``force``), one whose picture fails ("no ink")."""
-    write_run_folder(result_of_two_contacts, tmp_path / "run")
+    shutil.copytree(folder_without_picture, tmp_path / "run")
     before = (tmp_path / "run" / "summary.json").read_bytes()
     with pytest.raises(ValueError, match="no ink"):
         write_run_folder(result_of_two_contacts, tmp_path / "run", picture=True, force=True)
@@ -95,16 +103,15 @@ def test_failed_run_folder_leaves_an_earlier_run_untouched(result_of_two_contact
     assert (tmp_path / "run" / "summary.json").read_bytes() == before
 
 
-def test_earlier_run_is_replaced_only_on_request(result_of_two_contacts, tmp_path):
+def test_earlier_run_is_replaced_only_on_request(result_of_two_contacts, folder_without_picture):
     """Without ``force`` a folder that exists is an error, which says what to do."""
-    folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
     with pytest.raises(OutputError, match="exists; name another folder, or replace it with --force"):
-        write_run_folder(result_of_two_contacts, folder)
+        write_run_folder(result_of_two_contacts, folder_without_picture)
 
 
-def test_replaced_run_folder_loses_its_own_files_only(result_of_two_contacts, tmp_path):
+def test_replaced_run_folder_loses_its_own_files_only(result_of_two_contacts, folder_without_picture, tmp_path):
     """Files that the summary of the earlier run lists go; a note and a folder of the user's own stay."""
-    folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
+    folder = shutil.copytree(folder_without_picture, tmp_path / "run")
     (folder / "old.parquet").write_text("earlier")
     list_in_summary(folder, file_names(folder))
     (folder / "note.txt").write_text("mine")
@@ -162,44 +169,38 @@ def test_unwritable_path_is_a_clear_error(result_of_two_contacts, tmp_path):
         write_run_folder(result_of_two_contacts, tmp_path / "file" / "run")
 
 
-def test_a_run_folder_reads_back(result_of_two_contacts, tmp_path):
+def test_a_run_folder_reads_back(folder_without_picture):
     """A run is written and read.
 
     Its reference was ``hybrid``, and the only miss of its detector ``slow`` is number 1.
     """
-    folder = read_run_folder(write_run_folder(result_of_two_contacts, tmp_path / "run"))
+    folder = read_run_folder(folder_without_picture)
     assert folder.document.oracle == "hybrid"
     assert [row["number"] for row in folder.rows("misses")] == [1]
 
 
-def test_run_folder_without_a_picture_has_none(result_of_two_contacts, tmp_path):
+def test_run_folder_without_a_picture_has_none(folder_without_picture):
     """The run was written without a picture; whoever wants that gets an error."""
-    folder = read_run_folder(write_run_folder(result_of_two_contacts, tmp_path / "run"))
+    folder = read_run_folder(folder_without_picture)
     with pytest.raises(RunFolderError, match="holds no picture"):
         _ = folder.picture
 
 
-@pytest.mark.parametrize(
-    ("schema", "message"),
-    [
-        pytest.param("vrlab-replay/run/99", "written by a newer version", id="far newer"),
-        pytest.param("vrlab-replay/run/10", "newer version", id="newer, of two digits"),
-        pytest.param("vrlab-replay/run/3", "newer version", id="next"),
-        pytest.param(
-            "vrlab-replay/run/1",
-            r"older version .* replay run SESSION.mcap --out FOLDER --force",
-            id="last, with the command that renews it",
-        ),
-        pytest.param("vrlab-replay/run/0", "older version", id="older"),
-        pytest.param("vrlab-replay/run/x", "has schema", id="no number"),
-        pytest.param("other/run/1", "has schema", id="of another program"),
-    ],
-)
-def test_run_folder_of_another_schema_names_its_age_if_known(schema, message, tmp_path):
+def test_run_folder_of_another_schema_names_its_age_if_known(tmp_path):
     """This version reads ``vrlab-replay/run/2``; a folder of another schema is refused with this message."""
-    (tmp_path / "summary.json").write_text(f'{{"schema": "{schema}"}}')
-    with pytest.raises(RunFolderError, match=message):
-        read_run_folder(tmp_path)
+    message_of_schema = {
+        "vrlab-replay/run/99": "written by a newer version",
+        "vrlab-replay/run/10": "newer version",
+        "vrlab-replay/run/3": "newer version",
+        "vrlab-replay/run/1": r"older version .* replay run SESSION.mcap --out FOLDER --force",
+        "vrlab-replay/run/0": "older version",
+        "vrlab-replay/run/x": "has schema 'vrlab-replay/run/x'",
+        "other/run/1": "has schema 'other/run/1'",
+    }
+    for schema, message in message_of_schema.items():
+        (tmp_path / "summary.json").write_text(f'{{"schema": "{schema}"}}')
+        with pytest.raises(RunFolderError, match=message):
+            read_run_folder(tmp_path)
 
 
 def test_folder_without_a_summary_is_no_run_folder(tmp_path):
@@ -216,10 +217,9 @@ def test_run_folder_whose_summary_is_a_list_is_refused(tmp_path):
 
 
 @pytest.fixture
-def folder_with_changed_picture(result_of_two_contacts, tmp_path, replace_drawing):
+def folder_with_changed_picture(folder_with_picture_and_session, tmp_path):
     """A run folder in whose picture, seven bytes by a stand-in, one bit was changed later."""
-    replace_drawing(lambda result, path: path.write_bytes(b"picture"))
-    folder = write_run_folder(result_of_two_contacts, tmp_path / "flipped", picture=True)
+    folder = shutil.copytree(folder_with_picture_and_session, tmp_path / "flipped")
     picture = folder / "run.rrd"
     content = bytearray(picture.read_bytes())
     content[3] ^= 1
@@ -244,9 +244,9 @@ def test_a_flipped_bit_in_the_picture_is_refused(folder_with_changed_picture, us
         use_folder(folder_with_changed_picture)
 
 
-def test_a_picture_that_no_run_wrote_is_refused(result_of_two_contacts, tmp_path):
+def test_a_picture_that_no_run_wrote_is_refused(folder_without_picture, tmp_path):
     """The run was written without a picture; a file of its name is put beside its tables later."""
-    folder = write_run_folder(result_of_two_contacts, tmp_path / "run")
+    folder = shutil.copytree(folder_without_picture, tmp_path / "run")
     (folder / "run.rrd").write_bytes(b"of another run")
     with pytest.raises(RunFolderError, match="is not the picture that its run wrote"):
         _ = read_run_folder(folder).picture

@@ -6,7 +6,7 @@ import sys
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from support.report_states import RUN_OF_STATE
+from support.report_states import run_with_steady_times
 from support.small_worlds import MEET_IN_4_AND_8_TO_10, unit_cubes_on_x
 
 import replay
@@ -15,25 +15,25 @@ from replay.errors import OutputError
 from replay.show.results.spreadsheets import headings, inert_value, require_form, write_run_tables, write_tables
 from sessions import write_session
 
-FORMULAS = [
-    pytest.param("=1+1", id="="),
-    pytest.param("+1", id="+"),
-    pytest.param("-2+3", id="-"),
-    pytest.param("@SUM(A1)", id="@"),
-    pytest.param('=HYPERLINK("http://x")', id="link"),
-    pytest.param("\uff1d1+1", id="wide ="),
-    pytest.param("\t=1", id="tab before"),
-    pytest.param(" =1", id="blank before"),
-    pytest.param("\u00a0=1", id="no-break space before"),
-    pytest.param("\u200b=1", id="zero-width space before"),
-    pytest.param("\ufeff+1", id="byte order mark before"),
-    pytest.param("\x01@SUM(A1)", id="control character before"),
-    pytest.param(" \uff20SUM(A1)", id="blank before wide @"),
-    pytest.param("\u202e-2+3", id="right-to-left override before"),
-    pytest.param("\u202e", id="right-to-left override alone"),
-    pytest.param("plain", id="plain text"),
-    pytest.param("", id="empty text"),
-]
+FORMULAS = {
+    "=": "=1+1",
+    "+": "+1",
+    "-": "-2+3",
+    "@": "@SUM(A1)",
+    "link": '=HYPERLINK("http://x")',
+    "wide =": "\uff1d1+1",
+    "tab before": "\t=1",
+    "blank before": " =1",
+    "no-break space before": "\u00a0=1",
+    "zero-width space before": "\u200b=1",
+    "byte order mark before": "\ufeff+1",
+    "control character before": "\x01@SUM(A1)",
+    "blank before wide @": " \uff20SUM(A1)",
+    "right-to-left override before": "\u202e-2+3",
+    "right-to-left override alone": "\u202e",
+    "plain text": "plain",
+    "empty text": "",
+}
 """Texts that spreadsheets take for formulas, or might; the last two are none."""
 
 
@@ -104,48 +104,49 @@ def rounded(value):
     return float(f"{value:.12g}") if isinstance(value, int | float) else value or None
 
 
-@pytest.mark.parametrize("text", FORMULAS)
-def test_no_text_becomes_a_formula_in_csv(text, tmp_path):
-    """The text is a heading and a cell. Spreadsheets ignore some characters before the sign that begins a formula."""
-    table = pa.table({text or "name": [text, "x"], "number": [-1.5, 2.0]})
-    assert write_tables({"t": table}, tmp_path, form="csv") == []
-    (heading, _), (cell, number), _ = csv_rows(tmp_path / "t.csv")
+@pytest.fixture
+def table_of_formulas():
+    """A table with a column for each of ``FORMULAS``, its heading and its first cell, and a column of numbers."""
+    texts = {text or "name": [text, "x"] for text in FORMULAS.values()}
+    return pa.table(texts | {"number": [-1.5, 2.0]})
+
+
+def test_no_text_becomes_a_formula_in_csv(table_of_formulas, tmp_path):
+    """Each text is a heading and a cell. Spreadsheets ignore some characters before the sign that begins a formula."""
+    assert write_tables({"t": table_of_formulas}, tmp_path, form="csv") == []
+    (*head, _), (*cells, number), _ = csv_rows(tmp_path / "t.csv")
     ignored = " \u00a0\u200b\ufeff\x01\u202e"
     begins_formula = ("=", "+", "-", "@", "\t", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-    assert not heading.lstrip(ignored).startswith(begins_formula)
-    assert not cell.lstrip(ignored).startswith(begins_formula)
+    for name, heading, cell in zip(FORMULAS, head, cells, strict=True):
+        assert not heading.lstrip(ignored).startswith(begins_formula), name
+        assert not cell.lstrip(ignored).startswith(begins_formula), name
     assert number == "-1.5"  # a number is none
 
 
-@pytest.mark.parametrize("text", FORMULAS)
-def test_no_text_becomes_a_formula_or_link_in_a_workbook(text, tmp_path):
-    """A text that Excel might take for a formula is a heading and a cell of a sheet: neither is a formula or a link."""
+def test_no_text_becomes_a_formula_or_link_in_a_workbook(table_of_formulas, tmp_path):
+    """Texts that Excel might take for formulas are headings and cells of a sheet: none is a formula or a link."""
     openpyxl = pytest.importorskip("openpyxl")
-    table = pa.table({text or "name": [text, "x"], "number": [-1.5, 2.0]})
-    assert write_tables({"t": table}, tmp_path, form="xlsx") == []
+    assert write_tables({"t": table_of_formulas}, tmp_path, form="xlsx") == []
     cells = [cell for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["t"].rows for cell in row]
-    assert len(cells) == 3 * 2
-    assert FORMULA_CELL not in {cell.data_type for cell in cells}
+    assert len(cells) == 3 * (len(FORMULAS) + 1)
+    assert [cell.value for cell in cells if cell.data_type == FORMULA_CELL] == []
     assert [cell.hyperlink for cell in cells if cell.hyperlink] == []
 
 
-@pytest.mark.parametrize(
-    ("text", "inert"),
-    [
-        pytest.param("a=1", "a=1", id="sign within"),
-        pytest.param("a =1", "a =1", id="sign after a blank within"),
-        pytest.param("\tplain", "'\tplain", id="begins with a tab"),
-        pytest.param(" plain", " plain", id="begins with a blank"),
-        pytest.param("=", "'=", id="sign alone"),
-        pytest.param(" ", " ", id="blank alone"),
-        pytest.param(" =1", "' =1", id="sign after a blank"),
-        pytest.param("\u200b=1", "'\u200b=1", id="sign after a space without width"),
-        pytest.param("\u00a0-", "'\u00a0-", id="sign after a no-break space"),
-    ],
-)
-def test_only_a_text_that_begins_like_a_formula_is_changed(text, inert):
+def test_only_a_text_that_begins_like_a_formula_is_changed():
     """An apostrophe before a text tells a spreadsheet that it is text; a tab may begin a formula as "=" does."""
-    assert inert_value(text) == inert
+    inert_by_text = {
+        "a=1": "a=1",  # sign within
+        "a =1": "a =1",  # sign after a blank within
+        "\tplain": "'\tplain",
+        " plain": " plain",
+        "=": "'=",
+        " ": " ",
+        " =1": "' =1",
+        "\u200b=1": "'\u200b=1",  # after a space without width
+        "\u00a0-": "'\u00a0-",  # after a no-break space
+    }
+    assert {text: inert_value(text) for text in inert_by_text} == inert_by_text
 
 
 def test_missing_package_is_named_for_workbooks_alone(monkeypatch):
@@ -216,13 +217,13 @@ def test_unknown_table_of_a_result_is_refused_with_a_list(run_with_formula_name)
         run_with_formula_name.to_pandas("frame")
 
 
-@pytest.mark.parametrize("form", ["csv", "xlsx"])
-def test_replacing_a_run_takes_its_spreadsheets_away(tmp_path, form):
-    """Spreadsheets are written into a run folder, which another run replaces: they go, the user's mine.csv stays."""
-    result = replay.RunResult.of(RUN_OF_STATE["no contact"]()).write(tmp_path / "run", picture=False)
+def test_replacing_a_run_takes_its_spreadsheets_away(tmp_path):
+    """CSV and Excel tables are written into a run folder, which another run replaces: they go, mine.csv stays."""
+    result = replay.RunResult.of(run_with_steady_times("no contact")).write(tmp_path / "run", picture=False)
     files_of_run = {file.name for file in result.out.iterdir()}
-    write_run_tables(result.out, form)
-    assert {file.suffix for file in result.out.iterdir()} >= {f".{form}"}
+    for form in ("csv", "xlsx"):
+        write_run_tables(result.out, form)
+    assert {file.suffix for file in result.out.iterdir()} >= {".csv", ".xlsx"}
     (result.out / "mine.csv").write_text("a")
     result.write(tmp_path / "run", force=True, picture=False)
     assert {file.name for file in (tmp_path / "run").iterdir()} == files_of_run | {"mine.csv"}
@@ -234,7 +235,7 @@ def test_every_state_has_spreadsheets(state, tmp_path):
 
     Sentences about tables that are left out would be returned.
     """
-    result = replay.RunResult.of(RUN_OF_STATE[state]()).write(tmp_path / "run", picture=False)
+    result = replay.RunResult.of(run_with_steady_times(state)).write(tmp_path / "run", picture=False)
     assert write_run_tables(result.out, "csv") == []
     tables = {file.stem for file in result.out.glob("*.parquet")}
     assert tables == {file.stem for file in result.out.glob("*.csv")} != set()
@@ -252,6 +253,7 @@ def sessions_like_formulas(tmp_path):
 def run_batch(sessions, form, out):
     """Runs the command ``replay run`` over these sessions with tables over all runs in one form."""
     command = ["run", *sessions, "-o", str(out), "--tables", form, "--detectors", "slow=discrete[rate_hz=5]", "-q"]
+    command += ["--no-picture"]
     assert main(command) == 0
 
 
