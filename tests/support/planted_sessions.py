@@ -155,7 +155,7 @@ STATES = {
     "not measured": ("......", "uuuuuu", "Nothing compared: exact and it decided no pair-frame of 6 together."),
     "more invented than found": ("C.....", "cnccnc", f"{IT} 75 {FALSE}"),
     "false at both ends": ("..CC..C.", "nccccccn", f"{IT} 50 {FALSE}"),
-    "more than a list holds": ("C." * 41, "n" * 82, f"{IT} 41 of 41 contacts missed."),
+    "more than a list holds": ("C." * 22, "n" * 44, f"{IT} 22 of 22 contacts missed."),
 }
 
 

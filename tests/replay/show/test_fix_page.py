@@ -16,6 +16,8 @@ from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
 from replay.cli.console import People
 from replay.cli.fix import fix_screen
+from replay.cutting import piece_store
+from replay.cutting.methods import METHODS
 from replay.document import columns
 from replay.document.columns import screen_columns
 from replay.document.tables import Column, text_of
@@ -34,8 +36,34 @@ ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 STEP_NS = 11_000_000
 
 
+class EndedProcess:
+    """A process that ended without an error, as ``subprocess`` describes it."""
+
+    returncode = 0
+
+    def poll(self):
+        return self.returncode
+
+    def wait(self, _seconds):
+        return self.returncode
+
+
 @pytest.fixture(scope="module")
-def fix_of_stirred_cup():
+def cut_in_this_process():
+    """The program that cuts a mesh runs here: a process of its own would import the tool again."""
+
+    def cut_here(cut, folder):
+        ladder = METHODS[cut.name].cut(cut.mesh, cut.most)
+        np.savez(folder / f"{cut.key}.out.npz", corners=ladder.corners, ends=ladder.ends, joins=ladder.joins)
+        return EndedProcess()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(piece_store, "_start_cutting", cut_here)
+        yield
+
+
+@pytest.fixture(scope="module")
+def fix_of_stirred_cup(cut_in_this_process):
     """Pieces for a rod that stirs in a cup called like a script, 60 frames; a spare rod is 2 m away.
 
     The rod is at the cup's wall in 3 of 15 frames, else free in the hollow, which the hull of the cup fills.

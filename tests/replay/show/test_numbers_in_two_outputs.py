@@ -15,8 +15,7 @@ from typing import NamedTuple
 import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
-from support.report_states import SCREENS, result_of
-from support.viewers import recording_text
+from support.report_states import SCREENS
 
 import replay
 from replay.advice.scoring import Scoring
@@ -28,7 +27,7 @@ from replay.detection.recorded import RECORDED_DETECTOR
 from replay.document.columns import COLUMNS
 from replay.document.tables import Output, text_of
 from replay.show import run_tables as tables
-from replay.show.results.run_folder import read_run_folder, write_run_folder
+from replay.show.results.run_folder import read_run_folder
 from replay.show.tradeoff_table import tradeoff_table
 
 RULE = re.compile(r"─{10,}")
@@ -290,19 +289,17 @@ QUICK_STATES = ("several", "undecided", "only false", "effects beside an audit")
         for state in (*SCREENS, "effects beside an audit")
     ],
 )
-def outputs(request, tmp_path_factory):
+def outputs(request, written_run_of):
     """``cells``: output -> cell (table, detector, row, column) -> its text. ``sentences``: output -> words -> numbers.
 
     Both are read from what each output of one run prints or writes; a run a state.
     """
-    result = result_of(request.param)
-    folder = tmp_path_factory.mktemp("run") / "run"
-    write_run_folder(result, folder, picture=True)
+    run = written_run_of(request.param)
+    result, folder, picture = run.result, run.folder, run.picture_text
     labels = [*result.document.detectors]
     first, terminal = printed(run_screen(result)), printed(run_tables(result))
     markdown = run_markdown(result, ())
     page = (folder / "report.html").read_text(encoding="utf-8")
-    picture = recording_text(folder / "run.rrd")
     texts = TablesOfPage(page).texts
     cells = {
         "first screen": facts_of(terminal_tables(first), labels),

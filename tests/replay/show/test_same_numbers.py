@@ -8,8 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
-from support.report_states import RUN_OF_STATE, SCREENS, result_of
-from support.viewers import recording_text
+from support.report_states import RUN_OF_STATE, SCREENS
 
 import replay
 from replay import words
@@ -23,7 +22,6 @@ from replay.document.ranking import ranks_with_fixes
 from replay.prepare.frame_times import frame_rate
 from replay.show.accuracy import run_dots
 from replay.show.rerun_log import documents
-from replay.show.results.run_folder import write_run_folder
 
 FIRST_COUNT = {"terminal": 2, "Markdown": 2, "picture": 1, "notebook": 1}
 """Output -> position of the first count in a line of its ranking, which begins with label and, in some, what it is."""
@@ -39,18 +37,17 @@ QUICK_SCREENS = ("several", "undecided", "busy")
     scope="module",
     params=[pytest.param(state, marks=() if state in QUICK_SCREENS else pytest.mark.slow) for state in SCREENS],
 )
-def screens(request, tmp_path_factory):
+def screens(request, written_run_of):
     """A run, its ``summary.json`` as read back, and the text of each of its screens; a run a state."""
-    result = result_of(request.param)
-    folder = tmp_path_factory.mktemp("run") / "run"
-    write_run_folder(result, folder, picture=True)
+    run = written_run_of(request.param)
+    result, folder = run.result, run.folder
     console = Console(width=200, file=StringIO())
     console.print(run_screen(result))
     texts = {
         "terminal": console.file.getvalue(),
         "Markdown": run_markdown(result, ()),
         "report": unescape((folder / "report.html").read_text(encoding="utf-8")),
-        "picture": recording_text(folder / "run.rrd"),
+        "picture": run.picture_text,
         "notebook": repr(replay.RunResult.of(result)),
     }
     return SimpleNamespace(result=result, summary=json.loads((folder / "summary.json").read_text()), texts=texts)

@@ -35,6 +35,13 @@ def install_rerun(monkeypatch):
     return pretend
 
 
+@pytest.fixture
+def run_command(tmp_path):
+    """Arguments of the command that runs a session of two cubes into the folder ``run``."""
+    write_session(unit_cubes_on_x({"a": [0] * 4, "b": [3, 3, 0.9, 3]}), tmp_path / "s.mcap")
+    return ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
+
+
 @pytest.mark.parametrize(
     ("installed", "sentence"),
     [
@@ -43,21 +50,25 @@ def install_rerun(monkeypatch):
         pytest.param(None, "rerun-sdk is not installed", id="none"),
     ],
 )
-def test_other_rerun_version_is_named_first_and_only_for_pictures(installed, sentence, install_rerun, tmp_path, capsys):
+def test_other_rerun_version_is_named_before_a_run(installed, sentence, install_rerun, run_command, tmp_path, capsys):
     """``replay run`` with a picture exits with 1 and a sentence before it computes: no run folder is begun.
 
-    The sentence names the version that pictures need, and the option ``--no-picture``, with which the run succeeds.
+    The sentence names the version that pictures need, and the option ``--no-picture``.
     """
     install_rerun(installed)
-    write_session(unit_cubes_on_x({"a": [0] * 4, "b": [3, 3, 0.9, 3]}), tmp_path / "s.mcap")
-    command = ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
-    assert main(command) == 1
+    assert main(run_command) == 1
     printed = capsys.readouterr().err
     assert sentence in printed
     assert f"pictures need {RERUN_VERSION}" in printed
     assert "--no-picture" in printed
     assert not (tmp_path / "run").exists()
-    assert main([*command, "--no-picture"]) == 0
+
+
+def test_run_without_a_picture_needs_no_rerun(install_rerun, run_command, tmp_path):
+    """With ``--no-picture`` a session is run and written where Rerun is not installed."""
+    install_rerun(None)
+    assert main([*run_command, "--no-picture"]) == 0
+    assert (tmp_path / "run" / "summary.json").exists()
 
 
 def test_named_version_is_the_required_version():

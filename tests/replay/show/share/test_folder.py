@@ -83,12 +83,13 @@ def test_recorded_consent_is_enough(revealing_run_folder):
     require_consent([run_folder_with_consent(revealing_run_folder, "share")])
 
 
-@pytest.mark.parametrize("consent", ["none", "lab", "not stated", "", "Share", "share with the lab", "no share"])
-def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_folder, consent):
+def test_folder_is_shared_only_with_recorded_consent_to_share(revealing_run_folder):
     """One of two runs states the consent ``share``, the other something else: both are refused."""
-    runs = [run_folder_with_consent(revealing_run_folder, stated_consent) for stated_consent in ("share", consent)]
-    with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
-        require_consent(runs)
+    willing = run_folder_with_consent(revealing_run_folder, "share")
+    for consent in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
+        other = run_folder_with_consent(revealing_run_folder, consent)
+        with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
+            require_consent([willing, other])
 
 
 def moment_messages(folder, name="run"):
@@ -149,11 +150,11 @@ def test_layout_message_resets_the_layout_of_the_viewer(shared_folder):
     assert message.command.id == "recording.reset_blueprint_to_default"
 
 
-@pytest.mark.parametrize("nanoseconds", [0, 1, 127, 128, 31_877_273_761, 2**62, -5])
-def test_cursor_message_holds_any_time(nanoseconds):
+def test_cursor_message_holds_any_time():
     """Times of one to nine bytes of 7 bits, and a negative one, are written here and read by Google's library."""
-    message = control("Request").FromString(module.cursor_at(nanoseconds))
-    assert message.cursor.moment.time == nanoseconds
+    request = control("Request")
+    times = [0, 1, 127, 128, 31_877_273_761, 2**62, -5]
+    assert [request.FromString(module.cursor_at(time_ns)).cursor.moment.time for time_ns in times] == times
 
 
 def test_every_miss_of_the_run_links_to_its_moment(revealing_run_folder, shared_folder):
@@ -241,10 +242,15 @@ FORGED_PAGE = """<!doctype html><html><head><!-- {policy} --><title>Nothing miss
 """A page that sends its text to a stranger, with the policy of a true page in a comment."""
 
 
+def no_viewer_files():
+    """The viewer of Rerun for a browser as two empty files: they take no time."""
+    return {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""}
+
+
 @pytest.fixture
 def empty_viewer(monkeypatch):
-    """The viewer of Rerun for a browser is two empty files: it takes no time."""
-    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
+    """The viewer of Rerun for a browser is two empty files."""
+    monkeypatch.setattr(module, "web_viewer", no_viewer_files)
 
 
 def test_a_damaged_picture_is_refused_before_the_viewer_starts(revealing_run_folder, tmp_path, monkeypatch):
@@ -309,11 +315,14 @@ def test_summary_strings_are_text_in_the_page(revealing_run_folder, tmp_path):
     assert page.count("</head>") == 1
 
 
-@pytest.fixture
-def folder_of_two_runs(revealing_run_folder, tmp_path, empty_viewer):
-    """A folder made to be sent, of the same run twice."""
-    write_shared_folder([read_run_folder(revealing_run_folder)] * 2, tmp_path / "sent")
-    return tmp_path / "sent"
+@pytest.fixture(scope="module")
+def folder_of_two_runs(revealing_run_folder, tmp_path_factory):
+    """A folder made to be sent, of the same run twice; no test changes it."""
+    folder = tmp_path_factory.mktemp("two runs") / "sent"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "web_viewer", no_viewer_files)
+        write_shared_folder([read_run_folder(revealing_run_folder)] * 2, folder)
+    return folder
 
 
 FILES_OF_TWO_RUNS = {"run1.html", "run1.js", "run1.rrd", "run2.html", "run2.js", "run2.rrd"}
@@ -335,10 +344,13 @@ def test_list_of_shared_runs_links_each_page_once(folder_of_two_runs):
     assert text.count(title) == 2
 
 
-def test_shared_folder_replaces_an_earlier_folder_whole(folder_of_two_runs, revealing_run_folder):
+def test_shared_folder_replaces_an_earlier_folder_whole(
+    folder_of_two_runs, revealing_run_folder, tmp_path, empty_viewer
+):
     """A folder of one run is written, on request (``force``), over one of two runs, whose files all go."""
-    write_shared_folder([read_run_folder(revealing_run_folder)], folder_of_two_runs, force=True)
-    files = {file.name for file in folder_of_two_runs.iterdir()}
+    folder = shutil.copytree(folder_of_two_runs, tmp_path / "sent")
+    write_shared_folder([read_run_folder(revealing_run_folder)], folder, force=True)
+    files = {file.name for file in folder.iterdir()}
     assert "run.js" in files
     assert not FILES_OF_TWO_RUNS & files
 
