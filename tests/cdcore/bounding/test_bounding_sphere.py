@@ -114,6 +114,11 @@ def test_meshes_near_the_limits_of_float64_keep_their_balls():
     assert 1e150 < large.radius < np.inf
 
 
+def unshared_box():
+    """A box that no other test has asked about."""
+    return TriangleMesh(box_mesh().vertices, box_mesh().faces)
+
+
 def test_balls_are_cached_for_a_mesh(monkeypatch):
     """Mode "paper" has one construction, equation (21): of two queries only the first calls it."""
     built_for = []
@@ -123,7 +128,7 @@ def test_balls_are_cached_for_a_mesh(monkeypatch):
         return sphere_by_triangle_mean(mesh)
 
     monkeypatch.setitem(SPHERES, "paper", (build,))
-    mesh = box_mesh()
+    mesh = unshared_box()
     assert sphere_in_mode(mesh, "paper") is sphere_in_mode(mesh, "paper")
     assert len(built_for) == 1
 
@@ -131,7 +136,7 @@ def test_balls_are_cached_for_a_mesh(monkeypatch):
 @pytest.mark.slow
 def test_cached_balls_do_not_keep_their_mesh_alive():
     """Once nobody else has the mesh, a weak reference to it is dead."""
-    mesh = box_mesh()
+    mesh = unshared_box()
     sphere_in_mode(mesh, "best")
     mesh_if_alive = weakref.ref(mesh)
     del mesh
