@@ -33,6 +33,9 @@ _CHARGE = re.compile(r"([+-])(\d*)$")
 Makeup = Mapping[str, float]
 """Column, ``H+``, ``H2O`` or ``e-`` -> how many are in one species or phase."""
 
+BARE_IONS: Final[Mapping[str, Makeup]] = {PROTON: {PROTON: 1}, WATER: {WATER: 1}, ELECTRON: {ELECTRON: 1}}
+"""What equations are written in before any element is defined."""
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -76,29 +79,38 @@ def database_of(extra_text: str = "") -> Database:
 
     Raises EffectError: PHREEQC is not installed; ValueError: the text is wrong, a line for each fault.
     """
-    database_text = (phreeqc_folder() / "minteq.v4.dat").read_text(encoding="utf-8", errors="replace")
-    added_text = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
-    reading = _Reading()
-    for source in (database_text, added_text):
-        reading.read(source)
-    reading.problems.clear()  # surfaces, formulas of halves and what needs an element that is not read
-    reading.strict = True
+    reading = _Reading(_own_data(phreeqc_folder()), strict=True)
     reading.read(extra_text)
     if reading.problems:
         raise ValueError("\n".join(reading.problems))
     return Database(reading.species, reading.phases, reading.ions, reading.masters)
 
 
-class _Reading:
-    """Reads text of PHREEQC, block by block; what it defines may stand in any order."""
+@cache
+def _own_data(folder: Path) -> Database:
+    """The data of minteq.v4 and of `constants.phr`, without what a scene adds."""
+    database_text = (folder / "minteq.v4.dat").read_text(encoding="utf-8", errors="replace")
+    added_text = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
+    # Not reported: surfaces, formulas of halves and what needs an element that is not read.
+    reading = _Reading(Database(species={}, phases={}, ions=BARE_IONS, masters={}), strict=False)
+    for source in (database_text, added_text):
+        reading.read(source)
+    return Database(reading.species, reading.phases, reading.ions, reading.masters)
 
-    def __init__(self) -> None:
-        self.ions: dict[str, Makeup] = {PROTON: {PROTON: 1}, WATER: {WATER: 1}, ELECTRON: {ELECTRON: 1}}
-        self.species: dict[str, Entry] = {}
-        self.masters: dict[str, str] = {}
-        self.phases: dict[str, Entry] = {}
+
+class _Reading:
+    """Reads text of PHREEQC, block by block, after other data; what it defines may stand in any order.
+
+    ``strict``: whether a block or an element that is not read is a problem.
+    """
+
+    def __init__(self, data: Database, *, strict: bool) -> None:
+        self.ions = dict(data.ions)
+        self.species = dict(data.species)
+        self.masters = dict(data.masters)
+        self.phases = dict(data.phases)
         self.problems: list[str] = []
-        self.strict = False
+        self.strict = strict
 
     def read(self, text: str) -> None:
         """Add what a text defines; ``problems`` gets a line for each fault."""

@@ -78,7 +78,7 @@ class Mixture:
         entry_of_makeup = {
             tuple(sorted(entry.makeup.items())): entry
             for entry in self.database.species.values()
-            if set(entry.makeup) <= own_components and set(entry.makeup) != {WATER}
+            if entry.makeup.keys() <= own_components and entry.makeup.keys() != {WATER}
         }
         return tuple(entry_of_makeup.values())
 

@@ -129,16 +129,17 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
     # Less is dissolved with each mol of solid: below saturation nothing falls out.
     if not beyond.any():
         return np.zeros(len(amounts))
+    count_of_ion = counts[:, None]
+    amount_of_ion = np.array([amount for _, amount in ions_present])
     # Logarithms of the product of what is dissolved, each ion as a share of what saturation has of it.
     lower, upper = np.zeros(len(amounts)), np.maximum(most, 0.0)
     with np.errstate(divide="ignore"):
         for _ in range(HALVINGS):
             solid = 0.5 * (lower + upper)
-            logs_left = [many * np.log((amount - many * solid) / many) for many, amount in ions_present]
-            ions_left = sum(many for many, _ in ions_present)
+            logs_left = count_of_ion * np.log((amount_of_ion - count_of_ion * solid) / count_of_ion)
             # Crystal water of what is solid dissolves nothing.
             free = np.maximum(saturated * (water - bound * solid) * WATER_KG, 1e-300)
-            beyond = np.sum(logs_left, axis=0) > ions_left * np.log(free)
+            beyond = logs_left.sum(axis=0) > counts.sum() * np.log(free)
             lower, upper = np.where(beyond, solid, lower), np.where(beyond, upper, solid)
     settled = 0.5 * (lower + upper)
     return np.where(settled > 1e-12 * np.maximum(most, 0.0), settled, 0.0)

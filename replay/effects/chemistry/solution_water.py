@@ -6,7 +6,7 @@ temperature it holds as much more or less as water does.
 """
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Final
 
 import numpy as np
@@ -89,6 +89,7 @@ def _density(celsius: float) -> float:
     return float(np.polynomial.polynomial.polyval(bounded, KELL_COEFFICIENTS)) / (1.0 + 16.87985e-3 * bounded)
 
 
+@lru_cache(maxsize=1024)
 def molar_of_molal(formula: str, molal: float) -> float:
     """Returns the mol/L of a solution that holds so many mol of a formula in a kilogram of water."""
     lower, upper = 0.0, molal
