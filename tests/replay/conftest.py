@@ -13,6 +13,7 @@ from replay.cutting import piece_store, solid_overlap, surface_distance
 from replay.detection import compile_notice
 from replay.prepare import assemble
 from replay.show.report import still
+from sessions.doctor import meshes
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -73,14 +74,31 @@ def cuts_in_this_process():
 @pytest.fixture(autouse=True, scope="session")
 def shared_meshes():
     """Equal meshes of sessions are one object, for which trees, hulls and solids are built once a worker."""
-    meshes = {}
+    mesh_of_hash = {}
 
     def shared_mesh(vertices, faces):
         mesh = TriangleMesh(vertices, faces)
-        return meshes.setdefault(mesh.content_hash, mesh)
+        return mesh_of_hash.setdefault(mesh.content_hash, mesh)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assemble, "TriangleMesh", shared_mesh)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def shared_mesh_findings():
+    """The doctor examines equal meshes once a worker: every run of a session begins with its meshes."""
+    examine = meshes.mesh_findings
+    findings = {}
+
+    def examine_once(name, mesh):
+        key = name, mesh.vertices.tobytes(), mesh.faces.tobytes()
+        if key not in findings:
+            findings[key] = tuple(examine(name, mesh))
+        return iter(findings[key])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(meshes, "mesh_findings", examine_once)
         yield
 
 

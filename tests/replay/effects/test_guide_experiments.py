@@ -13,8 +13,10 @@ from support.liquid_worlds import (
 from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G
 from replay.errors import PlanError
 
-OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
-"""Degrees of the stopcock, one a frame of 10 ms: it is open for 2 s, in which some 2.5 mL run in."""
+OPEN = [*([0.0] * 2), *([90.0] * 50), *([0.0] * 3)]
+"""Degrees of the stopcock, one a frame of `STEP_NS`: it is open for 2 s, in which some 2.5 mL run in."""
+
+STEP_NS = 40_000_000
 
 MOHRS_SALT = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
 """0.1 mmol, for which 1 mL of 0.02 mol/L permanganate is equivalent."""
@@ -47,7 +49,13 @@ def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
     burette = glass("burette", volume_ml=50.0, solute="KMnO4", molar=0.02, cavity=BURETTE_COLUMN)
     pink = ("colour", {"in": "flask", "species": "MnO4-"})
     effects = effects_of_tap_degrees(
-        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), pink, burette=burette, flask=flask
+        OPEN,
+        MIXING_IN_FLASK,
+        ("reaction", {"equation": equation}),
+        pink,
+        burette=burette,
+        flask=flask,
+        step_ns=STEP_NS,
     )
     (event,) = effects["reaction"].output.events_named("end-point")
     assert event.text.startswith(f"{names} are equivalent in flask after 1.00 mL")
@@ -102,6 +110,7 @@ def test_copper_is_titrated_to_its_ammine():
         ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"}),
         burette=burette,
         flask=flask,
+        step_ns=STEP_NS,
     )
     falls, dissolves = effects["precipitation"].events
     # Of 4e-5 mol; how much falls out before the first of it dissolves again is not computed here: a loose bound.
@@ -124,7 +133,9 @@ def effects_of_ammonia_into(salt, *tables):
     """Effects of some 2.5 mL of ammonia, 1 mol/L, that run into 1 mL of a copper salt, 0.1 mol/L."""
     burette = glass("burette", volume_ml=50.0, solute="NH3", molar=1.0, cavity=BURETTE_COLUMN)
     flask = glass("flask", volume_ml=1.0, solute=salt, molar=0.1)
-    return effects_of_tap_degrees(OPEN, MIXING_IN_FLASK, *tables, COLOUR_OF_AMMINE, burette=burette, flask=flask)
+    return effects_of_tap_degrees(
+        OPEN, MIXING_IN_FLASK, *tables, COLOUR_OF_AMMINE, burette=burette, flask=flask, step_ns=STEP_NS
+    )
 
 
 @pytest.mark.slow

@@ -10,8 +10,11 @@ from support.liquid_worlds import BURETTE_COLUMN, TAP, glass, poses_at_rest, pos
 
 from sessions.model.scene import SceneBody
 
-COUNT = 220
+COUNT = 73
 """Frames of an experiment."""
+
+STEP_NS = 30_000_000
+"""From frame to frame."""
 
 COLOURS = ("white", "yellow", "brown")
 HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.3, "heat_capacity_j_per_ml_k": 4.18}
@@ -49,9 +52,9 @@ def titration():
 def pours():
     """Three salts fall out of what two glasses pour into one, which grows warm and pours on."""
     poses = {
-        "a": ramp(first=10, last=60, degrees=100.0),
+        "a": ramp(first=3, last=20, degrees=100.0),
         "b": poses_at_rest(COUNT),
-        "c": ramp(first=70, last=140, degrees=100.0),
+        "c": ramp(first=23, last=47, degrees=100.0),
     }
     bodies = (
         holding("a", volume=30.0, AgNO3=0.2, BaCl2=0.05),
@@ -70,8 +73,8 @@ def chain():
     """Acid goes from glass to glass to glass over zinc that dissolves slowly, all at one time."""
     lower = (0.0, -0.2, 0.0)
     poses = {
-        "a": ramp(first=10, last=150, degrees=110.0),
-        "b": ramp(first=20, last=200, degrees=110.0),
+        "a": ramp(first=3, last=50, degrees=110.0),
+        "b": ramp(first=7, last=67, degrees=110.0),
         "c": poses_at_rest(COUNT, lower),
     }
     poses["b"] = (poses["b"][0] + np.array([0.0, -0.2, 0.0]), poses["b"][1])
@@ -93,7 +96,7 @@ SCENES = (titration, pours, chain)
 @cache
 def printed_as_declared(make):
     """Lines, figures and rows of the experiment with its own names and order."""
-    return printed(make)
+    return printed(make, step_ns=STEP_NS)
 
 
 @pytest.mark.parametrize("make", SCENES)
@@ -116,7 +119,7 @@ def test_order_of_tables_and_names_change_no_output(make):
     only lines of one moment may then stand in another order.
     """
     lines, figures, rows = printed_as_declared(make)
-    assert printed(make, order=lambda declared: declared[::-1]) == (lines, figures, rows)
+    assert printed(make, order=lambda declared: declared[::-1], step_ns=STEP_NS) == (lines, figures, rows)
 
     poses, _bodies, _tables = make()
     names = sorted(poses)
@@ -126,6 +129,6 @@ def test_order_of_tables_and_names_change_no_output(make):
     def with_old_names(text):
         return re.sub(r"z\d", lambda match: old_names[match.group()], text)
 
-    renamed_lines, renamed_figures, renamed_rows = printed(make, names=new_names, back=with_old_names)
+    renamed_lines, renamed_figures, renamed_rows = printed(make, names=new_names, back=with_old_names, step_ns=STEP_NS)
     assert sorted(renamed_lines) == sorted(lines)
     assert (renamed_figures, renamed_rows) == (figures, rows)

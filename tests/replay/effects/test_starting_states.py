@@ -244,10 +244,10 @@ def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
     Base that stops short of them is reported, with both volumes, if a quarter more would have reached them.
     """
     flask = glass("flask", volume_ml=25.0, solute="HCl", molar=0.01)
-    area_for_5_ml, frames = 6e-7, 400
+    area_for_5_ml, frames_of_80_ms = 6e-7, 50
     effects = effects_of_tap_degrees(
-        [0.0, *([90.0] * frames), 0.0], MIXING_IN_FLASK, reaction("HCl + NaOH -> NaCl + H2O"), flask=flask,
-        settings={"full_area_m2": area_for_5_ml * millilitres / 5.0},
+        [0.0, *([90.0] * frames_of_80_ms), 0.0], MIXING_IN_FLASK, reaction("HCl + NaOH -> NaCl + H2O"), flask=flask,
+        settings={"full_area_m2": area_for_5_ml * millilitres / 5.0}, step_ns=80_000_000,
     )  # fmt: skip
     added_ml, equivalent_ml = effects["burette"].events[0].values["volume_ml"], 2.5
     events = effects["reaction"].output.events_named("not-reached")

@@ -6,8 +6,8 @@ from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_ta
 from replay.effects.chemistry.contents import Contents
 from replay.effects.titrated_concentration import titrated_concentration
 
-OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
-"""Degrees of the stopcock: some 2.5 mL run in."""
+OPEN = [*([0.0] * 2), *([90.0] * 50), *([0.0] * 3)]
+"""Degrees of the stopcock, one a frame of 40 ms: some 2.5 mL run in."""
 
 MOHRS_SALT = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
 """0.1 mmol."""
@@ -29,7 +29,12 @@ def end_points(burette, flask, solid, equation):
     titrant = glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN)
     sample = glass("flask", volume_ml=2.0, solutes=flask, properties={"solid": solid} if solid else {})
     return effects_of_tap_degrees(
-        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), burette=titrant, flask=sample
+        OPEN,
+        MIXING_IN_FLASK,
+        ("reaction", {"equation": equation}),
+        burette=titrant,
+        flask=sample,
+        step_ns=40_000_000,
     )["reaction"].output.events_named("end-point")
 
 

@@ -9,8 +9,8 @@ from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_ta
 from replay.effects.chemistry.assumed import assumption_events
 from replay.effects.chemistry.processes import Process
 
-OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
-"""Degrees of the stopcock: some 2.5 mL run in."""
+OPEN = [*([0.0] * 2), *([90.0] * 50), *([0.0] * 3)]
+"""Degrees of the stopcock, one a frame of 40 ms: some 2.5 mL run in."""
 
 PRUSSIAN = "4 FeCl3 + 3 K4Fe(CN)6 -> Fe4(Fe(CN)6)3 + 12 KCl"
 PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
@@ -21,7 +21,12 @@ def reaction(burette, flask, equation):
     titrant = glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN)
     sample = glass("flask", volume_ml=2.0, solutes=flask)
     return effects_of_tap_degrees(
-        OPEN, MIXING_IN_FLASK, ("reaction", {"equation": equation}), burette=titrant, flask=sample
+        OPEN,
+        MIXING_IN_FLASK,
+        ("reaction", {"equation": equation}),
+        burette=titrant,
+        flask=sample,
+        step_ns=40_000_000,
     )["reaction"].output
 
 

@@ -10,7 +10,7 @@ from replay.effects.chemistry.redox import couples_of
 from replay.effects.effect_summary import titration_curves
 
 PERMANGANATE = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
-HZ = 10
+HZ = 4
 """Frames a second."""
 VOLT_PER_PE = 0.05916
 """R T ln 10 / F at 25 degC."""
@@ -145,7 +145,7 @@ def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
         {"FeSO4": 0.05, "H2SO4": 0.5}, {"Ce(SO4)2": 0.05}, "Ce4+ + Fe2+ -> Ce3+ + Fe3+"
     ).items()
     assert quantity == "mol of Fe^2+ left"
-    left_mol = np.interp([0.0, 5.0, 10.0, 15.0], left.added_ml, left.values)
+    left_mol = np.interp([0.0, 5.0, 11.0, 15.0], left.added_ml, left.values)
     assert left_mol == pytest.approx([5e-4, 2.5e-4, 0.0, 0.0], abs=2e-6)
     assert left.ends_ml == pytest.approx([10.0], abs=0.01)
 

@@ -38,14 +38,14 @@ IODINE = {"I2": 0.0005, "KI": 0.1}
 def titrated(flask, burette, *equations):
     """The reaction of 10 mL in the flask into which the burette runs, 18 mL in 8 s; both: solute -> mol/L."""
     reactions = [("reaction", {"equation": equation}) for equation in equations]
-    degrees = [0.0, 0.0, *([90.0] * 240), 0.0]
+    degrees = [0.0, 0.0, *([90.0] * 40), 0.0]
     return effects_of_tap_degrees(
         degrees,
         MIXING_IN_FLASK,
         *reactions,
         flask=glass("flask", volume_ml=10.0, solutes=flask),
         burette=glass("burette", volume_ml=50.0, solutes=burette, cavity=BURETTE_COLUMN),
-        step_ns=33_333_333,
+        step_ns=200_000_000,
         settings={"full_area_m2": 1.2e-6},
     )["reaction"]
 
