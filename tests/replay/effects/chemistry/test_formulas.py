@@ -11,86 +11,85 @@ def is_in_the_tables(formula):
     return components_of(formula) is not None
 
 
-@pytest.mark.parametrize(
-    ("formula", "counts"),
-    [
+def refusal(read, text):
+    """The sentence with which a text is refused, "" where it is read."""
+    try:
+        read(text)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def test_atoms_are_counted():
+    """A number behind brackets counts for all within, as in (OH)2; 5H2O behind a dot are five molecules of water."""
+    for formula, counts in [
         ("NaCl", {"Na": 1, "Cl": 1}),
         ("Ca(OH)2", {"Ca": 1, "O": 2, "H": 2}),
         ("CuSO4.5H2O", {"Cu": 1, "S": 1, "O": 9, "H": 10}),
         ("Al2(SO4)3", {"Al": 2, "S": 3, "O": 12}),
-    ],
-)
-def test_atoms_are_counted(formula, counts):
-    """A number behind brackets counts for all within, as in (OH)2; 5H2O behind a dot are five molecules of water."""
-    assert dict(atoms(formula)) == counts
+    ]:
+        assert dict(atoms(formula)) == counts, formula
 
 
-@pytest.mark.parametrize("formula", ["", "nacl", "Na(", "Na)", "()"])
-def test_text_that_is_no_chemical_formula_is_refused(formula):
+def test_text_that_is_no_chemical_formula_is_refused():
     """Nothing, lower case, and brackets that do not close, do not open, or are empty."""
-    with pytest.raises(ValueError, match="formula"):
-        atoms(formula)
+    for formula in ["", "nacl", "Na(", "Na)", "()"]:
+        assert "formula" in refusal(atoms, formula), formula
 
 
-@pytest.mark.parametrize(
-    "text", ["MnO4- + 8 H+ + 5 e- -> Mn2+ + 4 H2O", "Zn -> Zn2+ + 2e-", "Fe3+ + e- -> Fe2+", "Ag+ + e⁻ → Ag"]
-)
-def test_half_equations_ask_for_their_other_half(text):
+def test_half_equations_ask_for_their_other_half():
     """An equation with free electrons, e-, on one side."""
-    with pytest.raises(ValueError, match="is half an equation; add the half that gives or takes its electrons"):
-        equation_of(text, is_in_the_tables)
+    advice = "is half an equation; add the half that gives or takes its electrons"
+    for text in ["MnO4- + 8 H+ + 5 e- -> Mn2+ + 4 H2O", "Zn -> Zn2+ + 2e-", "Fe3+ + e- -> Fe2+", "Ag+ + e⁻ → Ag"]:
+        assert advice in refusal(equation_of, text), text
 
 
-@pytest.mark.parametrize(
-    ("text", "reagents", "phases"),
-    [
+def test_equation_is_read_with_any_arrow_phase_or_superscript():
+    """``reagents``: formula and coefficient, charges as in SO4^2-; ``phases``: of a solid, s or an arrow down."""
+    for text, reagents, phases in [
         ("Zn + 2 HCl -> ZnCl2 + H2", {"Zn": 1, "HCl": 2}, {}),
         ("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
         ("Cu2+ + 2 OH- → Cu(OH)2↓", {"Cu^2+": 1, "OH-": 2}, {"Cu(OH)2": "s"}),
         ("SO4^2- + Ba^2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
         ("NH4+ + OH- ⇌ NH3 + H2O", {"NH4+": 1, "OH-": 1}, {}),
         ("Zn + 2 H⁺ --> Zn²⁺ + H₂↑", {"Zn": 1, "H+": 2}, {"H2": "g"}),
-    ],
-)
-def test_equation_is_read_with_any_arrow_phase_or_superscript(text, reagents, phases):
-    """``reagents``: formula and coefficient, charges as in SO4^2-; ``phases``: of a solid, s or an arrow down."""
-    equation = equation_of(text, is_in_the_tables)
-    assert equation.reagents == reagents and equation.phases == phases
+    ]:
+        equation = equation_of(text, is_in_the_tables)
+        assert equation.reagents == reagents and equation.phases == phases, text
 
 
-@pytest.mark.parametrize(
-    ("text", "reagents", "phases"),
-    [
-        ("SO42- + Ba2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
-        ("IO3- + 5 I- + 6 H+ -> 3 I2 + 3 H2O", {"IO3-": 1, "I-": 5, "H+": 6}, {}),
-        ("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-", {"AgCl": 1, "NH3": 2}, {}),
-        ("Al3+ + 4 OH- -> Al(OH)4-", {"Al^3+": 1, "OH-": 4}, {}),
-        ("PbI4 2- -> Pb2+ + 4 I-", {"PbI4^2-": 1}, {}),
-        ("Hg2 2+ + 2 Cl- -> Hg2Cl2", {"Hg2^2+": 1, "Cl-": 2}, {}),
-        ("C6H5O7^3- + 3 H+ -> C6H8O7", {"C6H5O7^3-": 1, "H+": 3}, {}),
-        ("2MnO4- + 5C2O42- + 16H+ -> 2Mn2+ + 10CO2 + 8H2O", {"MnO4-": 2, "C2O4^2-": 5, "H+": 16}, {}),
-        ("Cr2O72- + 6 Fe2+ + 14 H+ -> 2 Cr3+ + 6 Fe3+ + 7 H2O", {"Cr2O7^2-": 1, "Fe^2+": 6, "H+": 14}, {}),
-        ("Cu(NH3)42+ -> Cu2+ + 4NH3", {"Cu(NH3)4^2+": 1}, {}),
-        ("CuSO4 · 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
-        ("HPO42- + H+ -> H2PO4-", {"HPO4^2-": 1, "H+": 1}, {}),
-        ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
-        ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"Ag(NH3)2+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"}),
-    ],
-)
-def test_of_several_readings_the_balanced_is_taken(text, reagents, phases):
+READINGS = [
+    ("SO42- + Ba2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
+    ("IO3- + 5 I- + 6 H+ -> 3 I2 + 3 H2O", {"IO3-": 1, "I-": 5, "H+": 6}, {}),
+    ("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-", {"AgCl": 1, "NH3": 2}, {}),
+    ("Al3+ + 4 OH- -> Al(OH)4-", {"Al^3+": 1, "OH-": 4}, {}),
+    ("PbI4 2- -> Pb2+ + 4 I-", {"PbI4^2-": 1}, {}),
+    ("Hg2 2+ + 2 Cl- -> Hg2Cl2", {"Hg2^2+": 1, "Cl-": 2}, {}),
+    ("C6H5O7^3- + 3 H+ -> C6H8O7", {"C6H5O7^3-": 1, "H+": 3}, {}),
+    ("2MnO4- + 5C2O42- + 16H+ -> 2Mn2+ + 10CO2 + 8H2O", {"MnO4-": 2, "C2O4^2-": 5, "H+": 16}, {}),
+    ("Cr2O72- + 6 Fe2+ + 14 H+ -> 2 Cr3+ + 6 Fe3+ + 7 H2O", {"Cr2O7^2-": 1, "Fe^2+": 6, "H+": 14}, {}),
+    ("Cu(NH3)42+ -> Cu2+ + 4NH3", {"Cu(NH3)4^2+": 1}, {}),
+    ("CuSO4 · 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
+    ("HPO42- + H+ -> H2PO4-", {"HPO4^2-": 1, "H+": 1}, {}),
+    ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
+    ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"Ag(NH3)2+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"}),
+]
+
+
+def test_of_several_readings_the_balanced_is_taken():
     """Without a caret SO42- may be SO4 with 2- or SO42 with -: that is meant whose atoms and charges balance.
 
     Where several do, those are meant whose formulas are in the tables.
     """
-    equation = equation_of(text, is_in_the_tables)
-    assert equation.reagents == reagents and equation.phases == phases
+    for text, reagents, phases in READINGS:
+        equation = equation_of(text, is_in_the_tables)
+        assert equation.reagents == reagents and equation.phases == phases, text
 
 
-@pytest.mark.parametrize("text", ["Ca2+ + EDTA4- -> CaEDTA2-", "Mg2+ + H2Y2- -> MgY2- + 2 H+", "Ca2+ + Y4- -> CaY^2-"])
-def test_edta_by_its_abbreviation_is_refused_with_its_formula(text):
+def test_edta_by_its_abbreviation_is_refused_with_its_formula():
     """Textbooks write EDTA or Y for an ion whose atoms nobody could balance."""
-    with pytest.raises(ValueError, match=r"write EDTA as C10H12N2O8\^4-, as in"):
-        equation_of(text, is_in_the_tables)
+    for text in ["Ca2+ + EDTA4- -> CaEDTA2-", "Mg2+ + H2Y2- -> MgY2- + 2 H+", "Ca2+ + Y4- -> CaY^2-"]:
+        assert "write EDTA as C10H12N2O8^4-, as in" in refusal(equation_of, text), text
 
 
 def test_two_balanced_readings_are_refused_with_a_remedy():
@@ -99,64 +98,72 @@ def test_two_balanced_readings_are_refused_with_a_remedy():
         equation_of("Xe22+ -> Xe22+")
 
 
-@pytest.mark.parametrize("reading", ["Xe2^2+", "Xe22+"])
-def test_of_two_balanced_readings_the_known_is_taken(reading):
+def test_of_two_balanced_readings_the_known_is_taken():
     """Xe22+ is Xe2 with 2+ or Xe22 with +; the tables know ``reading`` alone. A molecule need not be known."""
-    equation = equation_of("Xe22+ + H2O -> Xe22+ + H2O", lambda formula: formula == reading)
-    assert equation.reagents == {reading: 1, "H2O": 1}
+    for reading in ["Xe2^2+", "Xe22+"]:
+        equation = equation_of("Xe22+ + H2O -> Xe22+ + H2O", {reading}.__contains__)
+        assert equation.reagents == {reading: 1, "H2O": 1}, reading
 
 
-@pytest.mark.parametrize(
-    ("text", "dissolved"),
-    [("NaCl(s) -> NaCl", {"NaCl"}), ("NaCl(s) -> NaCl(s)", set()), ("NaCl -> NaCl(s)", set()), ("NaCl -> NaCl", set())],
-)
-def test_solid_that_only_stands_on_the_left_dissolves(text, dissolved):
+def test_solid_that_only_stands_on_the_left_dissolves():
     """``dissolved``: formulas that are solid, (s), on the left of an equation and not on its right."""
-    assert set(equation_of(text).dissolved) == dissolved
+    for text, dissolved in [
+        ("NaCl(s) -> NaCl", {"NaCl"}),
+        ("NaCl(s) -> NaCl(s)", set()),
+        ("NaCl -> NaCl(s)", set()),
+        ("NaCl -> NaCl", set()),
+    ]:
+        assert set(equation_of(text).dissolved) == dissolved, text
 
 
-@pytest.mark.parametrize(("formula", "count"), [("CuSO4.5H2O", 5), ("Na2CO3.H2O", 1), ("NaCl", 0)])
-def test_crystal_water_is_counted_behind_the_dot(formula, count):
+def test_crystal_water_is_counted_behind_the_dot():
     """``count``: molecules of water in a unit of the formula."""
-    assert crystal_water(formula) == count
+    for formula, count in [("CuSO4.5H2O", 5), ("Na2CO3.H2O", 1), ("NaCl", 0)]:
+        assert crystal_water(formula) == count, formula
 
 
-@pytest.mark.parametrize(
-    ("written", "read"),
-    [("Cu2+", "Cu^2+"), ("SO42-", "SO4^2-"), ("NH4+", "NH4+"), ("IO3-", "IO3-"), ("Fe3+", "Fe^3+"), ("MnO4-", "MnO4-"),
-     ("Cr2O72-", "Cr2O7^2-"), ("PO43-", "PO4^3-"), ("Ag(NH3)2+", "Ag(NH3)2+"), ("HCO3-", "HCO3-"),
-     ("[Cu(NH3)4]2+", "Cu(NH3)4^2+"), ("[Fe(CN)6] 3-", "Fe(CN)6^3-"), ("[Al(OH)4]-", "Al(OH)4-")],
-)  # fmt: skip
-def test_an_ion_alone_is_read_as_known(written, read):
+IONS = [
+    ("Cu2+", "Cu^2+"), ("SO42-", "SO4^2-"), ("NH4+", "NH4+"), ("IO3-", "IO3-"), ("Fe3+", "Fe^3+"), ("MnO4-", "MnO4-"),
+    ("Cr2O72-", "Cr2O7^2-"), ("PO43-", "PO4^3-"), ("Ag(NH3)2+", "Ag(NH3)2+"), ("HCO3-", "HCO3-"),
+    ("[Cu(NH3)4]2+", "Cu(NH3)4^2+"), ("[Fe(CN)6] 3-", "Fe(CN)6^3-"), ("[Al(OH)4]-", "Al(OH)4-"),
+]  # fmt: skip
+
+
+def test_an_ion_alone_is_read_as_known():
     """Its charge is written behind a caret, unless it is 1; brackets of a complex are left out."""
-    assert ion_of(written, is_in_the_tables) == read
+    for written, read in IONS:
+        assert ion_of(written, is_in_the_tables) == read, written
 
 
-@pytest.mark.parametrize(
-    "formula",
-    ["H2Cl", "ZnHCl", "NaCl2", "C4H8O2", "C6H12O6", "C3H8O3", "CO(NH2)2", "H2O2", "MnO2", "Na2O2", "NO2", "Zn"],
-)
-def test_molecules_and_metals_are_not_split_into_ions(formula):
+MOLECULES_AND_METALS = [
+    "H2Cl", "ZnHCl", "NaCl2", "C4H8O2", "C6H12O6", "C3H8O3", "CO(NH2)2", "H2O2", "MnO2", "Na2O2", "NO2", "Zn",
+]  # fmt: skip
+
+
+def test_molecules_and_metals_are_not_split_into_ions():
     """Also formulas whose charges do not add up, as NaCl2; they have no components, which are ions that dissolve."""
-    assert components_of(formula) is None
+    for formula in MOLECULES_AND_METALS:
+        assert components_of(formula) is None, formula
 
 
-@pytest.mark.parametrize(
-    ("formula", "components"),
-    [("CuSO4.5H2O", {"Cu^2+": 1, "SO4^2-": 1, "H2O": 5}), ("NaOH", {"Na+": 1, "H+": -1, "H2O": 1}),
-     ("NH4NO3", {"NH3": 1, "NO3-": 1, "H+": 1}), ("KHC8H4O4", {"K+": 1, "C8H4O4^2-": 1, "H+": 1}),
-     ("(NH4)2Fe(SO4)2.6H2O", {"Fe^2+": 1, "NH3": 2, "SO4^2-": 2, "H+": 2, "H2O": 6}),
-     ("KAl(SO4)2.12H2O", {"K+": 1, "Al^3+": 1, "SO4^2-": 2, "H2O": 12}),
-     ("Na2B4O7.10H2O", {"Na+": 2, "H3BO3": 4, "H+": -2, "H2O": 5}), ("Na2S2O3", {"Na+": 2, "S2O3^2-": 1}),
-     ("Fe3O4", {"Fe^2+": 1, "Fe^3+": 2, "H+": -8, "H2O": 4}), ("K2Cr2O7", {"K+": 2, "CrO4^2-": 2, "H+": 2, "H2O": -1}),
-     ("Cu2(OH)3Cl", {"Cu^2+": 2, "Cl-": 1, "H+": -3, "H2O": 3}), ("Ca(ClO)2", {"Ca^2+": 1, "ClO-": 2})],
-)  # fmt: skip
-def test_salts_are_counted_by_their_ions_and_oxidation_states(formula, components):
+SALTS = [
+    ("CuSO4.5H2O", {"Cu^2+": 1, "SO4^2-": 1, "H2O": 5}), ("NaOH", {"Na+": 1, "H+": -1, "H2O": 1}),
+    ("NH4NO3", {"NH3": 1, "NO3-": 1, "H+": 1}), ("KHC8H4O4", {"K+": 1, "C8H4O4^2-": 1, "H+": 1}),
+    ("(NH4)2Fe(SO4)2.6H2O", {"Fe^2+": 1, "NH3": 2, "SO4^2-": 2, "H+": 2, "H2O": 6}),
+    ("KAl(SO4)2.12H2O", {"K+": 1, "Al^3+": 1, "SO4^2-": 2, "H2O": 12}),
+    ("Na2B4O7.10H2O", {"Na+": 2, "H3BO3": 4, "H+": -2, "H2O": 5}), ("Na2S2O3", {"Na+": 2, "S2O3^2-": 1}),
+    ("Fe3O4", {"Fe^2+": 1, "Fe^3+": 2, "H+": -8, "H2O": 4}), ("K2Cr2O7", {"K+": 2, "CrO4^2-": 2, "H+": 2, "H2O": -1}),
+    ("Cu2(OH)3Cl", {"Cu^2+": 2, "Cl-": 1, "H+": -3, "H2O": 3}), ("Ca(ClO)2", {"Ca^2+": 1, "ClO-": 2}),
+]  # fmt: skip
+
+
+def test_salts_are_counted_by_their_ions_and_oxidation_states():
     """``components``: ions and molecules that the formula is made of, with their counts.
 
     Hydroxide is counted as water less a proton, ammonium as ammonia and a proton.
     """
-    assert components_of(formula) == components
+    for formula, components in SALTS:
+        assert components_of(formula) == components, formula
 
 
 def test_only_unbalanced_atoms_are_named_with_their_counts():
@@ -173,18 +180,14 @@ def test_species_on_both_sides_changes_by_the_difference():
     assert changes == {"H2O2": -2, "MnO2": 0, "H2O": 2, "O2": 1}
 
 
-@pytest.mark.parametrize(
-    ("equation", "counted"),
-    [
+def test_unbalanced_equation_is_refused_with_atoms_of_both_sides():
+    """``counted``: what differs, with its number on the left and on the right."""
+    for text, counted in [
         ("NH3 + H2O -> NH4+", "H 5 and 4, O 1 and 0, charge 0 and 1"),
         ("Cu2+ + 2 NH3 -> Cu(OH)2 + 2 NH4+", "H 6 and 10, O 0 and 2"),
         ("MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 3 H2O", "H 8 and 6, O 4 and 3"),
-    ],
-)
-def test_unbalanced_equation_is_refused_with_atoms_of_both_sides(equation, counted):
-    """``counted``: what differs, with its number on the left and on the right."""
-    with pytest.raises(ValueError, match=f"is not balanced: {counted}; correct"):
-        equation_of(equation)
+    ]:
+        assert f"is not balanced: {counted}; correct" in refusal(equation_of, text), text
 
 
 @pytest.mark.sampled(7)
@@ -196,14 +199,14 @@ def test_molecules_are_not_read_as_salts_of_equal_composition(formula):
     assert components_of(formula) is None
 
 
-@pytest.mark.parametrize("formula", ["CH3NH3Cl", "C4H12NBr", "C2H10N2Cl2", "CH3COONH4", "Na2S2O5", "P4O10", "K2Cr2O7"])
-def test_salts_of_bases_and_anhydrides_are_read(formula):
+def test_salts_of_bases_and_anhydrides_are_read():
     """Salts of methylamine, other amines and ammonia, and formulas that become ions with water: all have components."""
-    assert components_of(formula) is not None
+    for formula in ["CH3NH3Cl", "C4H12NBr", "C2H10N2Cl2", "CH3COONH4", "Na2S2O5", "P4O10", "K2Cr2O7"]:
+        assert components_of(formula) is not None, formula
 
 
-@pytest.mark.parametrize("dot", ["·", "•", "⋅", "∙", "*", " . "])
-def test_crystal_water_is_read_behind_every_dot(dot):
+def test_crystal_water_is_read_behind_every_dot():
     """Dots and asterisks that people and other programs write are read as a full stop."""
-    equation = equation_of(f"CuSO4{dot}5H2O -> CuSO4 + 5 H2O", lambda _: True)
-    assert dict(equation.reagents) == {"CuSO4.5H2O": 1}
+    for dot in ["·", "•", "⋅", "∙", "*", " . "]:
+        equation = equation_of(f"CuSO4{dot}5H2O -> CuSO4 + 5 H2O", lambda _: True)
+        assert dict(equation.reagents) == {"CuSO4.5H2O": 1}, dot
