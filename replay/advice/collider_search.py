@@ -108,6 +108,18 @@ class Deadline:
             raise TimeUpError
 
 
+def cut_in_time(cuts: Sequence[Cut], deadline: Deadline, fraction: float = 1.0) -> dict[str, NotCut]:
+    """Cut what there is time for until this fraction of it is used up; key of a cut -> why it is not ready.
+
+    A cut that takes longer than the time left is not begun.
+    """
+    # Pieces that are kept take no time, and are there when it is used up.
+    remaining_seconds = max(0.0, deadline.left(fraction))
+    not_cut_by_key = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > remaining_seconds}
+    cuts_in_time = [cut for cut in cuts if cut.key not in not_cut_by_key]
+    return not_cut_by_key | cut_ahead(cuts_in_time, deadline.report, remaining_seconds)
+
+
 @dataclass(frozen=True)
 class Limits:
     """Fractions of wrong contact time that are still good enough, and the most pieces a body; ``None``: no limit."""
@@ -327,12 +339,8 @@ class ColliderSearch:
         return pareto_front
 
     def cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
-        """Cut what there is time for; a cut that takes longer than the time left is not begun."""
-        # Pieces that are kept take no time, and are there when it is used up.
-        remaining_seconds = max(0.0, self.deadline.left(TRIAL_TIME_FRACTION))
-        not_cut_by_key = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > remaining_seconds}
-        cuts_in_time = [cut for cut in cuts if cut.key not in not_cut_by_key]
-        return not_cut_by_key | cut_ahead(cuts_in_time, self.deadline.report, remaining_seconds)
+        """Cut what there is time for before the fraction of it in which other methods are tried is used up."""
+        return cut_in_time(cuts, self.deadline, TRIAL_TIME_FRACTION)
 
     def _is_enough(self, tried: Tried) -> bool:
         """Whether a choice keeps to the limits."""

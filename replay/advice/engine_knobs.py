@@ -93,7 +93,7 @@ def advice_text(engine: str, rows: Sequence[Row]) -> list[str]:
     best_row = min(rows, key=lambda row: (row["loss"], len(row["knobs"]), row["number"]))
     sentences = [f"Row {first_row['number']}: {_all_wrong(first_row)}."]
     if best_row["loss"] > (1.0 - LEAST_LOSS_REDUCTION) * first_row["loss"]:
-        return [*sentences, "No other row is clearly better."]
+        return [*sentences, "No other row that was tried is clearly better."]
     cure_sentence = (
         f"Take row {best_row['number']} ({knob_text(best_row['knobs'])}): {_all_wrong(best_row)} "
         f"(measured on this session)."

@@ -14,14 +14,16 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
 
     from replay.cli.run_report import answer_cited, close_run, commands_to_open, sources_of
     from replay.cli.terminal import line, stacked
-    from replay.cutting.piece_store import cache_folder
+    from replay.cutting.piece_store import PIECES_ARE_KEPT
     from replay.document.headline import open_questions
     from replay.running.advisor import advise
     from replay.show.tradeoff_table import engine_table
 
-    if not any(cache_folder().glob("cut-*")):
-        people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
-    advice = advise(session, engine=engine, progress=TerminalProgress(people), **options)
+    try:
+        advice = advise(session, engine=engine, progress=TerminalProgress(people), **options)
+    except KeyboardInterrupt:
+        people.say(PIECES_ARE_KEPT)
+        raise
     questions = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
     json_value = {
         "engine": advice.engine.name,
@@ -29,6 +31,8 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
         "pages": dict(advice.engine.pages),
         "rows": list(advice.rows),
         "advice": list(advice.sentences),
+        "time_limit": advice.time_limit,
+        "not_tried": list(advice.not_tried),
         "open_questions": questions,
     }
     table = engine_table(advice.engine, advice.rows, advice.result, settings=people.verbose)

@@ -8,20 +8,23 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying, reporting
+from replay.cli.options import ANY_PATH, SESSION_FILE, Number, lineup, replaying, reporting
 
 if TYPE_CHECKING:
     from replay.advice.sweep import Watch
     from replay.detection.progress import Advance
 
-LIMIT_HELP = "Begin no setting that cannot end by then; compiling, and the audit for --out, come on top."
+LIMIT_HELP = (
+    "Begin no setting, with --engine no cut, that cannot end by then; compiling, the audit for --out, and the replay "
+    "with --engine come on top."
+)
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, report and picture.")
 @lineup
-@click.option("--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", show_default="150", help=LIMIT_HELP)
+@click.option("--time-limit", type=Number(min=0), metavar="SECONDS", show_default="150", help=LIMIT_HELP)
 @click.option("--engine", metavar="NAME", help="Try the settings of an engine instead: unity, unreal or mujoco.")
 @replaying
 @reporting
@@ -43,16 +46,16 @@ def command(
     replay tradeoff session.mcap --detectors exact,hybrid,discrete[rate_hz=22.5]
     replay tradeoff session.mcap --engine unity
     """
+    from replay.advice.sweep import TIME_LIMIT_S
     from replay.cli.engine_advice import advise_engine
 
+    seconds = TIME_LIMIT_S if time_limit is None else time_limit
     picture = not options.pop("no_picture")
     if engine is not None:
         if options.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors")
-        if time_limit is not None:
-            raise click.UsageError("--engine tries every setting of the engine; leave out --time-limit")
-        return advise_engine(session, engine, people, picture=picture, as_json=as_json, **options)
-    return _run_tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **options)
+        return advise_engine(session, engine, people, time_limit=seconds, picture=picture, as_json=as_json, **options)
+    return _run_tradeoff(session, people, time_limit=seconds, picture=picture, as_json=as_json, **options)
 
 
 def _run_tradeoff(
@@ -62,13 +65,13 @@ def _run_tradeoff(
     out: Path | None,
     force: bool,
     scene: Path | None,
-    time_limit: float | None,
+    time_limit: float,
     picture: bool,
     as_json: bool,
     **options: Any,
 ) -> int:
     from replay.advice.assumptions import first_screen_lines
-    from replay.advice.sweep import TIME_LIMIT_S, tradeoff
+    from replay.advice.sweep import tradeoff
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import stacked
     from replay.detection.compile_notice import compiling_announced
@@ -85,8 +88,7 @@ def _run_tradeoff(
     session_read = read_session(session, scene=scene)
     progress = TerminalProgress(people)
     with compiling_announced(people, is_alone=True), progress.stage("Trying settings", 100) as advance:
-        seconds = TIME_LIMIT_S if time_limit is None else time_limit
-        tradeoff_result = tradeoff(session_read, time_limit=seconds, watch=percent_of_settings(advance), **options)
+        tradeoff_result = tradeoff(session_read, time_limit=time_limit, watch=percent_of_settings(advance), **options)
     lines = first_screen_lines(session_read, None, progress)
     question_lines = [line.replace(RECORDING, quote(str(session))) for line in lines.questions]
     if out is not None:

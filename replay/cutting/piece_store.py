@@ -22,7 +22,7 @@ from replay.cutting.convex_solids import within_triangles
 from replay.cutting.joins import Ladder
 from replay.cutting.methods import METHODS, Method, method_of
 from replay.errors import CutError
-from replay.words import duration
+from replay.words import duration, joined_names
 from sessions.temporary_folders import temporary_folder
 from sessions.whole_files import whole_file
 
@@ -40,6 +40,9 @@ MOST_FACES: Final = 150_000
 
 SHIPPED_FOLDER: Final = Path(__file__).parent / "shipped"
 """Pieces of the instruments and hands that come with the project: a first demo does not wait for them."""
+
+PIECES_ARE_KEPT: Final = "the pieces that are cut are kept: the same command goes on from them"
+"""What somebody reads whose time was up, or who stopped the cutting."""
 
 Watch = Callable[[], None]
 """Called while pieces are cut; raises to end that."""
@@ -174,6 +177,22 @@ def seconds_of_cuts(cuts: Sequence[Cut]) -> float:
     """About how long cutting what is not kept takes, in as many processes as the machine has cores."""
     seconds_of_key = {cut.key: cut.seconds for cut in cuts}
     return max(sum(seconds_of_key.values()) / (os.cpu_count() or 1), *seconds_of_key.values(), 0.0)
+
+
+def not_tried_sentences(cuts: Sequence[tuple[str, Cut]]) -> list[str]:
+    """Say which cuts there was no time for, and how long they take; ``cuts``: name of a body, and its cut.
+
+    Bodies that a method would cut into as many pieces are in one sentence.
+    """
+    cuts_of_method: dict[tuple[str, int], list[tuple[str, Cut]]] = {}
+    for name, cut in cuts:
+        cuts_of_method.setdefault((cut.row.words, cut.most), []).append((name, cut))
+    sentences = []
+    for (method, most), cuts_of_bodies in cuts_of_method.items():
+        names = joined_names([name for name, _ in cuts_of_bodies])
+        seconds = seconds_of_cuts([cut for _, cut in cuts_of_bodies])
+        sentences.append(f"{method} of {names} ({most} pieces) was not tried: it takes about {duration(seconds)}.")
+    return sentences
 
 
 def _late_cuts(cuts: Sequence[Cut], time_limit: float, start_of_key: Mapping[str, float]) -> dict[str, NotCut]:

@@ -18,7 +18,8 @@ from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import BoolArray
 from cdcore.protocol import ZeroOrderHold, counts_as_contact, detect_live, own_failure, stream_live
 from cdcore.protocol.settings import RateSettings
-from replay.cutting.compound import with_pieces
+from replay.cutting.compound import cuts_of_bodies, with_pieces
+from replay.cutting.piece_store import Cut
 from replay.detection.detector_spec import RELEASE_SETTING, DetectorSpec
 from replay.detection.progress import Advance, ignore_progress
 from replay.detection.recorded import RECORDED_DETECTOR, recorded_detector
@@ -107,6 +108,13 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
         bodies = with_pieces(bodies, assembly.pairs, settings_of(spec.name, settings))
     with blame_detector(spec, detector_class, "to be made"):
         return create_detector(spec.name, bodies, pairs=assembly.pairs, **settings)
+
+
+def cuts_of_spec(spec: DetectorSpec, assembly: Assembly) -> dict[str, Cut]:
+    """Name of each body that is cut when the detector of a spec is made -> its cut; none but for a compound."""
+    if spec.name != "collider" or spec.settings.get("shape") != "compound":
+        return {}
+    return cuts_of_bodies(assembly.bodies, assembly.pairs, settings_of(spec.name, spec.settings))
 
 
 @contextmanager

@@ -48,7 +48,7 @@ from replay.advice.settings import FASTEST_RATE_RATIO
 from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import MOST_TRIANGLES
 from replay.cutting.methods import METHODS
-from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead
+from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead, not_tried_sentences
 from replay.detection.detector_spec import TRUSTED_DETECTOR, parse_detector
 from replay.detection.progress import Progress, Silent
 from replay.document.run_result import RunResult
@@ -312,7 +312,7 @@ def fix_colliders(
             shapes=shape_of_body,
             time_up=search.time_up,
             steps=() if target is None else target.steps,
-            not_tried=tuple(_not_tried_sentence(name, cut) for name, cut in not_tried),
+            not_tried=tuple(not_tried_sentences(not_tried)),
         )
         if written_folder is not None:
             if target is not None:
@@ -463,11 +463,6 @@ def _read_me_text(fix: ColliderFix, target: EngineFiles) -> str:
     lines += [f"{number}. {step}" for number, step in enumerate(target.steps, 1)]
     lines += ["", f"Source: {target.page}", "", "colliders.json holds the figures. To count them again:"]
     return "\n".join([*lines, f'replay run session.mcap --detectors "{fix.setting}"', ""])
-
-
-def _not_tried_sentence(name: str, cut: Cut) -> str:
-    """Returns which cut of a body was not tried, and the time that it takes."""
-    return f"{cut.row.words} of {name} ({cut.most} pieces) was not tried: it takes about {words.duration(cut.seconds)}."
 
 
 def _percent(fraction: float | None) -> str:

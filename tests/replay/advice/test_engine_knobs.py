@@ -169,14 +169,14 @@ STATES = {
         [row(1, late=2, **START), row(2, missed=1, late=2, Step="1")],
         [
             "Row 1: 0 of 4 contacts missed, 2 late or cut short, 0 % of its contact time false.",
-            "No other row is clearly better.",
+            "No other row that was tried is clearly better.",
         ],
     ),
     "another setting that gives the same": (
         [row(1, false=40, false_fraction=0.86, **START), row(2, false=39, false_fraction=0.858, Shape="box")],
         [
             "Row 1: 0 of 4 contacts missed, 0 late or cut short, 86 % of its contact time false.",
-            "No other row is clearly better.",
+            "No other row that was tried is clearly better.",
         ],
     ),
     "undecided": (

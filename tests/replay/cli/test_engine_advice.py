@@ -1,10 +1,13 @@
 import json
+from dataclasses import replace
 
 import pytest
 from support.small_worlds import unit_cubes_on_x
 
+from replay.cli.console import EXIT_INTERRUPTED
 from replay.cli.main import main
 from replay.cutting import piece_store
+from replay.cutting.methods import METHODS
 from replay.running import advisor
 from sessions import write_session
 
@@ -19,13 +22,11 @@ def session_file(tmp_path, monkeypatch):
     return str(tmp_path / "s.mcap")
 
 
-def test_json_has_rows_and_advice_and_a_folder_is_written(session_file, tmp_path, monkeypatch, capsys):
+def test_json_has_rows_and_advice_and_a_folder_is_written(session_file, tmp_path, capsys):
     """`replay tradeoff --engine unreal` of a session of two cubes: advice which colliders to use there.
 
-    Convex pieces of meshes are stored from an earlier command (cut-1.npz), so that none are announced to be cut.
+    There is time for all of its four rows.
     """
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
-    (tmp_path / "cut-1.npz").touch()
     out = tmp_path / "runs"
     arguments = ["tradeoff", session_file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
     assert main(arguments) == 0
@@ -33,13 +34,40 @@ def test_json_has_rows_and_advice_and_a_folder_is_written(session_file, tmp_path
     reported = json.loads(printed)
     assert (reported["engine"], reported["version"]) == ("Unreal Engine", "5")
     assert reported["advice"]
-    assert reported["rows"][0]["number"] == 1
+    assert [row["number"] for row in reported["rows"]] == [1, 2, 3, 4]
+    assert (reported["time_limit"], reported["not_tried"]) == (150.0, [])
     assert (out / "report.html").is_file() and str(out) in progress
-    assert "cutting meshes" not in progress
 
 
-def test_missing_pieces_are_announced_before_cutting(session_file, tmp_path, monkeypatch, capsys):
-    """Advice for an engine needs convex pieces of meshes, and the folder in which they are stored has none."""
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
-    assert main(["tradeoff", session_file, "--engine", "unity"]) == 0
-    assert "cutting meshes" in capsys.readouterr().err
+def test_rows_whose_pieces_are_late_are_named_as_not_tried(session_file, tmp_path, monkeypatch, capsys):
+    """Rows 3 and 4 of Unreal need convex pieces of both cubes, a and b, of the same mesh; none are stored.
+
+    CoACD, which cuts them, is said to take 900 s; the limit is 20 s. Screen and JSON say the same.
+    """
+    monkeypatch.setattr(piece_store, "in_memory", {})
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
+    monkeypatch.setitem(METHODS, "coacd", replace(METHODS["coacd"], seconds=lambda _: 900.0))
+    command = ["tradeoff", session_file, "--engine", "unreal", "--time-limit", "20"]
+    not_tried = "CoACD of a and b (16 pieces) was not tried: it takes about 15 min."
+    assert main(command) == 0
+    assert not_tried in capsys.readouterr().out.splitlines()
+    assert main([*command, "--format", "json"]) == 0
+    reported = json.loads(capsys.readouterr().out)
+    assert [row["number"] for row in reported["rows"]] == [1, 2]
+    assert (reported["time_limit"], reported["not_tried"]) == (20.0, [not_tried])
+    assert reported["advice"][-3:] == [
+        "Rows 3 and 4 were not tried within 20 s: a longer --time-limit tries more.",
+        not_tried,
+        "The pieces that are cut are kept: the same command goes on from them.",
+    ]
+
+
+def test_stopped_cutting_says_that_pieces_are_kept(session_file, monkeypatch, capsys):
+    """Ctrl-C while meshes are cut ends the command with its own exit code, 130."""
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(advisor, "cut_in_time", interrupt)
+    assert main(["tradeoff", session_file, "--engine", "unity"]) == EXIT_INTERRUPTED == 130
+    assert "the pieces that are cut are kept: the same command goes on from them" in capsys.readouterr().err

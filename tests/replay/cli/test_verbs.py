@@ -149,7 +149,7 @@ VERBS = (
     "import contacts engine.csv --session p.mcap -o c.mcap; info c.mcap",
     "stress --detector hybrid --family 16 --pairs 20 --out g",
     "guide glosary; guide nonsense; guide glossary --script",
-    "tradeoff p.mcap --engine unity --detectors exact", "tradeoff p.mcap --engine unity --time-limit 8",
+    "tradeoff p.mcap --engine unity --detectors exact",
     "demo --class 5 --session-only -o d",
     "demo --scene fast-ball --session-only -o d.mcap; demo --scene fast-ball --session-only -o d.mcap; info d.mcap",
     "demo --scene fast-ball --session-only -o e.mcap; demo --scene fast-ball --session-only -o e.mcap --force",
