@@ -7,7 +7,7 @@ from support.shapes import revolved_mesh
 from support.small_worlds import STEP_NS, unit_cubes_on_x
 
 from cdcore import TriangleMesh
-from replay.advice import collider_search
+from replay.advice import collider_search, measured_fix
 from replay.cutting import compound, piece_store
 from sessions import MeshData, Session
 
@@ -66,6 +66,12 @@ def missing_pieces(monkeypatch, two_beakers):
     tiny = trimesh.creation.box((1e-4, 1e-4, 1e-4))
     original = piece_store.convex_pieces
 
+    def of_other_meshes(cut_ahead):
+        """The function, of the cuts of all meshes but the second beaker's."""
+        return lambda cuts, *limits, **named: cut_ahead(
+            [cut for cut in cuts if cut.mesh.content_hash != second], *limits, **named
+        )
+
     def planted(cut, *limits):
         if cut.most == 1 or cut.mesh.content_hash != second:
             return original(cut, *limits)
@@ -73,6 +79,8 @@ def missing_pieces(monkeypatch, two_beakers):
 
     for module in (collider_search, compound):
         monkeypatch.setattr(module, "convex_pieces", planted)
+    for module, name in ((collider_search, "cut_ahead"), (measured_fix, "cut_ahead"), (compound, "cut_all")):
+        monkeypatch.setattr(module, name, of_other_meshes(getattr(module, name)))
 
 
 @pytest.fixture(scope="package")

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from replay.auditing.clock_offset import ClockFacts, estimate_offset
@@ -14,7 +14,6 @@ BEGINS_OF_AB, ENDS_OF_AB = ("a", "b", "begin"), ("a", "b", "end")
 An offset is what is added to a reported time to get a true one."""
 
 
-@settings(max_examples=40)
 @given(st.floats(-1e6, 1e6), st.integers(0, 2**31))
 def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
     """20 contacts within 60 s are reported ``shift`` seconds too early; a fifth of the reports is lost.
@@ -127,7 +126,7 @@ def reports_of_a_drifting_clock(contacts, span, drift, rng, jitter=JITTER):
         pytest.param(20, 300.0, 0.001, id="20 in 5 minutes"),
     ],
 )
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
     """So many contacts in ``span`` seconds; the engine's clock loses ``drift`` seconds in each second.
 

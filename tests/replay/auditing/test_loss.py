@@ -87,17 +87,17 @@ def test_planted_contacts_give_the_closed_form_of_the_loss(lengths):
 
 
 def test_more_samples_rank_no_worse_than_chance_allows():
-    """Twelve random recordings of 1500 frames with 8 contacts, each sampled at rising rates by a detector with faults.
+    """Twelve random recordings of 900 frames with 5 contacts, each sampled at rising rates by a detector with faults.
 
     It begins up to three frames early, ends early or a frame late, and sees nothing of one contact in ten. From rate
     to rate the mean loss grows by no more than twice its standard error; from 2 to 6 Hz it falls.
     """
     random = np.random.default_rng(7)
-    recordings, frames = 12, 1500
+    recordings, frames = 12, 900
     growth_from_rate_to_rate = []
     for _ in range(recordings):
         contact, seen = np.zeros((2, frames), np.bool_)
-        for start in np.sort(random.integers(0, frames - 50, 8)):
+        for start in np.sort(random.integers(0, frames - 50, 5)):
             length = 1 + int(random.exponential(14))
             contact[start : start + length] = True
             if random.random() > 0.1:

@@ -123,12 +123,12 @@ def test_contacts_reported_late_begin_and_end_late(planted):
     assert {(item.kind, item.cause) for item in planted.result.false["faulty"]} == {("ends late", "late")}
 
 
-def test_contact_of_bounding_spheres_alone_is_unconfirmed(ball_on_plate):
+def test_contact_of_bounding_spheres_alone_is_unconfirmed():
     """The detector ``sphere`` tests bounding spheres and nothing finer: the tables call its false reports unconfirmed.
 
-    Their cause says so, and no table calls them false or unexplained.
+    Their cause says so, and no table calls them false or unexplained. A ball comes down on a plate for 2 s.
     """
-    session, _ = ball_on_plate
+    session, _ = make_analytic("ball-plate", seconds=2.0)
     result = compute(session, detectors="spheres=sphere")
     assert {item.cause for item in result.false["spheres"]} == {"only bounding volumes overlap"}
     console = Console(width=200, record=True, file=StringIO())

@@ -25,8 +25,8 @@ U_SHAPE = united(
     shift_mesh(box_mesh((0.02, 0.1, 0.1)), (0.09, 0.045, 0.0)),
     shift_mesh(box_mesh((0.02, 0.1, 0.1)), (-0.09, 0.045, 0.0)),
 )
-CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 16)
-"""A body of revolution with a floor and a wall of 2 mm, of (radius, height) in metres, with 16 sides."""
+CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 8)
+"""A body of revolution with a floor and a wall of 2 mm, of (radius, height) in metres, with 8 sides."""
 
 
 @cache
