@@ -194,17 +194,18 @@ def test_run_with_stated_axes_has_no_question(tmp_path):
     assert len(result.episodes["exact"]) == 2
 
 
-@pytest.fixture
-def unreal_scene(tmp_path):
+@pytest.fixture(scope="module")
+def unreal_scene(tmp_path_factory):
     """A scene in Unreal's axes with PLY meshes by its exporter, whose axes are an open guess of the import.
 
     ``guessed``, ``stated``: imported without and with their axes. ``answered``: the guess answered, written, read back.
     """
-    axes, imported = written_scene(tmp_path, "unreal", "ply", exported=True)
+    folder = tmp_path_factory.mktemp("unreal")
+    axes, imported = written_scene(folder, "unreal", "ply", exported=True)
     guessed = imported()
     (guess,) = [row for row in recording_assumptions(guessed) if row.subject is Subject.MESH_AXES]
-    write_session(with_answer(guessed, guess, axes), tmp_path / "s.mcap")
-    answered = read_session(tmp_path / "s.mcap")
+    write_session(with_answer(guessed, guess, axes), folder / "s.mcap")
+    answered = read_session(folder / "s.mcap")
     return SimpleNamespace(axes=axes, guessed=guessed, stated=imported(mesh_axes=axes), answered=answered)
 
 
@@ -351,19 +352,20 @@ class CountedSteps:
         yield self.done.append
 
 
-@pytest.fixture
-def unity_scene_with_colliders(tmp_path):
+@pytest.fixture(scope="module")
+def unity_scene_with_colliders(tmp_path_factory):
     """A scene in Unity's axes with stated axes of its meshes, and a file of colliders.
 
     ``fitting``: it is in the axes of the poses; ``flipped``: it is turned by half a turn about Y; ``stated``: the
     import says so.
     """
-    axes, imported = written_scene(tmp_path, "unity", "obj", exported=True)
-    write_colliders(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
-    write_colliders(tmp_path / "flipped.glb", lambda x, y, z: (-x, y, -z))
-    flipped = tmp_path / "flipped.glb"
+    folder = tmp_path_factory.mktemp("unity")
+    axes, imported = written_scene(folder, "unity", "obj", exported=True)
+    write_colliders(folder / "own.glb", lambda x, y, z: (x, y, z))
+    write_colliders(folder / "flipped.glb", lambda x, y, z: (-x, y, -z))
+    flipped = folder / "flipped.glb"
     return SimpleNamespace(
-        fitting=imported(mesh_axes=axes, colliders=tmp_path / "own.glb"),
+        fitting=imported(mesh_axes=axes, colliders=folder / "own.glb"),
         flipped=imported(mesh_axes=axes, colliders=flipped),
         stated=imported(mesh_axes=axes, colliders=flipped, collider_axes="x-flipped"),
     )
@@ -381,10 +383,11 @@ def test_colliders_that_do_not_fit_their_meshes_are_questioned(unity_scene_with_
     """Colliders are turned by half a turn about Y. The question has several alternatives, each described differently.
 
     The current one is "canonical", the axes as they are; with "x-flipped" they fit, so that it is the plausible one.
-    The first says how far the colliders are off.
+    The first says how far the colliders are off. A step of progress is one of the alternatives.
     """
-    flipped = unity_scene_with_colliders.flipped
-    (question,) = examine_assumptions(flipped).questions
+    flipped, progress = unity_scene_with_colliders.flipped, CountedSteps()
+    (question,) = examine_assumptions(flipped, progress=progress).questions
+    assert sum(progress.done) == progress.total == len(question.alternatives)
     assert question.assumption.subject is Subject.COLLIDER_AXES
     assert question.plausible == "x-flipped"
     assert alternatives_differ(flipped, question.assumption) is True
@@ -394,21 +397,14 @@ def test_colliders_that_do_not_fit_their_meshes_are_questioned(unity_scene_with_
     assert len(descriptions) == len(question.alternatives) > 1
 
 
-def test_progress_of_questions_ends_with_the_last_alternative(unity_scene_with_colliders):
-    """A recording has one question, on the axes of its colliders; a step of progress is one of its alternatives."""
-    progress = CountedSteps()
-    (question,) = examine_assumptions(unity_scene_with_colliders.flipped, progress=progress).questions
-    assert sum(progress.done) == progress.total == len(question.alternatives)
-
-
 def test_answered_axes_of_colliders_equal_the_import_option(unity_scene_with_colliders):
     """The axes "x-flipped" of colliders are answered in the recording, or stated by an option of the import.
 
     Both ways colliders fit their meshes, and nothing is asked.
     """
     flipped, stated = unity_scene_with_colliders.flipped, unity_scene_with_colliders.stated
-    (question,) = examine_assumptions(flipped).questions
-    answered = with_answer(flipped, question.assumption, "x-flipped")
+    (guess,) = [row for row in recording_assumptions(flipped) if row.subject is Subject.COLLIDER_AXES]
+    answered = with_answer(flipped, guess, "x-flipped")
     for name in ("tool", "plate"):
         (collider, *_), (stated_collider, *_) = answered.colliders[name], stated.colliders[name]
         assert np.array_equal(collider.vertices, stated_collider.vertices)

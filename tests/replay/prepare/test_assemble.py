@@ -273,7 +273,7 @@ def messy_session(seed, frames=60, bodies=3):
 
 
 @given(st.integers(0, 10_000), st.integers(1, 13))
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_the_size_of_blocks_changes_no_bit(seed, size):
     """A session of 60 frames with lost poses, gaps and jumps is read whole and in blocks of 1 to 13 frames."""
     session = messy_session(seed)

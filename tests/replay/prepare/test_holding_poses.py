@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.small_worlds import swinging_cubes, unit_cubes_on_x
 
-from replay.engine import compute
+from replay.engine import compute, prepare
 from replay.errors import AssemblyError
 from replay.prepare import holding_poses
 from replay.prepare.holding_poses import decoded_once, load_beginning
@@ -120,8 +120,8 @@ def test_only_the_window_of_a_file_is_read(tmp_path, room_for_1000_frames):
     write_session(replace(session, source=replace(session.frames, position=position)), tmp_path / "long.mcap")
     file = read_session(tmp_path / "long.mcap")
     with pytest.raises(Exception, match=r"frame 1500 \(16\.66"):
-        compute(file, detectors="exact", start=12, end=20)
-    assert len(compute(file, detectors="exact", start=2, end=10).assembly.motion) == (10 - 2) * 90
+        prepare(file, start=12, end=20)
+    assert len(prepare(file, start=2, end=10).assembly.motion) == (10 - 2) * 90
 
 
 @pytest.mark.parametrize(

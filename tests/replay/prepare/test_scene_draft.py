@@ -12,8 +12,8 @@ from sessions.scene_files.scene_toml import parse_scene
 
 STEP = 20_000_000
 """Nanoseconds from frame to frame: 20 ms."""
-COUNT = 200
-"""Frames of a recording: 4 s."""
+COUNT = 100
+"""Frames of a recording: 2 s."""
 
 
 def noisy_path(*points):
@@ -153,7 +153,7 @@ def test_draft_of_bodies_that_never_meet_has_no_pairs():
 
 
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
-    """Five bodies are recorded in 200 frames; there is room for half of their poses, so the first half is examined.
+    """Five bodies are recorded in 100 frames; there is room for half of their poses, so the first half is examined.
 
     The text of the draft says so.
     """
