@@ -18,51 +18,45 @@ def faces(request):
     return request.param
 
 
-@pytest.fixture(scope="module", params=INSTRUMENTS)
-def made_glassware(request, faces):
-    """Each instrument of the catalogue, as a mesh of so many faces."""
-    return made_instrument(request.param, faces)
+@pytest.fixture(scope="module")
+def instruments(faces):
+    """All instruments of the catalogue by name, each as a mesh of so many faces."""
+    return {name: made_instrument(name, faces) for name in INSTRUMENTS}
 
 
-def closed_meshes(instrument):
-    """The mesh of an instrument, and of the liquid that fills it."""
-    yield instrument.mesh
-    if instrument.cavity:
-        yield instrument.cavity.to_brim
-
-
-@pytest.mark.sampled(5)
-def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made_glassware):
+def test_surfaces_are_watertight_outward_and_free_of_bad_faces(instruments):
     """The mesh of each instrument, and of the liquid that fills it to the brim, is closed with its faces outwards.
 
     Every face has an area, no face is there twice, every vertex has a face, and coordinates fit single precision.
     """
-    meshes = [*closed_meshes(made_glassware)]
-    assert meshes
-    for mesh in meshes:
-        assert has_consistent_winding(mesh)
-        assert mesh.volume > 0
-        assert least_area(mesh) > 1e-13  # square metres, a tenth of a square micrometre
-        assert len(np.unique(np.sort(mesh.faces, axis=1), axis=0)) == len(mesh.faces)
-        assert len(np.unique(mesh.faces)) == len(mesh.vertices)
-        assert np.array_equal(mesh.vertices.astype(np.float32), mesh.vertices)
+    meshes = [(name, instrument.mesh) for name, instrument in instruments.items()]
+    meshes += [(name, instrument.cavity.to_brim) for name, instrument in instruments.items() if instrument.cavity]
+    for name, mesh in meshes:
+        assert has_consistent_winding(mesh), name
+        assert mesh.volume > 0, name
+        assert least_area(mesh) > 1e-13, name  # square metres, a tenth of a square micrometre
+        corners = [*map(tuple, np.sort(mesh.faces, axis=1).tolist())]
+        assert len({*corners}) == len(corners), name
+        assert len(np.unique(mesh.faces)) == len(mesh.vertices), name
+        assert np.array_equal(mesh.vertices.astype(np.float32), mesh.vertices), name
 
 
-def test_mesh_is_connected(made_glassware):
+def test_mesh_is_connected(instruments):
     """The edges of each instrument's mesh are a graph of a single component, by SciPy."""
-    mesh = made_glassware.mesh
-    start, end = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
-    size = len(mesh.vertices)
-    components, _labels = connected_components(coo_matrix((np.ones(len(start)), (start, end)), (size, size)))
-    assert components == 1
+    for name, instrument in instruments.items():
+        faces, size = instrument.mesh.faces, len(instrument.mesh.vertices)
+        start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        components, _labels = connected_components(coo_matrix((np.ones(len(start)), (start, end)), (size, size)))
+        assert components == 1, name
 
 
-def test_instrument_is_described_and_near_its_requested_face_count(made_glassware, faces):
+def test_instrument_is_described_and_near_its_requested_face_count(instruments, faces):
     """Each instrument has the requested faces within a quarter, tags, and a mass in kg from 0.1 g to 200 kg."""
-    assert 0.75 * faces < len(made_glassware.mesh.faces) < 1.25 * faces
-    assert made_glassware.name in INSTRUMENTS
-    assert made_glassware.tags
-    assert 0.0001 < made_glassware.mass < 200
+    for name, instrument in instruments.items():
+        assert instrument.name == name
+        assert 0.75 * faces < len(instrument.mesh.faces) < 1.25 * faces, name
+        assert instrument.tags, name
+        assert 0.0001 < instrument.mass < 200, name
 
 
 def test_instruments_equal_the_reviewed_instruments(snapshot):
@@ -81,32 +75,33 @@ def test_instruments_equal_the_reviewed_instruments(snapshot):
     assert shapes == snapshot
 
 
-def test_liquid_up_to_the_mark_is_the_nominal_capacity(made_glassware):
+def test_liquid_up_to_the_mark_is_the_nominal_capacity(instruments):
     """A vessel's liquid, a mesh up to the brim, has between floor and mark the volume that the vessel is named after.
 
     Up to the brim it is more by a hundredth at least. Instruments that are no vessel have no liquid.
     """
-    if not {"vessel", "dropper"} & set(made_glassware.tags):
-        assert made_glassware.cavity is None
-        return
-    cavity, up = made_glassware.cavity, (0.0, 1.0, 0.0)
-    volume_above = volume_beyond_plane(cavity.to_brim)
-    between = volume_above(up, cavity.floor_height) - volume_above(up, cavity.mark_height)
-    assert between == pytest.approx(cavity.capacity_m3, rel=1e-4)
-    assert cavity.to_brim.volume > 1.01 * cavity.capacity_m3  # a lower bound: every mark is well below the brim
+    up = (0.0, 1.0, 0.0)
+    for name, instrument in instruments.items():
+        cavity = instrument.cavity
+        if not {"vessel", "dropper"} & {*instrument.tags}:
+            assert cavity is None, name
+            continue
+        volume_above = volume_beyond_plane(cavity.to_brim)
+        between = volume_above(up, cavity.floor_height) - volume_above(up, cavity.mark_height)
+        assert between == pytest.approx(cavity.capacity_m3, rel=1e-4), name
+        assert cavity.to_brim.volume > 1.01 * cavity.capacity_m3, name  # a lower bound: every mark is below the brim
 
 
-def test_glassware_mesh_stands_centred_on_its_origin(made_glassware):
+def test_glassware_mesh_stands_centred_on_its_origin(instruments):
     """The lowest point of an instrument is at y = 0, and its middle within a fifth of its largest size from the axis.
 
     Spouts and other parts at a side may move it so far. ELSEWHERE: hands, devices and pieces that hang on others.
     """
-    if made_glassware.name in ELSEWHERE:
-        return
-    lower, upper = made_glassware.mesh.bounds
-    assert lower[1] == pytest.approx(0.0, abs=1e-9)
-    middle_x, _, middle_z = (lower + upper) / 2
-    assert max(abs(middle_x), abs(middle_z)) < 0.2 * (upper - lower).max()
+    for name in INSTRUMENTS.keys() - ELSEWHERE:
+        lower, upper = instruments[name].mesh.bounds
+        assert lower[1] == pytest.approx(0.0, abs=1e-9), name
+        middle_x, _, middle_z = (lower + upper) / 2
+        assert max(abs(middle_x), abs(middle_z)) < 0.2 * (upper - lower).max(), name
 
 
 @pytest.mark.parametrize("name", ["beaker_50", "beaker_600", "graduated_cylinder", "evaporating_dish", "test_tube"])

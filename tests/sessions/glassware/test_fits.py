@@ -118,7 +118,7 @@ def test_hands_of_every_scene_use_a_shipped_grip():
     assert {*GRIPS} >= grips
 
 
-@pytest.mark.parametrize("detail", ["", "_coarse"])
+@pytest.mark.parametrize("detail", ["", pytest.param("_coarse", marks=pytest.mark.slow)])
 def test_device_with_shipped_face_count_is_the_shipped_mesh(detail):
     """The wand is shipped as a file in two sizes; requested with as many faces as a file has, it is that mesh."""
     shipped = load_mesh(FOLDER / f"wand{detail}.glb")

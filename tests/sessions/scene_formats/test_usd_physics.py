@@ -80,13 +80,13 @@ def corners_in_world(source_body, mesh_data):
     return mesh_data.vertices @ source_body.pose[:3, :3].T + source_body.pose[:3, 3]
 
 
-@pytest.fixture
-def bench_file(tmp_path):
+@pytest.fixture(scope="module")
+def bench_file(tmp_path_factory):
     """A cup of two colliders, turned and scaled by 2, on a table, and a rack of five round shapes, in centimetres.
 
     All are turned by 20 degrees about z. The collider "handle" of the cup is mirrored along x.
     """
-    path = tmp_path / "bench.usda"
+    path = tmp_path_factory.mktemp("bench") / "bench.usda"
     stage = new_stage(path)
     UsdGeom.Xform.Define(stage, "/World").AddRotateZOp().Set(20.0)
     cup = rigid_body(stage, "/World/cup", translation=(10, 20, 30), angles=(10, 20, 30), scale=2.0)
@@ -111,38 +111,49 @@ def bench_file(tmp_path):
     return path
 
 
-def test_usd_bodies_have_kind_mass_and_unit(bench_file):
+@pytest.fixture(scope="module")
+def bench(bench_file):
+    """The scene of the bench's file."""
+    return read_scene_source(bench_file)
+
+
+@pytest.fixture(scope="module")
+def bench_stage(bench_file):
+    """The bench's file as USD's own library reads it."""
+    return Usd.Stage.Open(str(bench_file))
+
+
+def test_usd_bodies_have_kind_mass_and_unit(bench):
     """Cup (of 0.25 kg) and rack are rigid bodies and move, the table only collides and has no mass.
 
     The stage is in centimetres, which is noted.
     """
-    scene = read_scene_source(bench_file)
-    assert scene.format == "USD"
-    assert {name: body.moves for name, body in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
-    assert scene.bodies["cup"].mass == 0.25 and scene.bodies["table"].mass is None
-    assert scene.notes == ("lengths times 0.01 (metersPerUnit)",)
+    assert bench.format == "USD"
+    assert {name: body.moves for name, body in bench.bodies.items()} == {"cup": True, "table": False, "rack": True}
+    assert bench.bodies["cup"].mass == 0.25 and bench.bodies["table"].mass is None
+    assert bench.notes == ("lengths times 0.01 (metersPerUnit)",)
 
 
 @pytest.mark.parametrize("name", ["cup", "rack"])
-def test_usd_body_poses_agree_with_pxr(bench_file, name):
+def test_usd_body_poses_agree_with_pxr(bench, bench_stage, name):
     """The rotation and position of the prim by USD's own library, its scale taken away, to 1e-9 m."""
-    pose, stage = read_scene_source(bench_file).bodies[name].pose, Usd.Stage.Open(str(bench_file))
-    expected = UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(f"/World/{name}")).RemoveScaleShear()
+    pose, prim = bench.bodies[name].pose, bench_stage.GetPrimAtPath(f"/World/{name}")
+    expected = UsdGeom.XformCache().GetLocalToWorldTransform(prim).RemoveScaleShear()
     assert np.abs(pose[:3, :3] - np.array(expected.ExtractRotationMatrix()).T).max() <= 1e-9
     assert np.abs(pose[:3, 3] - UNIT * np.array(expected.ExtractTranslation())).max() <= 1e-9
 
 
-def test_usd_colliders_stand_where_pxr_has_them(bench_file):
+def test_usd_colliders_stand_where_pxr_has_them(bench, bench_stage):
     """Corners of the cup's mesh colliders in the world, to 1e-9 m.
 
     The wall is the hull of its mesh, of the four outer corners; the handle is mirrored, which turns no face inside out.
     """
-    cup, stage = read_scene_source(bench_file).bodies["cup"], Usd.Stage.Open(str(bench_file))
+    cup = bench.bodies["cup"]
     wall, handle = cup.colliders
     corners = np.array(CORNERS, dtype=np.float32)
     outer_corners = corners[:4]
-    expected_wall = in_world(stage, "/World/cup/wall", outer_corners)
-    expected_handle = in_world(stage, "/World/cup/inner/handle", corners)
+    expected_wall = in_world(bench_stage, "/World/cup/wall", outer_corners)
+    expected_handle = in_world(bench_stage, "/World/cup/inner/handle", corners)
     assert np.abs(corners_in_world(cup, wall) - expected_wall).max() <= 1e-9
     assert np.abs(corners_in_world(cup, handle) - expected_handle).max() <= 1e-9
     assert wall.volume > 0.0 and handle.volume > 0.0
@@ -159,20 +170,17 @@ def shapes_of_the_library(stage):
 
 
 @pytest.mark.parametrize("name", ["Sphere_0", "Capsule_X", "Cylinder_Y", "Cone_Z", "Capsule_Z"])
-def test_round_colliders_have_the_sizes_of_the_library(bench_file, name):
+def test_round_colliders_have_the_sizes_of_the_library(bench, bench_stage, name):
     """Each vertex lies on the round shape, of the radius and half height that USD's own parser reads, to 1e-9 m.
 
     The letter of a name is the axis of the shape; a cone has its tip at the upper end.
     """
-    scene, stage = read_scene_source(bench_file), Usd.Stage.Open(str(bench_file))
-    sizes = shapes_of_the_library(stage)
-    size = sizes[f"{name[:-2]}Shape"][name]
-    rack = scene.bodies["rack"]
-    names = [prim.GetName() for prim in stage.GetPrimAtPath("/World/rack").GetChildren()]
+    size = shapes_of_the_library(bench_stage)[f"{name[:-2]}Shape"][name]
+    rack = bench.bodies["rack"]
+    names = [prim.GetName() for prim in bench_stage.GetPrimAtPath("/World/rack").GetChildren()]
     vertices = corners_in_world(rack, rack.colliders[names.index(name)])
-    rigid = np.array(
-        UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(f"/World/rack/{name}")).RemoveScaleShear()
-    )
+    prim = bench_stage.GetPrimAtPath(f"/World/rack/{name}")
+    rigid = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim).RemoveScaleShear())
     local = (vertices - UNIT * rigid[3, :3]) @ rigid[:3, :3].T
 
     radius = UNIT * size.radius
@@ -191,10 +199,10 @@ def test_round_colliders_have_the_sizes_of_the_library(bench_file, name):
     assert abs(from_axis[axial > 0].max() - upper_radius) <= 1e-9
 
 
-def test_cube_collider_has_the_size_of_the_library(bench_file):
+def test_cube_collider_has_the_size_of_the_library(bench, bench_stage):
     """The edges of the bench's table are twice the half extents that USD's own parser reads, to 1e-9 m."""
-    table = read_scene_source(bench_file).bodies["table"]
-    size = shapes_of_the_library(Usd.Stage.Open(str(bench_file)))["CubeShape"]["table"]
+    table = bench.bodies["table"]
+    size = shapes_of_the_library(bench_stage)["CubeShape"]["table"]
     edges = 2 * UNIT * np.array(size.halfExtents, dtype=np.float64)
     assert np.abs(np.ptp(table.mesh.vertices, axis=0) - edges).max() <= 1e-9
 
@@ -553,10 +561,11 @@ def test_unsupported_usd_subdivision_is_listed(tmp_path):
     )
 
 
-def test_usd_without_time_samples_is_refused_as_a_recording(bench_file):
-    """The bench has no values over time: it is a scene for a recording, as the error says, and no recording."""
+def test_usd_without_time_samples_is_refused_as_a_recording(tmp_path):
+    """A ball has no values over time: the file is a scene for a recording, as the error says, and no recording."""
+    stage_with_balls(tmp_path / "s.usda", "arm").Save()
     with pytest.raises(SessionError, match="time samples; take the scene"):
-        import_session("usd", bench_file)
+        import_session("usd", tmp_path / "s.usda")
 
 
 def test_moving_usd_body_without_a_readable_mesh_names_the_cause(tmp_path):

@@ -80,4 +80,6 @@ class Made:
 
 @pytest.fixture(scope="session")
 def made():
-    return lru_cache(maxsize=16)(Made)
+    """A function that makes each session once, by name, noise and seed."""
+    sessions = lru_cache(maxsize=32)(Made)
+    return lambda name, noise="off", seed=0: sessions(name, noise, seed)

@@ -118,7 +118,7 @@ def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(recorded):
         assert np.array_equal(recorded.session.meshes[name].vertices, mesh.vertices)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def practice():
     """A made-up session and its truth: two touches, of 20 and 250 ms, and three near misses are requested."""
     return make_practice(touches=(0.02, 0.25), near=3, pseudonym="S09", seed=2, noise="off")
