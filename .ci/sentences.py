@@ -64,13 +64,14 @@ def riddles(printed: Iterable[tuple[str, int, str]]) -> list[str]:
 
 
 def _of_code(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    inside = {id(value) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for value in node.values}
-    for node in ast.walk(tree):
+    nodes = [*ast.walk(tree)]
+    inside = {id(value) for node in nodes if isinstance(node, ast.JoinedStr) for value in node.values}
+    for node in nodes:
         for text in _docstrings(node):
             inside.add(id(text))
             if isinstance(node, ast.FunctionDef) and _is_verb(node):
                 yield text.lineno, str(text.value)
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.JoinedStr):
             yield node.lineno, "".join(str(v.value) if isinstance(v, ast.Constant) else "..." for v in node.values)
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in inside:

@@ -96,10 +96,19 @@ PARAMETERS = re.compile(r"Parameters\n-+\n(.*?)(?=\n\n\w+\n-+|\Z)", re.DOTALL)
 PARAMETER_LINE = re.compile(r"^(\w+(?:, \w+)*) :", re.MULTILINE)
 
 
+def functions_of(node):
+    """Functions of a module or class, and those of its classes, but none within a function."""
+    for statement in node.body:
+        if isinstance(statement, ast.FunctionDef):
+            yield statement
+        elif isinstance(statement, ast.ClassDef):
+            yield from functions_of(statement)
+
+
 def stale_parameters(tree):
     """Line and name of each parameter that a function's docstring describes and the function does not have."""
-    for node in ast.walk(tree):
-        section = PARAMETERS.search(ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else None
+    for node in functions_of(tree):
+        section = PARAMETERS.search(ast.get_docstring(node) or "")
         if section is None:
             continue
         names = {argument.arg for argument in ast.walk(node.args) if isinstance(argument, ast.arg)}

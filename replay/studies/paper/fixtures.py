@@ -149,8 +149,19 @@ def _frame_with_faces(path: SeparationPaths, target: int) -> Motion | None:
 
 @cache
 def _bodies_for(family: str, target: int, seed: int) -> tuple[Body, Body]:
-    """The coarsest tessellation at which half of the best distance's faces are the target, by bisection."""
+    """The coarsest tessellation at which half of the best distance's faces are the target, by bisection.
+
+    Halves of the range are tried from the coarse end: what is finer than enough is enough, and takes longest to try.
+    """
     make_bodies, lower, upper = FAMILIES[family]
+    halves = [upper]
+    while halves[-1] - lower > max(1, lower // 16):
+        halves.append((lower + halves[-1]) // 2)
+    for sections in reversed(halves[1:]):
+        if _typical_faces(make_bodies(sections), family, seed) >= target:
+            upper = sections
+            break
+        lower = sections
     while upper - lower > max(1, lower // 16):
         middle_sections = (lower + upper) // 2
         if _typical_faces(make_bodies(middle_sections), family, seed) < target:

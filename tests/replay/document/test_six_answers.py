@@ -32,22 +32,22 @@ def on_a_busy_machine(result, fraction):
     return replace(result, document=structs.replace(result.document, detectors=detectors))
 
 
-@pytest.mark.parametrize("state", AUDITED)
-def test_headings_keep_their_order_and_end_as_sentences(state):
+def test_headings_keep_their_order_and_end_as_sentences():
     """Runs in all states, as "one missed" or "only false": Do, Cost and Sure are in every answer.
 
     Text ends in a full stop, or in a colon before a command.
     """
-    reasons = section_of(run_with_steady_times(state), SectionName.ANSWER).reasons
-    headings = [reason.heading for reason in reasons]
     order = ["What", "When", "Why", "Do", "Cost", "Sure", "Also", "Or"]
-    assert headings == [heading for heading in order if heading in headings]
-    assert {"Do", "Cost", "Sure"} <= {*headings}
-    for reason in reasons:
-        assert reason.text.endswith((".", ":"))
-        assert reason.figures == "" or reason.figures.endswith((".", ":"))
-        last_sentence = reason.figures or reason.text
-        assert not last_sentence.endswith(":") or reason.command
+    for state in AUDITED:
+        reasons = section_of(run_with_steady_times(state), SectionName.ANSWER).reasons
+        headings = [reason.heading for reason in reasons]
+        assert headings == [heading for heading in order if heading in headings], state
+        assert {"Do", "Cost", "Sure"} <= {*headings}, state
+        for reason in reasons:
+            assert reason.text.endswith((".", ":")), state
+            assert reason.figures == "" or reason.figures.endswith((".", ":")), state
+            last_sentence = reason.figures or reason.text
+            assert not last_sentence.endswith(":") or reason.command, state
 
 
 @pytest.mark.parametrize("busy", [0.0, 0.6])
@@ -66,17 +66,22 @@ def test_answer_of_every_state_fits_a_terminal_of_24_lines(busy):
         assert max(map(len, lines)) <= 80, state
 
 
-@pytest.mark.parametrize("state", AUDITED)
-def test_times_printed_in_an_answer_are_times_of_faults(state):
+def answers_of_all_states():
+    """A state, its run, and an answer of the run: of every answer in every state."""
+    for state in AUDITED:
+        result = run_with_steady_times(state)
+        assert result.answers, state
+        yield from ((state, result, answer) for answer in result.answers)
+
+
+def test_times_printed_in_an_answer_are_times_of_faults():
     """Seconds after from, to and at, with one or three digits, are those at which a fault starts or ends."""
-    result = run_with_steady_times(state)
-    assert result.answers
-    for answer in result.answers:
+    for state, result, answer in answers_of_all_states():
         faults = (*result.misses[answer.label], *result.false[answer.label])
         seconds = [second for fault in faults for second in (fault.start, fault.end)]
         times = {f"{second:.3f}" for second in seconds} | {f"{second:.1f}" for second in seconds}
         printed = re.findall(r"(?:from|to|at) (\d+\.\d+)", answer.other_times)
-        assert set(printed) <= times
+        assert set(printed) <= times, state
 
 
 def test_answer_prints_from_when_to_when_other_faults_are():
@@ -90,29 +95,26 @@ def test_answer_prints_from_when_to_when_other_faults_are():
         assert re.findall(r"(?:from|to|at) (\d+\.\d+)", answer.other_times) == ["0.000", "0.060"]
 
 
-@pytest.mark.parametrize("state", AUDITED)
-def test_answer_has_what_and_when_if_it_has_a_moment(state):
+def test_answer_has_what_and_when_if_it_has_a_moment():
     """The moment is that of the worst fault; an answer without a fault has none, and neither What nor When."""
-    answers = run_with_steady_times(state).answers
-    assert answers
-    for answer in answers:
-        assert bool(answer.when) == bool(answer.what) == (answer.moment is not None)
+    for state, _, answer in answers_of_all_states():
+        assert bool(answer.when) == bool(answer.what) == (answer.moment is not None), state
         if answer.moment is not None:
-            assert answer.when.startswith(f"At {words.moment(answer.moment.seconds)}: ")
+            assert answer.when.startswith(f"At {words.moment(answer.moment.seconds)}: "), state
 
 
-@pytest.mark.parametrize("state", AUDITED)
-def test_what_when_and_why_describe_the_same_fault(state):
+def test_what_when_and_why_describe_the_same_fault():
     """Runs in all states; the fault of an answer's moment: its bodies, and no others, and its cause."""
-    result = run_with_steady_times(state)
-    for answer in (answer for answer in result.answers if answer.moment is not None):
+    answers_with_a_moment = [row for row in answers_of_all_states() if row[-1].moment is not None]
+    assert answers_with_a_moment
+    for state, result, answer in answers_with_a_moment:
         faults = {"miss": result.misses, "false": result.false}[answer.moment.kind][answer.label]
         (fault,) = (fault for fault in faults if fault.number == answer.moment.number)
         pair = " and ".join(fault.bodies)
-        assert pair in answer.what and pair in answer.when
-        assert answer.why == fault.why
+        assert pair in answer.what and pair in answer.when, state
+        assert answer.why == fault.why, state
         other_bodies = [name for name in result.assembly.names if name not in fault.bodies]
-        assert [name for name in other_bodies if f" {name} " in answer.what] == []
+        assert [name for name in other_bodies if f" {name} " in answer.what] == [], state
 
 
 @pytest.mark.parametrize(("busy", "mentions"), [(0.0, 0), (0.6, 1)])
@@ -404,23 +406,23 @@ def test_without_an_audit_nothing_is_recommended_or_sure():
     assert certainty(document_of("a"), no_ranks) == []
 
 
-@pytest.mark.parametrize("state", AUDITED)
-def test_interval_of_the_answer_is_that_of_the_ranking(state):
+def test_interval_of_the_answer_is_that_of_the_ranking():
     """With contacts, the first sentence on certainty has their number and the worst detector's 95 % interval.
 
     Its larger fault, false contact or missed contacts, is stated; an interval of over 50 % is not very certain.
     """
-    result = run_with_steady_times(state)
-    first, *_ = certainty(result.document, result.ranking)
-    worst = result.ranking[0]
-    assert (words.plural(worst.contacts, "contact") in first) == (worst.contacts > 0)
-    printed = re.search(r"ith .*, (?P<value>.* %) (?P<fault>false|missed) may be (?P<interval>.*)\.$", first)
-    assert (printed is not None) == (worst.contacts > 0)
-    if printed:
-        leading = worst.false if printed["fault"] == "false" else worst.missed
-        assert printed["interval"] == words.interval(leading.lower, leading.upper)
-        assert printed["value"] == words.as_percentage(leading.value or 0.0)
-        assert first.startswith("Not very") == (leading.upper - leading.lower > 0.5)
+    for state in AUDITED:
+        result = run_with_steady_times(state)
+        first, *_ = certainty(result.document, result.ranking)
+        worst = result.ranking[0]
+        assert (words.plural(worst.contacts, "contact") in first) == (worst.contacts > 0), state
+        printed = re.search(r"ith .*, (?P<value>.* %) (?P<fault>false|missed) may be (?P<interval>.*)\.$", first)
+        assert (printed is not None) == (worst.contacts > 0), state
+        if printed:
+            leading = worst.false if printed["fault"] == "false" else worst.missed
+            assert printed["interval"] == words.interval(leading.lower, leading.upper), state
+            assert printed["value"] == words.as_percentage(leading.value or 0.0), state
+            assert first.startswith("Not very") == (leading.upper - leading.lower > 0.5), state
 
 
 @pytest.mark.parametrize(("facts", "is_made_up"), [({"synthetic": "true"}, True), ({}, False)])
@@ -431,14 +433,11 @@ def test_certainty_mentions_a_made_up_session(facts, is_made_up):
     assert ("made-up session" in " ".join(certainty(document, run.ranking))) == is_made_up
 
 
-@pytest.mark.parametrize("state", AUDITED)
-def test_why_explains_missed_and_false_contacts(state):
+def test_why_explains_missed_and_false_contacts():
     """The cause of one miss is named, where there are misses, and that of one false contact."""
-    result = run_with_steady_times(state)
-    assert result.answers
-    for answer in result.answers:
+    for state, result, answer in answers_of_all_states():
         misses, false_contacts = result.misses[answer.label], result.false[answer.label]
         causes = f"{answer.why} {answer.other_causes}"
-        assert (answer.moment is not None) == bool(misses or false_contacts)
-        assert not misses or any(miss.why in causes for miss in misses)
-        assert not false_contacts or any(false_contact.why in causes for false_contact in false_contacts)
+        assert (answer.moment is not None) == bool(misses or false_contacts), state
+        assert not misses or any(miss.why in causes for miss in misses), state
+        assert not false_contacts or any(contact.why in causes for contact in false_contacts), state

@@ -66,12 +66,22 @@ def test_exact_passes_or_speaks_of_frames(case):
     assert StressResult(seed=100, pairs=1, tau=0.0, tallies=(tally,)).broken == [], "no promise is broken"
 
 
-def test_continuous_detector_passes_all_cases_with_motion():
-    """The six cases that ask about the time between frames, where bodies may meet that are apart at every frame."""
-    tallies = tallies_of_cases(["continuous"], [*MISSED_BETWEEN_FRAMES, "start, end, no motion"])
-    assert len(tallies) == 6
-    for tally in tallies:
-        assert (tally.words, tally.promised, tally.reason) == ("passed", True, ""), tally.name
+CASES_WITH_MOTION = [
+    "start, end, no motion",
+    *(
+        pytest.param(name, marks=pytest.mark.slow) if name == "glancing spins" else name
+        for name in MISSED_BETWEEN_FRAMES
+    ),
+]
+"""Cases that ask about the time between frames, where bodies may meet that are apart at every frame."""
+
+
+@pytest.mark.parametrize("case", CASES_WITH_MOTION)
+def test_continuous_detector_passes_all_cases_with_motion(case):
+    """The detector ``continuous`` finds every contact between frames, and promises to."""
+    (tally,) = tallies_of_cases(["continuous"], [case])
+    assert tally.asked > 0
+    assert (tally.words, tally.promised, tally.reason) == ("passed", True, "")
 
 
 def test_python_fcl_errors_on_degenerate_meshes_need_tau():
