@@ -100,7 +100,7 @@ def test_losing_every_seventh_pose_keeps_the_number_of_contacts():
     is_lost = np.arange(len(frames.status)) % 7 == 6
     status = frames.status.copy()
     status[is_lost] = Status.LOST
-    result = compute(replace(whole, source=replace(frames, status=status)), detectors="hybrid")
+    result = compute(replace(whole, source=replace(frames, status=status)), detectors="hybrid", offline=True)
     contacts = len(runs(is_contact))
     assert contacts > 1
     assert len(result.episodes["exact"]) == len(result.episodes["hybrid"]) == contacts

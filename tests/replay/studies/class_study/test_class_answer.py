@@ -165,7 +165,7 @@ def test_changing_detectors_are_named_as_such(class_runs, class_tables, study_wi
     assert {row.detector: row.changes for row in study.sensitivity} == {"slow": False, "coarse": True}
     rows = answer_rows(class_tables, study)
     beta_by_exact = study.coefficients[0].beta
-    assert rows["What"].text.startswith("coarse ")
+    assert rows["What"].text.startswith("coarse changes a conclusion: ")
     assert f" is +0.70 with coarse, {beta_by_exact:+.2f} with exact." in rows["What"].text
     assert rows["When"].text == "Mistakes that change it, of coarse, for example:"
     counts = class_tables.mistakes("coarse")
@@ -180,7 +180,27 @@ def test_changing_detectors_are_named_as_such(class_runs, class_tables, study_wi
 def test_no_detector_is_proposed_if_every_other_changes_a_conclusion(class_tables, study_without_association):
     """Motivation goes with contacts as ``slow`` and ``coarse`` count them, not as exact, the reference, does."""
     study = with_conclusion_changed_by(study_without_association, "slow", "coarse")
-    assert answer_rows(class_tables, study)["Or"].text.startswith("None: every other detector")
+    rows = answer_rows(class_tables, study)
+    assert rows["What"].text.startswith("slow and coarse change a conclusion: ")
+    assert rows["Or"].text.startswith("None: every other detector")
+
+
+@pytest.mark.parametrize(
+    ("detectors", "words_of_change"),
+    [
+        (["coarse"], "coarse reverses the sign of a result: "),
+        (["slow", "coarse"], "slow and coarse reverse the sign of a result: "),
+    ],
+)
+def test_detectors_that_reverse_a_sign_are_named_as_such(
+    class_tables, study_without_association, detectors, words_of_change
+):
+    """Motivation goes with contacts by exact, beta -0.7, and by these detectors, beta +0.7."""
+    changed = with_conclusion_changed_by(study_without_association, *detectors)
+    before = replace(as_association(changed.sensitivity[0].before), beta=-0.7, low=-0.9, high=-0.4)
+    rows = tuple(replace(row, before=before) for row in changed.sensitivity if row.detector in detectors)
+    result = answer_rows(class_tables, replace(changed, sensitivity=rows))["What"].text
+    assert result.startswith(words_of_change) and "is +0.70 with " in result and "-0.70 with exact." in result
 
 
 def wrong_contacts_in_files(runs):

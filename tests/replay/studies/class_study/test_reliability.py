@@ -98,6 +98,11 @@ def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
     assert result.degrees == 171
 
 
+def test_kmo_of_two_correlated_items_is_a_half():
+    """Without a third item the partial correlation is the correlation: r^2 / (r^2 + r^2)."""
+    assert kmo(ANSWERS[:, :2]) == pytest.approx(0.5)
+
+
 FIRST_ITEM, THREE_ITEMS = ANSWERS[:, :1], ANSWERS[:, :3]
 
 
