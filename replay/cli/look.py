@@ -98,9 +98,9 @@ def look_at(
 
     session = read_session(path)
     examined = examine_assumptions(session, progress=TerminalProgress(people))
+    _check_answers(examined.questions, given)
     folder = path.with_name(path.stem + FOLDER_SUFFIX)
     pictures = _write_pictures(examined, folder, people)
-    _check_answers(examined.questions, given)
     is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
     answer(as_json, _as_json(examined, pictures, given), lambda: _review_screen(examined, pictures, path))
     chosen = dict(given)

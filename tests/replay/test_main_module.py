@@ -4,6 +4,7 @@ import runpy
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from support.processes import environment
@@ -46,23 +47,27 @@ PACKAGES = Path(replay.__file__).parents[1]
 
 
 @pytest.mark.parametrize(
-    ("current", "first", "stays"),
+    ("current", "first", "is_safe", "stays"),
     [
-        pytest.param("work", "work", False, id="the current folder by its path"),
-        pytest.param("work", "", False, id="the current folder"),
-        pytest.param("work", "other", True, id="another folder"),
-        pytest.param(PACKAGES, "", True, id="the current folder, which has the packages"),
+        pytest.param("work", "work", False, False, id="the current folder by its path"),
+        pytest.param("work", "", False, False, id="the current folder"),
+        pytest.param("work", "work", True, True, id="the current folder, which -P has not put there"),
+        pytest.param("work", "other", False, True, id="another folder"),
+        pytest.param(PACKAGES, "", False, True, id="the current folder, which has the packages"),
     ],
 )
-def test_only_a_foreign_current_folder_leaves_the_search_path(tmp_path, monkeypatch, current, first, stays):
+def test_only_a_foreign_current_folder_leaves_the_search_path(tmp_path, monkeypatch, current, first, is_safe, stays):
     """``python -m replay`` in the folder ``current``, where ``first`` is the first entry of the search path.
 
-    An empty entry means the current folder. ``stays``: whether the entry is still the first one afterwards.
+    An empty entry means the current folder. ``is_safe``: whether Python has the option -P; ``stays``: whether the entry
+    is still the first one afterwards.
     """
     (tmp_path / "work").mkdir()
     entry = str(tmp_path / first) if first else ""
     monkeypatch.chdir(tmp_path / current)
     monkeypatch.setattr(sys, "path", [entry, *sys.path])
+    flags = {name: getattr(sys.flags, name) for name in dir(sys.flags)} | {"safe_path": is_safe}
+    monkeypatch.setattr(sys, "flags", SimpleNamespace(**flags))
     monkeypatch.setattr("replay.cli.main.main", lambda: 0)
     with pytest.raises(SystemExit):
         runpy.run_module("replay", run_name="__main__")

@@ -15,46 +15,32 @@ MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
 """Numbers as measurements give them, of either sign."""
 
 
-@pytest.mark.parametrize(
-    ("metres", "text"),
-    [
+def test_length_is_printed_in_a_unit_of_its_size():
+    """Three digits at most, without zeros at the end, from nanometres to kilometres; NaN is not measured."""
+    for metres, text in (
         (0.0007, "0.7 mm"), (0.018, "18 mm"), (0.0182, "18.2 mm"), (0.3, "300 mm"), (1.2, "1.2 m"), (0.9996, "1 m"),
         (0.99949, "999 mm"), (1300, "1.3 km"), (2e-6, "2 µm"), (4e-5, "0.04 mm"), (3e-9, "3 nm"), (0.0, "0 mm"),
         (-0.0042, "-4.2 mm"), (float("nan"), "not measured"), (float("inf"), "not measured"), (None, "not measured"),
-    ],
-)  # fmt: skip
-def test_length_is_printed_in_a_unit_of_its_size(metres, text):
-    """Three digits at most, without zeros at the end, from nanometres to kilometres; NaN is not measured."""
-    assert words.length(metres) == text
+    ):  # fmt: skip
+        assert words.length(metres) == text, metres
 
 
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [
+def test_a_duration_has_the_unit_of_its_size():
+    """Three digits at most, without zeros at the end; 719 s are 11.98 min, and 8000 s 2.222 h."""
+    for seconds, text in (
         (0.00013, "0.13 ms"), (0.12, "120 ms"), (4.12e-5, "0.0412 ms"), (9e-6, "9 µs"), (1.0, "1 s"), (60.0, "60 s"),
         (719.0, "12 min"), (8000.0, "2.22 h"), (0.0, "0 s"), (None, "not measured"),
-    ],
-)  # fmt: skip
-def test_a_duration_has_the_unit_of_its_size(seconds, text):
-    """Three digits at most, without zeros at the end; 719 s are 11.98 min, and 8000 s 2.222 h."""
-    assert words.duration(seconds) == text
+    ):  # fmt: skip
+        assert words.duration(seconds) == text, seconds
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (9.996, "10"),
-        (0.04123, "0.0412"),
-        (12345.6, "12,346"),
-        (-1e-13, "0"),
-        (None, "not measured"),
-        (float("nan"), "not measured"),
-        (float("inf"), "not measured"),
-    ],
-)
-def test_number_has_three_digits_and_no_unit(value, text):
+def test_number_has_three_digits_and_no_unit():
     """Three digits, but all that stand before the point, in groups of three; below 1e-12 a number is 0."""
-    assert words.number(value) == text
+    for value, text in (
+        (9.996, "10"), (0.04123, "0.0412"), (12345.6, "12,346"), (-1e-13, "0"),
+        (None, "not measured"), (float("nan"), "not measured"), (float("inf"), "not measured"),
+    ):  # fmt: skip
+        assert words.number(value) == text, value
 
 
 @given(MEASURED)

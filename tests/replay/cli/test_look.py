@@ -1,19 +1,27 @@
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 from support.planted_sessions import true_contact, write_scene
 
-import replay
 from cdcore import Verdict
+from replay.advice import scene_outcome
 from replay.cli import look
 from replay.cli.main import main
+from replay.engine import compute
 from replay.show import scene_look
 from sessions import read_session
 
-pytestmark = pytest.mark.usefixtures("few_depth_frames")
+
+@pytest.fixture(autouse=True, scope="module")
+def two_depth_frames():
+    """The depth of overlaps is measured in 2 contact frames, not in 24."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scene_outcome, "DEPTH_FRAMES", 2)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +42,13 @@ def small_pictures(monkeypatch):
 
 
 @pytest.fixture
+def no_pictures(monkeypatch):
+    """Nothing is drawn, for the viewer neither: for tests of questions and answers."""
+    monkeypatch.setattr(scene_look, "write_scene_pictures", lambda *_: [Path("first.png")])
+    monkeypatch.setattr("replay.show.rerun_log.scene_look.write_scene_recording", lambda *_: None)
+
+
+@pytest.fixture
 def recording(bytes_of_wrong_guess, tmp_path):
     """A file of a recording of a tool and a plate; its import guessed that the axes of their meshes have y up.
 
@@ -46,7 +61,7 @@ def recording(bytes_of_wrong_guess, tmp_path):
 
 def contact_by_frame(path):
     """Whether the only pair of a file's session is in contact, by frame."""
-    verdict = replay.run(path, detectors="exact", oracle="none").detections["exact"].verdict
+    verdict = compute(read_session(path), detectors="exact", oracle="none").detections["exact"].verdict
     return verdict[:, 0] == Verdict.CONTACT
 
 
@@ -128,17 +143,20 @@ def test_nothing_is_written_where_no_answer_can_be_forgotten(recording):
     assert recording.read_bytes() == before
 
 
-def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
-    """A mapping says how a CSV is imported; the answer, axes of two meshes, becomes a line of it, and goes again.
-
-    The recording has a fact that names the mapping as long as the answer is there.
-    """
-    mapping = tmp_path / "map.toml"
-    mapping.write_text('convention = "ros"\n')
-    assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0
-    assert f"Written to {mapping}: mesh_axes" in " ".join(capsys.readouterr().err.split())
+@pytest.fixture
+def mapping(recording, no_pictures, capsys):
+    """A mapping that says how the recording's CSV is imported, with the answer 1b, axes of two meshes, as a line."""
+    path = recording.with_name("map.toml")
+    path.write_text('convention = "ros"\n')
+    assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(path)]) == 0
+    assert f"Written to {path}: mesh_axes" in " ".join(capsys.readouterr().err.split())
     line_of_answer = 'mesh_axes = ["tool=body", "plate=body"]  # answered; before: nothing\n'
-    assert mapping.read_text() == 'convention = "ros"\n' + line_of_answer
+    assert path.read_text() == 'convention = "ros"\n' + line_of_answer
+    return path
+
+
+def test_forgotten_answers_leave_recording_and_mapping(recording, mapping, capsys):
+    """The recording has a fact that names the mapping as long as the answer is there."""
     assert "answered_mapping" in read_session(recording).facts
     assert main(["doctor", str(recording), "--forget-answers"]) == 0
     assert mapping.read_text() == 'convention = "ros"\n'
@@ -146,16 +164,12 @@ def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
     assert "answered_mapping" not in read_session(recording).facts
 
 
-def test_answer_in_a_moved_mapping_is_forgotten_by_its_path(recording, tmp_path, capsys):
-    """An answer was written to map.toml, which was then renamed: the command says that it is not there.
+def test_answer_in_a_moved_mapping_is_forgotten_by_its_path(recording, mapping, capsys):
+    """The mapping was renamed after the answer: the command says that it is not there.
 
     With ``--mapping`` the line of the answer goes from the file where it is now.
     """
-    mapping, moved = tmp_path / "map.toml", tmp_path / "moved.toml"
-    mapping.write_text('convention = "ros"\n')
-    assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0
-    mapping.rename(moved)
-    assert "mesh_axes" in moved.read_text()
+    moved = mapping.rename(mapping.with_name("moved.toml"))
     assert main(["doctor", str(recording), "--forget-answers"]) == 0
     assert "is not there; where it is now: --mapping FILE" in " ".join(capsys.readouterr().err.split())
     assert main(["doctor", str(recording), "--forget-answers", "--mapping", str(moved)]) == 0
@@ -164,19 +178,20 @@ def test_answer_in_a_moved_mapping_is_forgotten_by_its_path(recording, tmp_path,
 
 @pytest.mark.parametrize(
     ("replies", "axes", "code", "is_helped"),
-    [(["?", "x", "b"], "body", 0, True), ([""], "y-up", 3, False)],
+    [(("?", "x", "b"), "body", 0, True), (("",), "y-up", 3, False)],
     ids=["answered", "left open"],
 )
 def test_terminal_repeats_the_question_until_answered_or_left_open(
-    recording, monkeypatch, replies, axes, code, is_helped, capsys
+    recording, no_pictures, monkeypatch, replies, axes, code, is_helped, capsys
 ):
     """The question is which axes two meshes have. Neither "?" nor "x" is a letter of the list, as the terminal says.
 
     "b" is that of the axes ``body``, which the recording then has (exit code 0); no reply leaves the guess (3).
     """
-    monkeypatch.setattr(look.click, "prompt", lambda *_, **__: replies.pop(0))
+    unread_replies = [*replies]
+    monkeypatch.setattr(look.click, "prompt", lambda *_, **__: unread_replies.pop(0))
     assert look.look_at(recording, look.People(), as_json=False, given={}, asks=True) == code
-    assert replies == []
+    assert unread_replies == []
     assumptions = json.loads(read_session(recording).facts["assumptions"])
     assert [row["value"] for row in assumptions if row["subject"] == "axes of meshes"] == [axes]
     assert ("letter of the line" in capsys.readouterr().out) == is_helped
@@ -185,7 +200,7 @@ def test_terminal_repeats_the_question_until_answered_or_left_open(
 def test_doctor_refuses_answers_that_fit_no_question(recording, capsys):
     """The recording has one question, with answers a to c; an answer to a second one, a fourth answer, and no number.
 
-    Each is a wrong call (2), and nothing is written.
+    Each is a wrong call (2), and nothing is written, no picture either.
     """
     refusals = {
         "2a": "there is 1 question",
@@ -197,6 +212,7 @@ def test_doctor_refuses_answers_that_fit_no_question(recording, capsys):
         assert main(["doctor", str(recording), "--answer", answer]) == 2
         assert re.search(message, " ".join(capsys.readouterr().err.split()))
     assert recording.read_bytes() == before
+    assert [*recording.parent.iterdir()] == [recording]
 
 
 @pytest.mark.slow

@@ -1,3 +1,4 @@
+import gc
 import os
 import signal
 import subprocess
@@ -183,16 +184,18 @@ def test_ctrl_c_while_a_library_calls_back_is_not_lost():
     assert (done.returncode, first_word) == (130, "interrupted;")
 
 
-def test_the_shell_completes_verbs_as_the_guide_says():
+def test_the_shell_completes_verbs_as_the_guide_says(monkeypatch, capsys):
     """Bash tells by variables of the environment that somebody typed ``replay doc`` and Tab: doctor completes it.
 
     The guide's first page has the line that switches this on.
     """
-    completion = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
     assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX_PAGE)
-    program = [sys.executable, "-m", "replay"]
-    done = subprocess.run(program, env={**os.environ, **completion}, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["plain,doctor"]
+    completion = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
+    for name, value in completion.items():
+        monkeypatch.setenv(name, value)
+    with pytest.raises(SystemExit, match="0"):
+        main([])
+    assert capsys.readouterr().out.split() == ["plain,doctor"]
 
 
 def test_import_without_a_format_prints_the_complete_command(tmp_path, monkeypatch, capsys):
@@ -205,14 +208,15 @@ def test_import_without_a_format_prints_the_complete_command(tmp_path, monkeypat
     assert "replay import auto take.csv -o take.mcap" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("call", "is_changed"), [("main()", True), ("main(['--version'])", False)])
-def test_only_the_program_itself_collects_cycles_less_often(call, is_changed):
-    """Another interpreter calls ``main`` and prints the thresholds of Python's garbage collector.
+def test_only_the_program_itself_collects_cycles_less_often(monkeypatch):
+    """Without arguments ``main`` is the program, and changes the thresholds of Python's garbage collector.
 
-    Without arguments ``main`` is the program and changes them; a caller that gives arguments is another program, with
-    thresholds of its own.
+    A caller that gives arguments is another program, with thresholds of its own.
     """
-    imports = "import gc, sys; sys.argv = ['replay', '--version']; from replay.cli.main import main"
-    code = f"{imports}; {call}; print(gc.get_threshold())"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (done.stdout.splitlines()[-1] == str(COLLECTOR_THRESHOLDS)) is is_changed
+    changes = []
+    monkeypatch.setattr(gc, "set_threshold", lambda *thresholds: changes.append(thresholds))
+    monkeypatch.setattr(sys, "argv", ["replay", "--version"])
+    assert main(["--version"]) == 0
+    assert changes == []
+    assert main() == 0
+    assert changes == [COLLECTOR_THRESHOLDS]

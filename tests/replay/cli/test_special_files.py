@@ -55,6 +55,14 @@ def make_irregular_file(tmp_path: Path) -> Callable[[str, str], Path]:
     return placed
 
 
+@pytest.fixture(scope="module")
+def session_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of a cup in 3 frames, which verbs only read."""
+    path = tmp_path_factory.mktemp("recording") / "s.mcap"
+    write_session(unit_cubes_on_x({"cup": [0.0] * 3}), path)
+    return path
+
+
 FORMATS = ("csv", "aframe", "mcap", "ros2", "optitrack", "xdf", "auto")
 
 
@@ -80,7 +88,9 @@ FORMATS = ("csv", "aframe", "mcap", "ros2", "optitrack", "xdf", "auto")
     ),
     ids=" ".join,
 )
-def test_verb_refuses_irregular_files_and_writes_nothing(make_irregular_file, tmp_path, capsys, kind, arguments):
+def test_verb_refuses_irregular_files_and_writes_nothing(
+    make_irregular_file, session_file, tmp_path, capsys, kind, arguments
+):
     """``arguments``: of a command that takes a file at {path}, which is of a ``kind`` that cannot be read to an end.
 
     It fails (1) or is a wrong call (2), before an alarm after 20 s, and the error says which kind of file it is.
@@ -88,8 +98,7 @@ def test_verb_refuses_irregular_files_and_writes_nothing(make_irregular_file, tm
     path, out = make_irregular_file(kind, "given"), tmp_path / "out.mcap"
     table = tmp_path / "log.csv"
     table.write_text("time,cup_x\n0,1\n")
-    write_session(unit_cubes_on_x({"cup": [0.0] * 3}), tmp_path / "s.mcap")
-    files = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
+    files = {"path": path, "session": session_file, "out": out, "table": table}
     assert main([word.format(**files) for word in arguments]) in (1, 2)
     output = capsys.readouterr().err
     assert kind in output and "Traceback" not in output

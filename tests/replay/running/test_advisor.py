@@ -27,6 +27,14 @@ def without_engines(monkeypatch):
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
 
 
+@pytest.fixture(scope="module")
+def unreal_advice():
+    """Advice which settings to use in Unreal, without any engine, for two cubes with four contacts."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(advisor, "find_spec", lambda name: None)
+        return replay.advise(unit_cubes_on_x(X_OF_CUBES), engine="unreal")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["unity", "unreal"])
 def test_each_advised_setting_has_the_counts_of_its_audit(engine, without_engines):
@@ -72,11 +80,10 @@ def test_recorded_colliders_get_a_row_of_their_own(without_engines):
     assert int((run.detections["it"].verdict == Verdict.CONTACT).sum()) == 10
 
 
-def test_recording_without_colliders_has_no_row_of_them(without_engines):
+def test_recording_without_colliders_has_no_row_of_them(unreal_advice):
     """Settings of Unreal for a session of two cubes; ``shape=shipped`` are colliders that came with a recording."""
-    advice = replay.advise(unit_cubes_on_x(X_OF_CUBES), engine="unreal")
-    assert advice.rows
-    assert [row["setting"] for row in advice.rows if "shipped" in row["setting"]] == []
+    assert unreal_advice.rows
+    assert [row["setting"] for row in unreal_advice.rows if "shipped" in row["setting"]] == []
 
 
 def test_engine_that_is_not_installed_is_one_clear_error(without_engines):
@@ -85,10 +92,9 @@ def test_engine_that_is_not_installed_is_one_clear_error(without_engines):
         replay.advise(unit_cubes_on_x(X_OF_CUBES), engine="mujoco")
 
 
-def test_unreals_colliders_are_tried_without_unreal(without_engines):
-    """Two cubes have four contacts; among the settings are compounds of up to 16 pieces, at two step rates."""
-    advice = replay.advise(unit_cubes_on_x(X_OF_CUBES), engine="unreal")
-    assert len([row for row in advice.rows if "pieces=16" in row["setting"]]) == 2
+def test_unreals_colliders_are_tried_without_unreal(unreal_advice):
+    """Among the settings are compounds of up to 16 pieces, at two step rates."""
+    assert len([row for row in unreal_advice.rows if "pieces=16" in row["setting"]]) == 2
 
 
 @pytest.fixture
