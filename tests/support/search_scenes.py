@@ -106,14 +106,17 @@ def row_of_pair(trees, matrices, move):
 
 
 class EightFrames:
-    """``separation``: metres the first body is moved along x; ``grains``: large faces, bunches of tiny ones."""
+    """``separation``: metres the first body is moved along x; ``grains``: large faces, bunches of tiny ones.
 
-    def __init__(self, seed, size=0.3, separation=0.0, grains=False):
+    ``faces``: of the two bodies, where there are no grains.
+    """
+
+    def __init__(self, seed, size=0.3, separation=0.0, grains=False, faces=(40, 60)):
         rng = np.random.default_rng(seed)
-        self.meshes = [face_soup(rng, count=40, size=size), face_soup(rng, count=60, size=size)]
+        self.meshes = [face_soup(rng, count=count, size=size) for count in faces]
         if grains:
-            bunches = np.repeat(rng.uniform(-0.5, 0.5, (80, 1, 3)), 4, axis=0)
-            self.meshes = [face_soup(rng, count=4, size=2.0), bunches + rng.normal(size=(320, 3, 3)) * 0.01]
+            bunches = np.repeat(rng.uniform(-0.5, 0.5, (40, 1, 3)), 4, axis=0)
+            self.meshes = [face_soup(rng, count=4, size=2.0), bunches + rng.normal(size=(160, 3, 3)) * 0.01]
         self.matrices, self.move = motion_of("soup", rng, 24, 2)
         self.move[:, 0, 0] += separation
         self.trees = build_box_trees(self.meshes)

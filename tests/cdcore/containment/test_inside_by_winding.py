@@ -207,7 +207,7 @@ def test_intervals_through_a_hole_are_the_same_in_blocks():
 LOST_FACES = {"one side": range(32), "one square": (10, 11), "four squares": (10, 11, 12, 13, 18, 19, 20, 21)}
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("lost", LOST_FACES)
 def test_arc_through_a_hole_and_back_is_not_clear(lost):
     """A bead of 4 mm on an arm of 2 to 5 cm swings by 160 degrees between two frames, at both of which it is outside.

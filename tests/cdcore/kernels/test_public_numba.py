@@ -37,6 +37,13 @@ def imports_of_numba(tree):
                     yield full
 
 
+def begins_with_numba(node):
+    """Whether an attribute is one of ``numba`` or of something in it, however deep."""
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return isinstance(node, ast.Name) and node.id == "numba"
+
+
 def private_names(text):
     """Names of numba's that a source uses and that numba's documentation does not list."""
     tree = ast.parse(text)
@@ -45,7 +52,7 @@ def private_names(text):
         if isinstance(node, ast.Attribute) and node.attr.startswith("_") and not node.attr.startswith("__"):
             owner = ast.unparse(node.value)
             names += [ast.unparse(node)] * (owner not in {"self", "cls"})
-        if isinstance(node, ast.Attribute) and ast.unparse(node).startswith("numba.core"):
+        if begins_with_numba(node) and ast.unparse(node).startswith("numba.core"):
             names.append(ast.unparse(node))
         if isinstance(node, ast.Constant) and node.value == "pipeline_class":
             names.append(node.value)

@@ -4,6 +4,8 @@
 ``loose``: some move of the surfaces by tau ends their contact.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from support.random_worlds import KINDS, bodies_of, grid_plate, motion_of, placed
@@ -19,6 +21,7 @@ TWO_MICROMETRES = 2e-6
 """The tau of most tests, metres."""
 
 
+@cache
 def face_pairs_in_frames(kind, count=24, step=3):
     """Bodies of two random soups of ten faces, their poses, and for some frames whether each face pair meets, and its
     margin: the gap, or where they meet how far one face must be moved until they do not.

@@ -123,12 +123,12 @@ def test_gap_is_exact_for_every_kind_of_nearest_feature():
     They are farther apart than their gap less a billionth, and not farther than their gap and a billionth.
     """
     rng = np.random.default_rng(5)
-    random, flat = rng.normal(size=(60, 2, 3, 3)), rng.normal(size=(60, 2, 3, 3)) * [1, 1, 0.01]
+    random, flat = rng.normal(size=(20, 2, 3, 3)), rng.normal(size=(20, 2, 3, 3)) * [1, 1, 0.01]
     nearly_parallel = flat + np.array([[[0, 0, 0]], [[0, 0, 1]]])
     point, line = rng.normal(size=3), [[-1, 0.5, 1], [2, 0.5, 1], [-1, 0.5, 1]]
     pairs = np.concatenate([random, nearly_parallel, [[FLOOR, [point, point, point]], [FLOOR, line]]])
     meets, gaps = triangle_margins(pairs)
-    assert (~meets).sum() > 80
+    assert (~meets).sum() > 30
     for (first, second), gap in zip(pairs[~meets], gaps[~meets], strict=True):
         assert certainly_farther_than(first, second, gap * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
 
