@@ -70,6 +70,16 @@ def common_kernels():
             time.sleep(0.05)
 
 
+@pytest.fixture(scope="session")
+def shared_pieces(tmp_path_factory):
+    """Keeps convex pieces for the tests of all workers; the user's own cache is neither read nor written."""
+    folder = tmp_path_factory.getbasetemp()
+    folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "pieces"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("replay.cutting.piece_store.cache_folder", lambda: folder)
+        yield
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Marks all cases but one in ``n`` of a test marked ``sampled(n)`` as slow."""

@@ -130,11 +130,13 @@ def pages():
             yield pytest.param(name, marks=[pytest.mark.slow] * runs_a_session)
 
 
+@pytest.mark.usefixtures("shared_pieces")
 @pytest.mark.parametrize("name", [*pages()])
 def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch, capsys, sessions_made):
     """Commands and Python blocks of a page share a folder, with the files that the page shows, and a namespace.
 
-    A command ends with the exit code that the page promises, 0 if none; a Python block prints something.
+    A command ends with the exit code that the page promises, 0 if none; a Python block prints something. Convex pieces
+    that a page cuts are there for the pages behind it, as on the machine of a reader.
     """
     monkeypatch.chdir(tmp_path)
     lay_out(name, tmp_path)

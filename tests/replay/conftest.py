@@ -25,13 +25,8 @@ def wait_for_kernels(common_kernels):
 
 
 @pytest.fixture(autouse=True, scope="session")
-def shared_pieces(tmp_path_factory):
-    """Keeps convex pieces for the tests of all workers; the user's own cache is neither read nor written."""
-    folder = tmp_path_factory.getbasetemp()
-    folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "pieces"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("replay.cutting.piece_store.cache_folder", lambda: folder)
-        yield
+def keep_pieces_in_shared_folder(shared_pieces):
+    """No test reads or writes the pieces of the user."""
 
 
 class FinishedCut:
