@@ -31,53 +31,49 @@ def axis(name):
     return np.eye(3)["xyz".index(name[-1])] * (-1 if name[0] == "-" else 1)
 
 
-@pytest.mark.parametrize("name", CONVENTIONS)
-def test_conventions_convert_points_and_quaternions_as_tabled(name):
+def test_conventions_convert_points_and_quaternions_as_tabled():
     """TABLE has for each engine's axes where (1, 2, 3) and the quaternion (1, 2, 3, 4) end up, written by hand."""
-    point, quaternion, side = TABLE[name]
-    assert CONVENTIONS[name].points([1, 2, 3]).tolist() == list(point)
-    assert CONVENTIONS[name].quaternions([1, 2, 3, 4]).tolist() == list(quaternion)
-    assert CONVENTIONS[name].handedness == side
-    assert np.array_equal(CONVENTIONS[name].matrix @ [1, 2, 3], point)
+    assert CONVENTIONS.keys() == TABLE.keys()
+    for name, (point, quaternion, side) in TABLE.items():
+        assert CONVENTIONS[name].points([1, 2, 3]).tolist() == list(point), name
+        assert CONVENTIONS[name].quaternions([1, 2, 3, 4]).tolist() == list(quaternion), name
+        assert CONVENTIONS[name].handedness == side, name
+        assert np.array_equal(CONVENTIONS[name].matrix @ [1, 2, 3], point), name
 
 
-@pytest.mark.parametrize("name", [*CONVENTIONS, *TEXTS])
-def test_a_rotated_point_is_the_same_in_both_frames(name):
+def test_a_rotated_point_is_the_same_in_both_frames():
     """A random point is rotated in a source's axes and then converted, or converted and then rotated.
 
     A rotation of a left-handed engine is the same matrix of numbers; only its picture is mirrored.
     """
-    point, rotation, source = (
-        np.random.default_rng(3).standard_normal(3),
-        Rotation.random(random_state=5),
-        convention(name),
-    )
-    rotated_then_converted = source.points(rotation.apply(point))
-    converted_rotation = Rotation.from_quat(source.quaternions(rotation.as_quat()))
-    converted_then_rotated = converted_rotation.apply(source.points(point))
-    assert np.allclose(rotated_then_converted, converted_then_rotated, rtol=0, atol=1e-12)
+    point, rotation = np.random.default_rng(3).standard_normal(3), Rotation.random(random_state=5)
+    for name in [*CONVENTIONS, *TEXTS]:
+        source = convention(name)
+        rotated_then_converted = source.points(rotation.apply(point))
+        converted_rotation = Rotation.from_quat(source.quaternions(rotation.as_quat()))
+        converted_then_rotated = converted_rotation.apply(source.points(point))
+        assert rotated_then_converted == pytest.approx(converted_then_rotated, rel=0, abs=1e-12), name
 
 
-@pytest.mark.parametrize("text", TEXTS)
-def test_axes_as_text_point_in_the_stated_directions(text):
+def test_axes_as_text_point_in_the_stated_directions():
     """The axis that a text calls up becomes +Y of a session, and the axis it calls forward, if any, becomes -Z.
 
     TEXTS says of "LH y-up z-forward": left-handed, z is forward, y is up; of "x up" it says no axis that is forward.
     """
-    handedness, forward, up = TEXTS[text]
-    described = convention(text)
-    assert described.handedness == handedness
-    assert described.points(axis(up)).tolist() == [0, 1, 0]
-    assert forward is None or described.points(axis(forward)).tolist() == [0, 0, -1]
+    for text, (handedness, forward, up) in TEXTS.items():
+        described = convention(text)
+        assert described.handedness == handedness, text
+        assert described.points(axis(up)).tolist() == [0, 1, 0], text
+        assert forward is None or described.points(axis(forward)).tolist() == [0, 0, -1], text
 
 
-@pytest.mark.parametrize("text", TEXTS)
-def test_name_of_described_axes_describes_them_whole(text):
+def test_name_of_described_axes_describes_them_whole():
     """Axes that a text describes have a name, which is such a text too: it gives the same axes and assumes nothing."""
-    described = convention(text)
-    by_name = convention(described.name)
-    assert np.array_equal(by_name.matrix, described.matrix)
-    assert not by_name.assumed_handedness
+    for text in TEXTS:
+        described = convention(text)
+        by_name = convention(described.name)
+        assert np.array_equal(by_name.matrix, described.matrix), text
+        assert not by_name.assumed_handedness, text
 
 
 def test_handedness_is_assumed_only_where_two_axes_are_named():

@@ -313,7 +313,7 @@ def test_another_version_and_a_cut_file_are_named(data, message):
         ({"meshes": [{"primitives": [primitive_at(mode=5)]}]}, "holds a strip or a fan"),
         ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "sparse": {}}]}, "no readable GLB"),
         ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}]}, "an accessor of it has no data"),
-        ({"accessors": [{"componentType": 5126, "count": 9_000_000, "type": "VEC3", "sparse": {}}]}, "has no data"),
+        ({"accessors": [{"componentType": 5126, "count": 9_000, "type": "VEC3", "sparse": {}}]}, "has no data"),
         ({"bufferViews": [{"buffer": 0, "byteLength": 36, "byteStride": 0}]}, "elements of an accessor overlap"),
         ({"bufferViews": [{"buffer": 0, "byteLength": 360}]}, "lies beyond its end: cut short"),
         ({"bufferViews": [{"buffer": -1, "byteLength": 36}]}, "names row -1 of a list of 1"),

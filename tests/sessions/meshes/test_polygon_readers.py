@@ -1,5 +1,6 @@
 """OBJ, PLY and OFF files of other programs besides the plain case, and what none of them may say."""
 
+import re
 import struct
 import tracemalloc
 from itertools import pairwise
@@ -115,12 +116,11 @@ READ = {
 }
 
 
-@pytest.mark.parametrize("name", READ)
-def test_faces_are_read_from_mesh_files_of_several_programs(name):
+def test_faces_are_read_from_mesh_files_of_several_programs():
     """A row of READ has a type of file, its text as a program exports it, and the triangles that it describes."""
-    kind, text, faces = READ[name]
-    mesh = mesh_from_bytes(text if isinstance(text, bytes) else text.encode("latin-1"), kind)
-    assert mesh.faces.tolist() == faces
+    for name, (kind, text, faces) in READ.items():
+        mesh = mesh_from_bytes(text if isinstance(text, bytes) else text.encode("latin-1"), kind)
+        assert mesh.faces.tolist() == faces, name
 
 
 def test_corners_from_the_end_count_vertices_of_all_blocks(monkeypatch):
@@ -289,18 +289,29 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(name):
-    """A row of REFUSED has a type of file, its content, and words of the error; reading it takes at most 30 MB."""
-    kind, text, reported = REFUSED[name]
-    data = text if isinstance(text, bytes) else text.encode()
+def refusal(data, file_type):
+    """The sentence with which a mesh file is refused, or nothing."""
+    try:
+        mesh_from_bytes(data, file_type)
+    except MeshFileError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("file_type", ["glb", "obj", "off", "ply", "stl"])
+def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(file_type):
+    """A row of REFUSED has a type of file, its content, and words of the error; reading all takes at most 30 MB."""
+    rows = {name: row for name, row in REFUSED.items() if row[0] == file_type}
+    assert rows
     tracemalloc.start()
-    with pytest.raises(MeshFileError, match=reported) as raised:
-        mesh_from_bytes(data, kind)
+    for name, (_type, text, reported) in rows.items():
+        data = text if isinstance(text, bytes) else text.encode()
+        message = refusal(data, file_type)
+        assert re.search(reported, message), (name, message)
+        assert message.isprintable(), name
     _now, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak_bytes < 30e6
-    assert str(raised.value).isprintable()
 
 
 def test_polygons_with_too_many_corners_are_refused_at_once():
