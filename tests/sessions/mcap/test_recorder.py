@@ -47,12 +47,12 @@ def session_once_written(partial):
 
 
 def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
-    """400 frames of four bodies, many lost or absent, are recorded behind a first frame in which all bodies stand.
+    """120 frames of four bodies, many lost or absent, are recorded behind a first frame in which all bodies stand.
 
     They are read by this package and by a plain loop over the protobuf messages; facts and a mesh are in the file, and
     no other file is left.
     """
-    frames = random_frames(seed=5, count=400, bodies=4, absent=0.2, odd=0.2)
+    frames = random_frames(seed=5, count=120, bodies=4, absent=0.2, odd=0.2)
     with Recorder(tmp_path / "s.mcap", meshes={"body 1": tetrahedron()}, facts={"vr_type": "desktop"}) as recorder:
         recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, UPRIGHT_POSE))
         record_frames(recorder, frames)

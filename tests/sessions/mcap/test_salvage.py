@@ -39,6 +39,12 @@ def whole_file(tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="module")
+def whole_frames(whole_file):
+    """The frames of the whole file."""
+    return read_session(whole_file).frames
+
+
 def listed(*names):
     """The list of bodies as a file has it."""
     return bodies_record(names)["names"].encode()
@@ -76,13 +82,13 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("name", DAMAGE)
-def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole_file, tmp_path, name, snapshot):
+def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole_file, whole_frames, tmp_path, name, snapshot):
     """A whole file of 420 frames gets a damage of DAMAGE; the doctor examines it, and its recovery writes a new file.
 
     Recovered frames are those of the whole file, the new file has no such damage, and its facts say what was lost. All
     sentences of the doctor and of the recovery, or its refusal, equal the snapshot.
     """
-    path, out, truth = tmp_path / "damaged.mcap", tmp_path / "out.mcap", read_session(whole_file).frames
+    path, out = tmp_path / "damaged.mcap", tmp_path / "out.mcap"
     path.write_bytes(DAMAGE[name](whole_file.read_bytes()))
     reported = [f"{item.code} {item.body} {item.start}-{item.end} s: {item.message}" for item in examine(path)]
     try:
@@ -91,8 +97,9 @@ def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole_file, tmp_path,
         reported.append(str(error).replace(str(path), "FILE"))
     else:
         session = read_session(out)
-        if session.names == truth.names:
-            assert_same_frames(session.frames, truth.take(np.isin(truth.stamp_ns, session.frames.stamp_ns)))
+        if session.names == whole_frames.names:
+            is_recovered = np.isin(whole_frames.stamp_ns, session.frames.stamp_ns)
+            assert_same_frames(session.frames, whole_frames.take(is_recovered))
         assert result.frames == len(session.frames) and result.whole == (not result.lost)
         assert session.facts[RECOVERED] == "; ".join(result.sentences()[: 1 + len(result.lost)])
         assert len(McapFile(out).catalogue.ids("/tf")) == 1
@@ -116,14 +123,14 @@ def damaged_file(tmp_path, data):
     return path
 
 
-def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_path):
+def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, whole_frames, tmp_path):
     """A file of 420 frames in chunks of some 50 is cut at six random bytes, and at the ends of three chunks.
 
     Recovered are the first frames, unchanged: at least 45 for each whole chunk but two, a lower bound. Only a file
     without a whole chunk is refused.
     """
-    data, truth = whole_file.read_bytes(), read_session(whole_file).frames
-    spans, out = chunks(data), tmp_path / "out.mcap"
+    data, out = whole_file.read_bytes(), tmp_path / "out.mcap"
+    spans = chunks(data)
     for offset in [*np.random.default_rng(2).integers(0, len(data), 6).tolist(), *(end for _, end in spans[2:5])]:
         complete = [end for _, end in spans if end <= offset]
         try:
@@ -135,7 +142,7 @@ def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole_file, tmp_p
         kept = read_session(out).frames
         assert len(kept) == result.frames
         if len(kept):
-            assert_same_frames(kept, truth.segment(0, len(kept)))
+            assert_same_frames(kept, whole_frames.segment(0, len(kept)))
 
 
 def test_foreign_file_is_recovered_with_its_channels(tmp_path):

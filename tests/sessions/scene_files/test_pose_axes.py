@@ -1,3 +1,5 @@
+from functools import cache, partial
+
 import numpy as np
 import pytest
 import trimesh
@@ -12,17 +14,17 @@ from sessions.scene_files.pose_axes import follows_its_poses
 OTHERS = ("canonical", "unity", "unreal", "z-up")
 
 
-@pytest.fixture
-def foxglove_recording(tmp_path):
-    """A function that imports a recording of Foxglove's, with options: 12 random poses of cup, rod and jar.
+@pytest.fixture(scope="module")
+def foxglove_recording(tmp_path_factory):
+    """A function that imports a recording of Foxglove's, once with the same options: 12 poses of cup, rod and jar.
 
     Nobody says its axes. The mesh of the cup is an OBJ, the rod's a GLB, and the jar's an STL.
     """
-    rng = np.random.default_rng(5)
+    folder, rng = tmp_path_factory.mktemp("foxglove"), np.random.default_rng(5)
     for name, kind in (("cup", "obj"), ("rod", "glb"), ("jar", "stl")):
         box = trimesh.creation.box((0.1, 0.2, 0.3))
         box.apply_translation((0.01, 0.02, 0.03))
-        (tmp_path / f"{name}.{kind}").write_bytes(
+        (folder / f"{name}.{kind}").write_bytes(
             data.encode() if isinstance(data := box.export(file_type=kind), str) else data
         )
     rows = [
@@ -30,9 +32,9 @@ def foxglove_recording(tmp_path):
         for step in range(12)
         for name in ("cup", "rod", "jar")
     ]
-    write_transforms(tmp_path / "take.mcap", rows)
-    meshes = {"cup": tmp_path / "cup.obj", "rod": tmp_path / "rod.glb", "jar": tmp_path / "jar.stl"}
-    return lambda **more: import_session("mcap", tmp_path / "take.mcap", meshes=meshes, **more)
+    write_transforms(folder / "take.mcap", rows)
+    meshes = {"cup": folder / "cup.obj", "rod": folder / "rod.glb", "jar": folder / "jar.stl"}
+    return cache(partial(import_session, "mcap", folder / "take.mcap", meshes=meshes))
 
 
 def axes_of(session):

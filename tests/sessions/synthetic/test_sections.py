@@ -9,12 +9,12 @@ from sessions.synthetic.sections import approach, round_in_round
 
 
 def test_a_cube_corner_meets_a_prism_between_the_bounds():
-    """Seen from above, a cube with an edge of 0.1 m comes corner first at a 64-gon of radius 0.03 m.
+    """Seen from above, a cube with an edge of 0.04 m comes corner first at a 64-gon of radius 0.03 m.
 
     They meet where their middles are half a diagonal and the radius from each other: between the distances ``sure``
     and ``possible``, which are within 0.1 mm of their mean (``slack``), and without moving the cube ``aside``.
     """
-    edge, radius = 0.1, 0.03
+    edge, radius = 0.04, 0.03
     cube, post = box((edge, edge, edge)), prism(sides=64, radius=radius, length=0.5)
     corner_first = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
     meeting = approach(cube, corner_first, post, direction=(0.0, 0.0, -1.0), height=0.05)
@@ -35,7 +35,7 @@ def test_play_of_prism_in_ring_is_difference_of_radii():
     Moved aside it may touch from ``possible`` on, the difference of the radii, 0.04 m within 1 %. From ``sure`` on it
     touches whatever the direction: the ring's radius at its corners less the prism's at its sides.
     """
-    corners = [(0.05, -0.05), (0.06, -0.05), (0.06, 0.05), (0.05, 0.05)]
+    corners = [(0.05, -0.01), (0.06, -0.01), (0.06, 0.01), (0.05, 0.01)]
     ring = sewn(revolved_rings(np.array(corners), even_angles(64), 1.0 / reach_of_flat_sides(64)), around=True)
     sure, possible = round_in_round(prism(sides=12, radius=0.01, length=0.4), ring, 0.0)
     assert possible == pytest.approx(0.05 - 0.01, rel=0.01)
