@@ -15,7 +15,7 @@ from replay.show.rerun_log.recording import write_recording
 from sessions import MeshData, Scene, Session
 from sessions.model.scene import SceneBody
 
-FRAMES, RATE = 135, 90.0
+FRAMES, RATE = 90, 90.0
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 BEAKER_RADIUS, ROD_RADIUS = 0.033, 0.003
 
@@ -64,7 +64,7 @@ def tapping():
 
 @cache
 def demo_run(label=SUBJECT, name="discrete", **settings):
-    """A second and a half at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
+    """A second at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
     stamps, positions, valid = tapping()
     bare = session_of_frames(stamps, valid, positions, names=list(MESHES))
     drawn_frames = {"rod": "right", "hand": "right"}
@@ -144,7 +144,7 @@ def taps():
 
 @pytest.fixture(scope="session")
 def demo():
-    """A second and a half of taps, audited."""
+    """A second of taps, audited."""
     return demo_run()
 
 

@@ -28,18 +28,18 @@ def test_values_that_rerun_drops_are_an_error():
 
 @pytest.mark.slow
 def test_a_long_session_is_strided_but_for_its_moments(demo):
-    """A clock chooses the frames that are drawn, of 135 at most 50: every third.
+    """A clock chooses the frames that are drawn, of 90 at most 30: every third.
 
-    Frames 50 and 100, which are moments of misses, are drawn in any case.
+    Frames 40 and 50, which are moments of misses, are drawn in any case.
     """
-    drawn_frames = RecordingClock.of(demo.assembly, [100, 50], limit=50).drawn_frames.tolist()
-    assert drawn_frames == sorted({*range(0, 135, 3), 50, 100})
+    drawn_frames = RecordingClock.of(demo.assembly, [50, 40], limit=30).drawn_frames.tolist()
+    assert drawn_frames == sorted({*range(0, 90, 3), 40, 50})
 
 
 @pytest.mark.slow
 def test_session_within_the_limit_is_drawn_frame_by_frame(demo):
-    """A clock chooses the frames that are drawn, of 135 at most 135: all."""
-    assert RecordingClock.of(demo.assembly, limit=135).drawn_frames.tolist() == list(range(135))
+    """A clock chooses the frames that are drawn, of 90 at most 90: all."""
+    assert RecordingClock.of(demo.assembly, limit=90).drawn_frames.tolist() == list(range(90))
 
 
 @pytest.mark.parametrize(

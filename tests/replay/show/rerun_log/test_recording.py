@@ -79,19 +79,19 @@ def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
 
 
 def test_above_an_hour_poses_are_strided_but_lanes_are_not(demo, drawn, monkeypatch):
-    """As if 135 frames lasted more than an hour, at most 45 are drawn; the run has a single miss.
+    """As if 90 frames lasted more than an hour, at most 30 are drawn; the run has a single miss.
 
     Every third frame has poses, and that of the miss, with a few rows more around it. The lane of beaker and rod
     changes wherever the outcome does.
     """
-    no_moments, most_drawn_frames = (), 45
+    no_moments, most_drawn_frames = (), 30
     monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", (no_moments, most_drawn_frames))
     miss, *_ = demo.misses[SUBJECT]
     run = replace(demo, misses={SUBJECT: [miss]})
     picture = drawn(run)
     frames_with_a_pose = {frame for _ns, frame, _pose in picture.column("world/rod", "Transform3D:translation")}
     assert miss.frame in frames_with_a_pose
-    assert 45 <= len(frames_with_a_pose) < 55
+    assert 30 <= len(frames_with_a_pose) < 40
     outcome = run.comparisons[SUBJECT].outcome[:, 0].astype(int)
     changes = int(np.count_nonzero(np.diff(outcome)))
     (path,) = [path for path in pair_lanes(run, SUBJECT) if path.endswith("beaker-rod")]
