@@ -23,23 +23,21 @@ def dots_of_ranks(*ranks, undecided_of_ten=0):
     return run_dots(SimpleNamespace(document=document_with(audit=audits), ranking=(*ranks, REFERENCE)))
 
 
-@pytest.mark.parametrize(
-    ("ranks", "kind_of_dot"),
-    [
-        pytest.param((MISSING, FALSE), {"slow": "missed", "hull": "", "exact": "reference"}, id="worst misses"),
-        pytest.param((FALSE, MISSING), {"hull": "false", "slow": "", "exact": "reference"}, id="worst is false"),
-        pytest.param((RIGHT,), {"right": "", "exact": "reference"}, id="worst has no fault"),
-        pytest.param((replace(MISSING, mean=None),), {"exact": "reference"}, id="not timed"),
-        pytest.param((replace(MISSING, undecided=1),), {"exact": "reference"}, id="a contact undecided"),
-    ],
-)
-def test_measured_and_decided_detectors_have_a_dot_by_fault(ranks, kind_of_dot):
+def test_measured_and_decided_detectors_have_a_dot_by_fault():
     """``MISSING`` ("slow") misses 2 of 10 contacts, 90 % of what ``FALSE`` ("hull") reports is false.
 
     ``ranks`` are worst first: the dot of the first has the kind of its larger fault, "" where it has none; dots of
     later ranks have no kind. A detector without a time, or with a contact left undecided, has no dot.
     """
-    assert {dot.detector: dot.kind for dot in dots_of_ranks(*ranks)} == kind_of_dot
+    rows = {
+        "worst misses": ((MISSING, FALSE), {"slow": "missed", "hull": "", "exact": "reference"}),
+        "worst is false": ((FALSE, MISSING), {"hull": "false", "slow": "", "exact": "reference"}),
+        "worst has no fault": ((RIGHT,), {"right": "", "exact": "reference"}),
+        "not timed": ((replace(MISSING, mean=None),), {"exact": "reference"}),
+        "a contact undecided": ((replace(MISSING, undecided=1),), {"exact": "reference"}),
+    }
+    for row, (ranks, kind_of_dot) in rows.items():
+        assert {dot.detector: dot.kind for dot in dots_of_ranks(*ranks)} == kind_of_dot, row
 
 
 def test_dot_stands_at_milliseconds_and_loss():

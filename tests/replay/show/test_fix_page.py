@@ -183,21 +183,19 @@ def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fix_of_stirred_c
     assert marks["mean ms"] == ("" if is_busy else "worse")
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "mark"),
-    [
-        pytest.param(2.0, 2.02, "", id="0.99 % of the larger"),
-        pytest.param(2.0, 2.03, "worse", id="1.48 % more"),
-        pytest.param(2.0, 1.97, "better", id="1.5 % less"),
-        pytest.param(0.0, 2.0, "worse", id="from nothing"),
-        pytest.param(None, 2.0, "", id="unknown before"),
-        pytest.param(2.0, None, "", id="unknown after"),
-    ],
-)
-def test_figure_changed_by_over_1_percent_is_marked(before, after, mark):
+def test_figure_changed_by_over_1_percent_is_marked():
     """A gap, of which more is worse, by over 1 % of the larger of both; without a value before or after: no mark."""
-    (figure,) = comparison([Column("gap", float)], {"gap": before}, {"gap": after}, is_busy=False)
-    assert figure.change == mark
+    rows = {
+        "0.99 % of the larger": (2.0, 2.02, ""),
+        "1.48 % more": (2.0, 2.03, "worse"),
+        "1.5 % less": (2.0, 1.97, "better"),
+        "from nothing": (0.0, 2.0, "worse"),
+        "unknown before": (None, 2.0, ""),
+        "unknown after": (2.0, None, ""),
+    }
+    for row, (before, after, mark) in rows.items():
+        (figure,) = comparison([Column("gap", float)], {"gap": before}, {"gap": after}, is_busy=False)
+        assert figure.change == mark, row
 
 
 def test_new_columns_of_a_fix_reach_terminal_and_page(fix_of_stirred_cup, monkeypatch):
@@ -333,28 +331,26 @@ def test_piece_20_mm_beyond_has_the_nearest_of_24_colours(monkeypatch):
     assert colours_of_reach(monkeypatch, box_mesh((0.1, 0.1, 0.1)), [triangle]) == [scale_colour(9 / 23)]
 
 
-@pytest.mark.parametrize(
-    ("pieces", "reason", "text"),
-    [
-        pytest.param(1, "it is convex", "keeps its hull: it is convex", id="hull, with a reason"),
-        pytest.param(1, "", "keeps its hull", id="hull, without a reason"),
-        pytest.param(2, "it is convex", "2 pieces: planes", id="pieces, reason ignored"),
-        pytest.param(2, "", "2 pieces: planes", id="pieces"),
-    ],
-)
-def test_card_states_why_a_body_keeps_its_hull(pieces, reason, text):
+def test_card_states_why_a_body_keeps_its_hull():
     """A cube of 10 cm that is as it was, in one piece, or cut by planes into two, each drawn as the whole cube.
 
     A cut body has a second picture, of the pieces, and its figures after the cut; none reaches beyond the mesh.
     """
-    box = box_mesh((0.1, 0.1, 0.1))
-    figure_names = ("triangles", "beyond", "missing", "reach_mm", "overlap_mm", "slit_mm", "false", "missed", "ms")
-    figures = dict.fromkeys(figure_names, 0.0)
-    before, after = {**figures, "pieces": 1}, {**figures, "pieces": pieces, "seams": []}
-    row = {"body": "cup", "how": "planes", "reason": reason, "before": before, "after": after}
-    card = body_card(row, BodyShape(mesh=box, before=[box], after=[box] * pieces), busy=False)
-    is_cut = pieces > 1
-    assert (card.what, card.farthest) == (text, "")
-    assert len(card.pictures) == (2 if is_cut else 1)
-    assert card.after == ("pieces" if is_cut else "")
-    assert all((figure.after != "") == is_cut for figure in card.figures)
+    rows = {
+        "hull, with a reason": (1, "it is convex", "keeps its hull: it is convex"),
+        "hull, without a reason": (1, "", "keeps its hull"),
+        "pieces, reason ignored": (2, "it is convex", "2 pieces: planes"),
+        "pieces": (2, "", "2 pieces: planes"),
+    }
+    for row, (pieces, reason, text) in rows.items():
+        box = box_mesh((0.1, 0.1, 0.1))
+        figure_names = ("triangles", "beyond", "missing", "reach_mm", "overlap_mm", "slit_mm", "false", "missed", "ms")
+        figures = dict.fromkeys(figure_names, 0.0)
+        before, after = {**figures, "pieces": 1}, {**figures, "pieces": pieces, "seams": []}
+        card_row = {"body": "cup", "how": "planes", "reason": reason, "before": before, "after": after}
+        card = body_card(card_row, BodyShape(mesh=box, before=[box], after=[box] * pieces), busy=False)
+        is_cut = pieces > 1
+        assert (card.what, card.farthest) == (text, ""), row
+        assert len(card.pictures) == (2 if is_cut else 1), row
+        assert card.after == ("pieces" if is_cut else ""), row
+        assert all((figure.after != "") == is_cut for figure in card.figures), row

@@ -126,23 +126,19 @@ def test_pages_picture_and_terminal_have_the_same_colours():
     assert dark["late"] in MARK_STYLES[PARTLY]
 
 
-@pytest.mark.parametrize(
-    ("missing_detector", "has_late", "legend"),
-    [
-        pytest.param("", False, ["red: missed", "blue: both"], id="nobody named"),
-        pytest.param("hull50", False, ["red: missed by hull50", "blue: both"], id="detector named"),
-        pytest.param(
-            "hull50", True, ["red: missed by hull50", "pink: late or cut short", "blue: both"], id="with late contacts"
-        ),
-    ],
-)
-def test_lane_legend_names_present_outcomes_and_who_missed(missing_detector, has_late, legend):
+def test_lane_legend_names_present_outcomes_and_who_missed():
     """A lane has contact that both detectors report, contact that one misses, and none (a gap, without a colour).
 
     The legend has an entry a colour, four spaces apart; pink is for late parts where there are any.
     """
-    outcomes = [Outcome.BOTH, Outcome.MISSED, Outcome.NEITHER]
-    assert lane_legend(outcomes, missing_detector, has_late=has_late).split("    ") == legend
+    rows = {
+        "nobody named": ("", False, ["red: missed", "blue: both"]),
+        "detector named": ("hull50", False, ["red: missed by hull50", "blue: both"]),
+        "with late contacts": ("hull50", True, ["red: missed by hull50", "pink: late or cut short", "blue: both"]),
+    }
+    for row, (missing_detector, has_late, legend) in rows.items():
+        outcomes = [Outcome.BOTH, Outcome.MISSED, Outcome.NEITHER]
+        assert lane_legend(outcomes, missing_detector, has_late=has_late).split("    ") == legend, row
 
 
 def test_tags_of_a_body_default_to_its_name():

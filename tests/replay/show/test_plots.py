@@ -211,46 +211,42 @@ def test_name_of_an_interval_ends_two_characters_before_its_figure(length, lines
     assert len(lines_of_name) == lines
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper", "whiskers"),
-    [
-        pytest.param(0.0, 1.0, 1, id="both ends"),
-        pytest.param(-np.inf, 1.0, 0, id="no lower end"),
-        pytest.param(0.0, np.inf, 0, id="no upper end"),
-    ],
-)
-def test_interval_without_a_finite_end_is_a_dot(lower, upper, whiskers):
+def test_interval_without_a_finite_end_is_a_dot():
     """A whisker is the line from end to end, which an infinite interval lacks; the dot of its value is there."""
-    plot = interval_plot([IntervalRow("a", value=0.5, lower=lower, upper=upper, label="0.5")], "", "", start=0.0)
-    assert [kind for kind, _ in plot.lines if kind.startswith("whisker")] == ["whisker"] * whiskers
-    assert len(plot.dots) == 1
+    rows = {
+        "both ends": (0.0, 1.0, 1),
+        "no lower end": (-np.inf, 1.0, 0),
+        "no upper end": (0.0, np.inf, 0),
+    }
+    for row, (lower, upper, whiskers) in rows.items():
+        plot = interval_plot([IntervalRow("a", value=0.5, lower=lower, upper=upper, label="0.5")], "", "", start=0.0)
+        assert [kind for kind, _ in plot.lines if kind.startswith("whisker")] == ["whisker"] * whiskers, row
+        assert len(plot.dots) == 1, row
 
 
 FIELD = {"left": 34.0, "right": 414.0, "bottom": 142.0}
 """Of the field between the axes, 380 by 120, of a plot of 432 by 180."""
 
 
-@pytest.mark.parametrize(
-    ("name", "x", "y", "label_x", "label_base", "side"),
-    [
-        pytest.param("ab", 5.0, 5.0, 224.0 + 10.0, 82.0 - 8.0 + 12.0, "start", id="right of it"),
-        pytest.param("ab", 10.0, 5.0, 414.0 - 10.0, 82.0 - 8.0 + 12.0, "end", id="left of it"),
-        pytest.param("a" * 24, 5.0, 5.0, 224.0 - 8.9 * 12.0, 82.0 - 24.0 + 12.0, "start", id="above it"),
-        pytest.param("a" * 30, 2.5, 5.0, 129.0 + 10.0, 82.0 - 8.0 + 12.0, "start", id="right of it, though long"),
-    ],
-)
-def test_name_stands_at_the_first_free_side_of_its_dot(name, x, y, label_x, label_base, side):
+def test_name_stands_at_the_first_free_side_of_its_dot():
     """The field of the plot is 380 wide from 34 and 120 high from 22, for values from 0 to 10: 5 is at (224, 82).
 
     A name begins 10 right of its dot and 8 above; else it ends 10 left of it, or its middle is above, 24 higher.
     Small letters are 8.9 wide, the base of a line is 12 below its top. A second dot, without a name, ends the axis.
     """
-    plot = scatter([Dot(name, x=x, y=y), Dot("", x=10.0, y=0.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
-    dot = 34.0 + 380.0 * x / 10.0, 22.0 + 120.0 * (1.0 - y / 10.0)
-    assert plot.dots[0].at == pytest.approx(dot)
-    (label,) = [label for label in plot.labels if label.text == name]
-    assert label.at == pytest.approx((label_x, label_base))
-    assert label.side == side
+    rows = {
+        "right of it": ("ab", 5.0, 5.0, 224.0 + 10.0, 82.0 - 8.0 + 12.0, "start"),
+        "left of it": ("ab", 10.0, 5.0, 414.0 - 10.0, 82.0 - 8.0 + 12.0, "end"),
+        "above it": ("a" * 24, 5.0, 5.0, 224.0 - 8.9 * 12.0, 82.0 - 24.0 + 12.0, "start"),
+        "right of it, though long": ("a" * 30, 2.5, 5.0, 129.0 + 10.0, 82.0 - 8.0 + 12.0, "start"),
+    }
+    for row, (name, x, y, label_x, label_base, side) in rows.items():
+        plot = scatter([Dot(name, x=x, y=y), Dot("", x=10.0, y=0.0)], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+        dot = 34.0 + 380.0 * x / 10.0, 22.0 + 120.0 * (1.0 - y / 10.0)
+        assert plot.dots[0].at == pytest.approx(dot), row
+        (label,) = [label for label in plot.labels if label.text == name]
+        assert label.at == pytest.approx((label_x, label_base)), row
+        assert label.side == side, row
 
 
 def test_ticks_and_titles_stand_beside_the_field():
@@ -266,22 +262,20 @@ def test_ticks_and_titles_stand_beside_the_field():
     assert position_of["10", "middle"] == (414.0, 142.0 + 17.0)
 
 
-@pytest.mark.parametrize(
-    ("smallest", "largest", "most_steps", "ticks"),
-    [
-        pytest.param(0.0, 10.0, 5, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0], id="10 in 5 steps"),
-        pytest.param(0.0, 9.0, 3, [0.0, 5.0, 10.0], id="9 in 3 steps, beyond its end"),
-        pytest.param(2.0, 6.0, 5, [2.0, 3.0, 4.0, 5.0, 6.0], id="from 2 to 6"),
-        pytest.param(-0.7, 0.7, 5, [-1.0, -0.5, 0.0, 0.5, 1.0], id="around 0"),
-        pytest.param(0.0, 101.0, 5, [0.0, 25.0, 50.0, 75.0, 100.0, 125.0], id="101 in steps of 25"),
-    ],
-)
-def test_ticks_are_round_and_enclose_the_values(smallest, largest, most_steps, ticks):
+def test_ticks_are_round_and_enclose_the_values():
     """Steps are 1, 2, 2.5 or 5 times a power of ten, the smallest of which ``most_steps`` span the values.
 
     The first and the last tick are multiples of the step too, so there may be a step more.
     """
-    assert ticks_of(largest, most_steps, smallest) == pytest.approx(ticks)
+    rows = {
+        "10 in 5 steps": (0.0, 10.0, 5, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]),
+        "9 in 3 steps, beyond its end": (0.0, 9.0, 3, [0.0, 5.0, 10.0]),
+        "from 2 to 6": (2.0, 6.0, 5, [2.0, 3.0, 4.0, 5.0, 6.0]),
+        "around 0": (-0.7, 0.7, 5, [-1.0, -0.5, 0.0, 0.5, 1.0]),
+        "101 in steps of 25": (0.0, 101.0, 5, [0.0, 25.0, 50.0, 75.0, 100.0, 125.0]),
+    }
+    for row, (smallest, largest, most_steps, ticks) in rows.items():
+        assert ticks_of(largest, most_steps, smallest) == pytest.approx(ticks), row
 
 
 def test_value_on_a_logarithmic_axis_stands_at_its_power():
@@ -334,64 +328,56 @@ RIGHT, LEFT, ABOVE = (10.0, -8.0), (-10.0 - NAME_WIDTH, -8.0), (-NAME_WIDTH / 2,
 """Upper left corner of the name from its dot, in units right and down, by where it stands."""
 
 
-@pytest.mark.parametrize(
-    ("other_dot", "corner"),
-    [
-        pytest.param((10.0 + NAME_WIDTH + 5.5, 0.0), LEFT, id="5.5 right of the name"),
-        pytest.param((10.0 + NAME_WIDTH + 6.5, 0.0), RIGHT, id="6.5 right of the name"),
-        pytest.param((10.0 - 5.5, 0.0), LEFT, id="5.5 left of the name"),
-        pytest.param((10.0 - 6.5, 0.0), RIGHT, id="6.5 left of the name"),
-        pytest.param((20.0, -8.0 - 5.5), LEFT, id="5.5 above the name"),
-        pytest.param((20.0, -8.0 - 6.5), RIGHT, id="6.5 above the name"),
-        pytest.param((20.0, -8.0 + 15.0 + 5.5), LEFT, id="5.5 below the name"),
-        pytest.param((20.0, -8.0 + 15.0 + 6.5), RIGHT, id="6.5 below the name"),
-    ],
-)
-def test_name_keeps_6_units_from_the_middle_of_other_dots(other_dot, corner):
+def test_name_keeps_6_units_from_the_middle_of_other_dots():
     """Right of its dot, a name begins 10 right and 8 above it, and is 26.7 wide and 15 high; all as (right, down).
 
     Another dot (``other_dot``, from the first) nearer than 6 to that place sends the name to the left.
     """
-    assert offset_of_name([other_dot]) == corner
+    rows = {
+        "5.5 right of the name": ((10.0 + NAME_WIDTH + 5.5, 0.0), LEFT),
+        "6.5 right of the name": ((10.0 + NAME_WIDTH + 6.5, 0.0), RIGHT),
+        "5.5 left of the name": ((10.0 - 5.5, 0.0), LEFT),
+        "6.5 left of the name": ((10.0 - 6.5, 0.0), RIGHT),
+        "5.5 above the name": ((20.0, -8.0 - 5.5), LEFT),
+        "6.5 above the name": ((20.0, -8.0 - 6.5), RIGHT),
+        "5.5 below the name": ((20.0, -8.0 + 15.0 + 5.5), LEFT),
+        "6.5 below the name": ((20.0, -8.0 + 15.0 + 6.5), RIGHT),
+    }
+    for row, (other_dot, corner) in rows.items():
+        assert offset_of_name([other_dot]) == corner, row
 
 
 BELOW_BOTH_SIDES = ((20.0, 10.0), (-20.0, 10.0))
 """Dots that reach into the places right and left of the dot, 8 above to 7 below it, but not into higher ones."""
 
 
-@pytest.mark.parametrize(
-    ("higher_dots", "corner"),
-    [
-        pytest.param([], ABOVE, id="above"),
-        pytest.param([(-2.5, -20.0)], (6.0, -22.0), id="above right"),
-        pytest.param([(2.5, -20.0)], (-4.0 - NAME_WIDTH, -22.0), id="above left"),
-        pytest.param([(2.5, -20.0), (-2.5, -20.0)], (10.0, -13.0), id="right, a little higher"),
-        pytest.param(
-            [(2.5, -20.0), (-2.5, -20.0), (20.0, 0.0)], (-10.0 - NAME_WIDTH, -13.0), id="left, a little higher"
-        ),
-    ],
-)
-def test_name_moves_up_where_dots_stand_beside(higher_dots, corner):
+def test_name_moves_up_where_dots_stand_beside():
     """Two dots 10 below reach into the places right and left of a dot; further ones take the next places of its name.
 
     Offsets are from the dot, in units right and down; the corner is the upper left one of the name, which is 26.7 wide
     and 15 high and keeps 6 from other dots. Its places are tried in the order of the rows.
     """
-    assert offset_of_name([*BELOW_BOTH_SIDES, *higher_dots]) == corner
+    rows = {
+        "above": ([], ABOVE),
+        "above right": ([(-2.5, -20.0)], (6.0, -22.0)),
+        "above left": ([(2.5, -20.0)], (-4.0 - NAME_WIDTH, -22.0)),
+        "right, a little higher": ([(2.5, -20.0), (-2.5, -20.0)], (10.0, -13.0)),
+        "left, a little higher": ([(2.5, -20.0), (-2.5, -20.0), (20.0, 0.0)], (-10.0 - NAME_WIDTH, -13.0)),
+    }
+    for row, (higher_dots, corner) in rows.items():
+        assert offset_of_name([*BELOW_BOTH_SIDES, *higher_dots]) == corner, row
 
 
-@pytest.mark.parametrize(
-    ("x", "height", "corner"),
-    [
-        pytest.param(178.0, 0.0, LEFT, id="number on its right"),
-        pytest.param(147.3, 0.0, ABOVE, id="numbers on both sides"),
-        pytest.param(178.0, 2.5, RIGHT, id="a little above the numbers"),
-    ],
-)
-def test_name_of_a_dot_on_the_floor_avoids_ticks(x, height, corner):
+def test_name_of_a_dot_on_the_floor_avoids_ticks():
     """Numbers of the axis, 2 at x = 110 and 4 at x = 186, are 8.9 wide and begin 5 below the floor of the field.
 
     A name reaches 7 below its dot and from 10 to 36.7 beside it: into the number 4, or into the number 2 on the left,
     if the dot lies on the floor.
     """
-    assert offset_of_name(dot=(x, FIELD["bottom"] - height)) == corner
+    rows = {
+        "number on its right": (178.0, 0.0, LEFT),
+        "numbers on both sides": (147.3, 0.0, ABOVE),
+        "a little above the numbers": (178.0, 2.5, RIGHT),
+    }
+    for row, (x, height, corner) in rows.items():
+        assert offset_of_name(dot=(x, FIELD["bottom"] - height)) == corner, row

@@ -20,21 +20,23 @@ def assembly_of(posed_frames, pairs=()):
     return SimpleNamespace(motion=SimpleNamespace(valid=valid), pairs=np.array(pairs, dtype=int).reshape(-1, 2))
 
 
-@pytest.mark.parametrize(
-    ("posed_frames", "first", "middle"),
-    [
-        pytest.param([1, 3, 4], 1, 3, id="three frames with poses"),
-        pytest.param([1, 2, 4, 5], 1, 4, id="four frames: the upper of both in the middle"),
-        pytest.param([], 0, 0, id="no pose: the first frame"),
-    ],
-)
-def test_first_and_middle_picture_have_poses(posed_frames, first, middle):
+def test_first_and_middle_picture_have_poses():
     """Three moments of a recording of six frames are drawn: the first and the middle frame with a pose, the closest.
 
     The closest one, frame 2, is passed in; no pair of bodies is.
     """
-    moments = moments_to_show(assembly_of(posed_frames), closest_frame=2, closest_pair=0)
-    assert [(moment.name, moment.frame) for moment in moments] == [("first", first), ("middle", middle), ("closest", 2)]
+    rows = {
+        "three frames with poses": ([1, 3, 4], 1, 3),
+        "four frames: the upper of both in the middle": ([1, 2, 4, 5], 1, 4),
+        "no pose: the first frame": ([], 0, 0),
+    }
+    for row, (posed_frames, first, middle) in rows.items():
+        moments = moments_to_show(assembly_of(posed_frames), closest_frame=2, closest_pair=0)
+        assert [(moment.name, moment.frame) for moment in moments] == [
+            ("first", first),
+            ("middle", middle),
+            ("closest", 2),
+        ], row
 
 
 def test_closest_picture_names_its_two_bodies():
@@ -67,23 +69,21 @@ def test_grid_reaches_to_the_next_line_below_the_points():
     assert ends.max(axis=0) == pytest.approx([0.4, 0.7, 0.3])
 
 
-@pytest.mark.parametrize(
-    ("direction", "x", "z"),
-    [
-        pytest.param((1.0, 0.0, 1.0), 0.4, 0.3, id="+x +z"),
-        pytest.param((-1.0, 0.0, 1.0), -0.1, 0.3, id="-x +z"),
-        pytest.param((1.0, 0.0, -1.0), 0.4, -0.2, id="+x -z"),
-    ],
-)
-def test_axes_stand_at_the_grid_corner_in_that_direction(direction, x, z):
+def test_axes_stand_at_the_grid_corner_in_that_direction():
     """The grid is from -0.1 to 0.4 m on X and -0.2 to 0.3 m on Z, 0.7 m high; ``direction``: towards the user.
 
     Three axes begin at one corner and are 0.1 m long, along X, Y and Z.
     """
-    guides = guides_of(POINTS, np.array(direction))
-    begins, ends = guides.axes[:, 0], guides.axes[:, 1]
-    assert begins == pytest.approx(np.tile([x, 0.7, z], (3, 1)))
-    assert ends - begins == pytest.approx(0.1 * np.eye(3))
+    rows = {
+        "+x +z": ((1.0, 0.0, 1.0), 0.4, 0.3),
+        "-x +z": ((-1.0, 0.0, 1.0), -0.1, 0.3),
+        "+x -z": ((1.0, 0.0, -1.0), 0.4, -0.2),
+    }
+    for row, (direction, x, z) in rows.items():
+        guides = guides_of(POINTS, np.array(direction))
+        begins, ends = guides.axes[:, 0], guides.axes[:, 1]
+        assert begins == pytest.approx(np.tile([x, 0.7, z], (3, 1))), row
+        assert ends - begins == pytest.approx(0.1 * np.eye(3)), row
 
 
 @pytest.mark.parametrize(
@@ -126,25 +126,23 @@ def drawn_and_written(monkeypatch, moment, posed=(True, True, True)):
 CUP, ROD = 0, 1
 
 
-@pytest.mark.parametrize(
-    ("pair", "posed", "bodies", "right_end", "spacing"),
-    [
-        pytest.param((CUP, ROD), (True, True, True), 3, 0.4, "10 cm", id="pair: 0.35 m"),
-        pytest.param((), (True, True, True), 3, 6.0, "1 m", id="all: 5.05 m"),
-        pytest.param((), (True, True, False), 2, 0.4, "10 cm", id="all with a pose: 0.35 m"),
-        pytest.param((CUP, ROD), (False, False, True), 1, 5.1, "10 cm", id="pair without a pose: the third, 5.05 m"),
-    ],
-)
-def test_grid_lies_below_the_bodies_that_the_picture_is_about(pair, posed, bodies, right_end, spacing, monkeypatch):
+def test_grid_lies_below_the_bodies_that_the_picture_is_about(monkeypatch):
     """Cubes of 10 cm, cup, rod and a third, at x = 0, 0.3 and 5 m; all with a pose (``posed``) are drawn.
 
     The grid ends at the next line beyond the right side (``id``) of the bodies of the pair, without one of all.
     Over 3.9 m wide it is coarser. The frame is at 0 s.
     """
-    drawn = drawn_and_written(monkeypatch, Moment("closest", frame=0, bodies=pair), posed)
-    assert drawn.bodies == bodies
-    assert drawn.grid[..., 0].max() == pytest.approx(right_end)
-    assert f"closest moment, 0.000 s; grid {spacing}" in drawn.texts
+    rows = {
+        "pair: 0.35 m": ((CUP, ROD), (True, True, True), 3, 0.4, "10 cm"),
+        "all: 5.05 m": ((), (True, True, True), 3, 6.0, "1 m"),
+        "all with a pose: 0.35 m": ((), (True, True, False), 2, 0.4, "10 cm"),
+        "pair without a pose: the third, 5.05 m": ((CUP, ROD), (False, False, True), 1, 5.1, "10 cm"),
+    }
+    for row, (pair, posed, bodies, right_end, spacing) in rows.items():
+        drawn = drawn_and_written(monkeypatch, Moment("closest", frame=0, bodies=pair), posed)
+        assert drawn.bodies == bodies, row
+        assert drawn.grid[..., 0].max() == pytest.approx(right_end), row
+        assert f"closest moment, 0.000 s; grid {spacing}" in drawn.texts, row
 
 
 def test_axes_are_named_right_of_and_above_their_ends(monkeypatch):

@@ -17,25 +17,23 @@ def boxes(*spans):
     return "".join(f"M{start:.3f} 0H{end:.3f}V20H{start:.3f}Z" for start, end in spans)
 
 
-@pytest.mark.parametrize(
-    ("spans", "drawn"),
-    [
-        pytest.param([(0, 3), (1, 2), (5, 6)], [(0, 3), (5, 6)], id="a span within another"),
-        pytest.param([(0, 2), (2, 4)], [(0, 4)], id="spans that touch"),
-        pytest.param([(-2, 1), (9, 12), (12, 13), (4, 4)], [(0, 1), (9, 10)], id="cut by the window, outside, empty"),
-        pytest.param([(0, 1), (1.004, 2)], [(0, 1), (1.004, 2)], id="few, 4 ms apart"),
-        pytest.param([(0, 1), (1.004, 2), (3, 4)], [(0, 2), (3, 4)], id="many, 4 ms apart"),
-        pytest.param([(0, 1), (1.006, 2), (3, 4)], [(0, 1), (1.006, 2), (3, 4)], id="many, 6 ms apart"),
-    ],
-)
-def test_many_neighbouring_spans_are_joined(monkeypatch, spans, drawn):
+def test_many_neighbouring_spans_are_joined(monkeypatch):
     """A window of 10 s. Spans of a kind that overlap or touch are drawn as one box, cut at the window's ends.
 
     Three are many here (thousands usually): then those less than a 2000th of the window apart, 5 ms, are joined too.
     """
+    rows = {
+        "a span within another": ([(0, 3), (1, 2), (5, 6)], [(0, 3), (5, 6)]),
+        "spans that touch": ([(0, 2), (2, 4)], [(0, 4)]),
+        "cut by the window, outside, empty": ([(-2, 1), (9, 12), (12, 13), (4, 4)], [(0, 1), (9, 10)]),
+        "few, 4 ms apart": ([(0, 1), (1.004, 2)], [(0, 1), (1.004, 2)]),
+        "many, 4 ms apart": ([(0, 1), (1.004, 2), (3, 4)], [(0, 2), (3, 4)]),
+        "many, 6 ms apart": ([(0, 1), (1.006, 2), (3, 4)], [(0, 1), (1.006, 2), (3, 4)]),
+    }
     monkeypatch.setattr(charts, "MOST_BOXES", 2)
-    paths = dict(lane({"false": spans}, window=(0.0, 10.0), label="hull").paths)
-    assert paths["false"] == boxes(*drawn)
+    for row, (spans, drawn) in rows.items():
+        paths = dict(lane({"false": spans}, window=(0.0, 10.0), label="hull").paths)
+        assert paths["false"] == boxes(*drawn), row
 
 
 def test_span_below_a_300th_of_the_window_has_a_tick():
@@ -54,28 +52,18 @@ def test_lane_without_spans_has_no_paths():
     assert lane({}, window=(0.0, 10.0), label="hull").paths == []
 
 
-@pytest.mark.parametrize(
-    ("start", "end", "seconds", "labels"),
-    [
-        pytest.param(10.0, 20.0, [10, 12, 14, 16, 18, 20], ["10", "12", "14", "16", "18", "20 s"], id="from 10 s"),
-        pytest.param(
-            0.0, 59.96, [0, 10, 20, 30, 40, 50, 59.96], ["0", "10", "20", "30", "40", "50", "60 s"], id="odd end"
-        ),
-        pytest.param(
-            0.25,
-            20.25,
-            [0.25, 5.25, 10.25, 15.25, 20.25],
-            ["0.25", "5.25", "10.25", "15.25", "20.25 s"],
-            id="odd begin",
-        ),
-    ],
-)
-def test_ruler_begins_and_ends_with_the_window(start, end, seconds, labels):
+def test_ruler_begins_and_ends_with_the_window():
     """``seconds``: where labels stand; round steps from the begin of the window, and its end with the unit.
 
     A position is a percentage of the width. Above 20 s the end is rounded: 59.96 reads "60 s".
     """
-    ticks = ruler(start, end)
-    expected = [100 * (second - start) / (end - start) for second in seconds]
-    assert [position for position, _ in ticks] == pytest.approx(expected)
-    assert [label for _, label in ticks] == labels
+    rows = {
+        "from 10 s": (10.0, 20.0, [10, 12, 14, 16, 18, 20], ["10", "12", "14", "16", "18", "20 s"]),
+        "odd end": (0.0, 59.96, [0, 10, 20, 30, 40, 50, 59.96], ["0", "10", "20", "30", "40", "50", "60 s"]),
+        "odd begin": (0.25, 20.25, [0.25, 5.25, 10.25, 15.25, 20.25], ["0.25", "5.25", "10.25", "15.25", "20.25 s"]),
+    }
+    for row, (start, end, seconds, labels) in rows.items():
+        ticks = ruler(start, end)
+        expected = [100 * (second - start) / (end - start) for second in seconds]
+        assert [position for position, _ in ticks] == pytest.approx(expected), row
+        assert [label for _, label in ticks] == labels, row

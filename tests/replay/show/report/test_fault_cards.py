@@ -121,19 +121,17 @@ def test_address_names_the_detector_unless_it_is_the_first(detectors, names_hull
     assert ("hull" in card(view_of_detectors(*detectors), fault_of(2)).address) == names_hull
 
 
-@pytest.mark.parametrize(
-    ("options", "picture", "lanes"),
-    [
-        pytest.param({}, str(CARD_SIZE), 2, id="card with a picture"),
-        pytest.param({"with_picture": False}, "", 0, id="card without"),
-        pytest.param({"is_first_picture": True}, str(FIRST_SIZE), 0, id="first, large picture of a page"),
-    ],
-)
-def test_only_cards_with_a_picture_have_lanes_and_a_still(options, picture, lanes):
+def test_only_cards_with_a_picture_have_lanes_and_a_still():
     """Pictures of this view are named after their size. Two lanes: of the reference and of the detector ``hull``."""
-    made_card = card(view_of_detectors("hull"), fault_of(2), **options)
-    assert made_card.picture == picture
-    assert len(made_card.lanes) == lanes
+    rows = {
+        "card with a picture": ({}, str(CARD_SIZE), 2),
+        "card without": ({"with_picture": False}, "", 0),
+        "first, large picture of a page": ({"is_first_picture": True}, str(FIRST_SIZE), 0),
+    }
+    for row, (options, picture, lanes) in rows.items():
+        made_card = card(view_of_detectors("hull"), fault_of(2), **options)
+        assert made_card.picture == picture, row
+        assert len(made_card.lanes) == lanes, row
 
 
 def test_card_of_a_run_without_stills_has_no_picture():
@@ -160,26 +158,24 @@ FALSE = fault_of(1, kind=FaultKind.NO_CONTACT)
 UNCONFIRMED = replace(FALSE, cause=Cause.BOUNDING_VOLUMES)
 
 
-@pytest.mark.parametrize(
-    ("faults", "others", "text"),
-    [
-        ([MISS], [], "1 fault: 1 missed."),
-        ([MISS, LATE], [], "2 faults: 1 missed, 1 late or cut short. Missed and late contacts share their numbers"),
-        ([MISS, FALSE], [MISS], "2 of the 3 faults of this run: 1 false contact, 1 missed."),
-        ([MISS, UNCONFIRMED], [], "2 faults: 1 unconfirmed contact, 1 missed."),
-    ],
-)
-def test_faults_of_a_detector_are_counted_by_kind(faults, others, text):
+def test_faults_of_a_detector_are_counted_by_kind():
     """``others``: faults of another detector; a contact of bounding volumes alone is unconfirmed.
 
     Counts of the other detector are over 16 start times of sampling, of which a note says which one its moments are of;
     ``hull`` was counted once, and needs no note.
     """
-    ranks = [SimpleNamespace(label="other", phases=16), SimpleNamespace(label="hull", phases=1)]
-    view = SimpleNamespace(faults={"hull": faults, "other": others}, ranking=ranks)
-    counted = fault_counts(view, "hull")
-    assert counted.startswith(text)
-    assert "start time of sampling" not in counted and "start time of sampling" in fault_counts(view, "other")
+    for faults, others, text in (
+        ([MISS], [], "1 fault: 1 missed."),
+        ([MISS, LATE], [], "2 faults: 1 missed, 1 late or cut short. Missed and late contacts share their numbers"),
+        ([MISS, FALSE], [MISS], "2 of the 3 faults of this run: 1 false contact, 1 missed."),
+        ([MISS, UNCONFIRMED], [], "2 faults: 1 unconfirmed contact, 1 missed."),
+    ):
+        ranks = [SimpleNamespace(label="other", phases=16), SimpleNamespace(label="hull", phases=1)]
+        view = SimpleNamespace(faults={"hull": faults, "other": others}, ranking=ranks)
+        counted = fault_counts(view, "hull")
+        assert counted.startswith(text)
+        assert "start time of sampling" not in counted, text
+        assert "start time of sampling" in fault_counts(view, "other"), text
 
 
 def test_first_fault_is_that_of_the_first_answer(monkeypatch):

@@ -2,7 +2,6 @@
 
 from types import SimpleNamespace
 
-import pytest
 from msgspec import structs
 from support.report_states import audit_of, detector_of, document_with, zeros
 
@@ -17,24 +16,22 @@ from replay.show.report.run_view import RunView
 REFERENCE = Rank(label="exact", what="", setting="", contacts=3, mean=1e-4, p99=2e-4)
 
 
-@pytest.mark.parametrize(
-    ("ranks", "undecided", "facts", "text"),
-    [
-        pytest.param((REFERENCE,), 0, {}, "60 s, 3 contacts", id="all decided"),
-        pytest.param((REFERENCE,), 9, {}, "60 s", id="nothing decided"),
-        pytest.param((), 9, {"synthetic": "true"}, "60 s, made up", id="made up, no ranking"),
-        pytest.param((REFERENCE,), 0, {"synthetic": "true"}, "60 s, 3 contacts, made up", id="made up"),
-    ],
-)
-def test_contacts_are_a_fact_where_any_was_decided(ranks, undecided, facts, text):
+def test_contacts_are_a_fact_where_any_was_decided():
     """A session of 60 s in which the reference (exact) sees 3 contacts; ``undecided``: of nine pair-frames.
 
     A recording states by the fact ``synthetic`` that it was made up.
     """
-    pair_frames = zeros(PairFrames, neither=9 - undecided, left_out=undecided)
-    document = document_with(audit={"slow": audit_of(pair_frames=pair_frames)})
-    document = structs.replace(document, session=structs.replace(document.session, duration=60.0, facts=facts))
-    assert page_facts(SimpleNamespace(document=document, ranking=ranks)) == text
+    rows = {
+        "all decided": ((REFERENCE,), 0, {}, "60 s, 3 contacts"),
+        "nothing decided": ((REFERENCE,), 9, {}, "60 s"),
+        "made up, no ranking": ((), 9, {"synthetic": "true"}, "60 s, made up"),
+        "made up": ((REFERENCE,), 0, {"synthetic": "true"}, "60 s, 3 contacts, made up"),
+    }
+    for row, (ranks, undecided, facts, text) in rows.items():
+        pair_frames = zeros(PairFrames, neither=9 - undecided, left_out=undecided)
+        document = document_with(audit={"slow": audit_of(pair_frames=pair_frames)})
+        document = structs.replace(document, session=structs.replace(document.session, duration=60.0, facts=facts))
+        assert page_facts(SimpleNamespace(document=document, ranking=ranks)) == text, row
 
 
 def test_lanes_begin_where_the_replayed_window_does():
@@ -66,26 +63,22 @@ def run_of(*, answers=(), contacts=3, **audits):
     )
 
 
-@pytest.mark.parametrize(
-    ("audit", "kind", "marked_column"),
-    [
-        pytest.param({}, "", "", id="nothing wrong"),
-        pytest.param({"contacts_missed": 1}, "missed", "missed", id="a contact missed"),
-        pytest.param(
-            {"late_or_cut_short": 1, "time_missed": proportion(1, 10)}, "missed", "", id="a contact late: no column"
-        ),
-        pytest.param({"false_contact": proportion(5, 10)}, "false", "false contact", id="half of its contact false"),
-    ],
-)
-def test_worst_figure_of_the_worst_detector_is_marked(audit, kind, marked_column):
+def test_worst_figure_of_the_worst_detector_is_marked():
     """Ranking of a detector with this audit, of one that misses nothing, and of the reference, which has 3 contacts.
 
     The first row has a colour by the kind of its fault, its worst column is marked, and false contact has an interval.
     """
-    first, *others = comparison_of(run_of(good={}, bad=audit)).ranking
-    assert (first.leads, first.bad) == (kind, marked_column)
-    assert bool(first.interval) == (marked_column == "false contact")
-    assert [(row.leads, row.bad, row.interval) for row in others] == [("", "", ""), ("", "", "")]
+    rows = {
+        "nothing wrong": ({}, "", ""),
+        "a contact missed": ({"contacts_missed": 1}, "missed", "missed"),
+        "a contact late: no column": ({"late_or_cut_short": 1, "time_missed": proportion(1, 10)}, "missed", ""),
+        "half of its contact false": ({"false_contact": proportion(5, 10)}, "false", "false contact"),
+    }
+    for row, (audit, kind, marked_column) in rows.items():
+        first, *others = comparison_of(run_of(good={}, bad=audit)).ranking
+        assert (first.leads, first.bad) == (kind, marked_column), row
+        assert bool(first.interval) == (marked_column == "false contact"), row
+        assert [(other.leads, other.bad, other.interval) for other in others] == [("", "", ""), ("", "", "")], row
 
 
 def test_only_the_worst_of_two_wrong_detectors_is_marked():

@@ -166,24 +166,22 @@ def test_lines_cover_the_pixels_between_their_ends(width, rows, columns):
     assert picture[15, 20] == pytest.approx([0.5, 0.5, 1.0])
 
 
-@pytest.mark.parametrize(
-    ("height", "is_visible"),
-    [
-        pytest.param(0.1, False, id="square nearer to the eye"),
-        pytest.param(0.0, True, id="line lies in the square"),
-        pytest.param(-0.1, True, id="square farther away"),
-    ],
-)
-def test_line_is_hidden_by_what_is_nearer(height, is_visible):
+def test_line_is_hidden_by_what_is_nearer():
     """A blue line across the picture at height 0, 2 m from the eye, and a red square about the middle of it.
 
     The line is seen beside the square in any case.
     """
-    line = Lines(np.array([[[-0.9, 0.0, 0.0], [0.9, 0.0, 0.0]]]), BLUE, alpha=1.0)
-    picture, _number = draw_picture(VIEW, [Shape(square(0.25, height=height), RED)], [], [line], WHITE)
-    blue_in_the_middle = picture[15, 20, 2]
-    assert (blue_in_the_middle == 1.0) == is_visible
-    assert picture[15, 0].tolist() == picture[15, 39].tolist() == [0.0, 0.0, 1.0]
+    rows = {
+        "square nearer to the eye": (0.1, False),
+        "line lies in the square": (0.0, True),
+        "square farther away": (-0.1, True),
+    }
+    for row, (height, is_visible) in rows.items():
+        line = Lines(np.array([[[-0.9, 0.0, 0.0], [0.9, 0.0, 0.0]]]), BLUE, alpha=1.0)
+        picture, _number = draw_picture(VIEW, [Shape(square(0.25, height=height), RED)], [], [line], WHITE)
+        blue_in_the_middle = picture[15, 20, 2]
+        assert (blue_in_the_middle == 1.0) == is_visible, row
+        assert picture[15, 0].tolist() == picture[15, 39].tolist() == [0.0, 0.0, 1.0], row
 
 
 def test_focal_length_is_an_opening_of_35_degrees():

@@ -81,25 +81,23 @@ def test_spans_without_a_reference_are_contact():
     assert spans(unaudited, "hull") == {"contact": [(1, 4)]}
 
 
-@pytest.mark.parametrize(
-    ("scene", "bodies", "facts", "names"),
-    [
-        pytest.param("Titration", ["a", "b"], {}, ["Titration"], id="scene"),
-        pytest.param("", ["a", "b"], {}, ["a and b"], id="two bodies"),
-        pytest.param("", ["a", "b", "c"], {}, ["a, b and 1 more"], id="three bodies"),
-        pytest.param(
-            "", ["a", "b", "c", "d"], {"pseudonym": "S07"}, ["a, b and 2 more", "S07"], id="bodies and pseudonym"
-        ),
-        pytest.param("Titration", ["a", "b"], {"pseudonym": "not stated"}, ["Titration"], id="no pseudonym"),
-    ],
-)
-def test_session_is_named_by_scene_or_bodies_and_pseudonym(scene, bodies, facts, names):
+def test_session_is_named_by_scene_or_bodies_and_pseudonym():
     """The name of the scene, without one those of the bodies; then the pseudonym of the student, if facts state it.
 
     The first frame has the stamp 0: no date.
     """
-    session = structs.replace(EMPTY.session, scene=scene, bodies=dict.fromkeys(bodies), facts=facts, first_stamp_ns=0)
-    assert session_names(document_with(session=session)) == names
+    rows = {
+        "scene": ("Titration", ["a", "b"], {}, ["Titration"]),
+        "two bodies": ("", ["a", "b"], {}, ["a and b"]),
+        "three bodies": ("", ["a", "b", "c"], {}, ["a, b and 1 more"]),
+        "bodies and pseudonym": ("", ["a", "b", "c", "d"], {"pseudonym": "S07"}, ["a, b and 2 more", "S07"]),
+        "no pseudonym": ("Titration", ["a", "b"], {"pseudonym": "not stated"}, ["Titration"]),
+    }
+    for row, (scene, bodies, facts, names) in rows.items():
+        session = structs.replace(
+            EMPTY.session, scene=scene, bodies=dict.fromkeys(bodies), facts=facts, first_stamp_ns=0
+        )
+        assert session_names(document_with(session=session)) == names, row
 
 
 @pytest.mark.parametrize(

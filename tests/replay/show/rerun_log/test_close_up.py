@@ -46,25 +46,23 @@ def run_of_cup_and_rod():
     return SimpleNamespace(assembly=assembly, session=session, comparisons={"hull": None}, detectors={})
 
 
-@pytest.mark.parametrize(
-    ("moment", "rod_radius", "distance"),
-    [
-        pytest.param(fault_of(FaultKind.NEVER_REPORTED), 0.1, CLOSE_UP_M, id="miss"),
-        pytest.param(fault_of(FaultKind.NO_CONTACT), 0.1, 3.3 * 0.1, id="false contact"),
-        pytest.param(Episode(pair=0, first=3, last=4, start=0.3, end=0.5), 0.1, 3.3 * 0.1, id="contact"),
-        pytest.param(fault_of(FaultKind.NO_CONTACT), 0.2, 0.45, id="false contact of large bodies"),
-        pytest.param(fault_of(FaultKind.NO_CONTACT), 0.01, CLOSE_UP_M, id="false contact of a small body"),
-    ],
-)
-def test_eye_sees_the_smaller_body_or_the_miss(moment, rod_radius, distance):
+def test_eye_sees_the_smaller_body_or_the_miss():
     """Balls around the bodies of a moment have radii of 1 m (cup) and ``rod_radius``.
 
     The eye is 3.3 radii of the smaller one away, at most 45 cm, and not nearer than ``CLOSE_UP_M``, its distance from
     the point of a miss.
     """
-    balls = [SimpleNamespace(radius=1.0), SimpleNamespace(radius=rod_radius)]
-    eye = close_up_eyes(run_of_cup_and_rod(), {TIME: moment}, balls)[TIME]
-    assert np.linalg.norm(np.subtract(eye.position, eye.target)) == pytest.approx(distance)
+    rows = {
+        "miss": (fault_of(FaultKind.NEVER_REPORTED), 0.1, CLOSE_UP_M),
+        "false contact": (fault_of(FaultKind.NO_CONTACT), 0.1, 3.3 * 0.1),
+        "contact": (Episode(pair=0, first=3, last=4, start=0.3, end=0.5), 0.1, 3.3 * 0.1),
+        "false contact of large bodies": (fault_of(FaultKind.NO_CONTACT), 0.2, 0.45),
+        "false contact of a small body": (fault_of(FaultKind.NO_CONTACT), 0.01, CLOSE_UP_M),
+    }
+    for row, (moment, rod_radius, distance) in rows.items():
+        balls = [SimpleNamespace(radius=1.0), SimpleNamespace(radius=rod_radius)]
+        eye = close_up_eyes(run_of_cup_and_rod(), {TIME: moment}, balls)[TIME]
+        assert np.linalg.norm(np.subtract(eye.position, eye.target)) == pytest.approx(distance), row
 
 
 @pytest.fixture

@@ -20,22 +20,20 @@ from replay.show.rerun_log.lanes import (
 )
 
 
-@pytest.mark.parametrize(
-    ("nanoseconds", "texts", "spans"),
-    [
-        pytest.param([0, 10, 20, 30], ["", "a", "a", "b"], [("a", 10, 30), ("b", 30, 40)], id="two words"),
-        pytest.param([0, 10, 20, 50], ["a", "", "a", "a"], [("a", 0, 10), ("a", 20, 60)], id="a gap between"),
-        pytest.param([5], ["a"], [("a", 5, 6)], id="a single frame"),
-        pytest.param([], [], [], id="no frame"),
-    ],
-)
-def test_span_lasts_to_the_next_word_or_a_frame(nanoseconds, texts, spans):
+def test_span_lasts_to_the_next_word_or_a_frame():
     """Time and word of each frame of a lane, "" for none; a span is a word with its begin and end.
 
     It ends where another word begins; the last frame lasts the median step, 10 ns here, a single one a nanosecond.
     """
-    writer = SimpleNamespace(clock=SimpleNamespace(ns=np.array(nanoseconds, dtype=np.int64)))
-    assert spans_of(writer, np.array(texts, dtype=object)) == spans
+    rows = {
+        "two words": ([0, 10, 20, 30], ["", "a", "a", "b"], [("a", 10, 30), ("b", 30, 40)]),
+        "a gap between": ([0, 10, 20, 50], ["a", "", "a", "a"], [("a", 0, 10), ("a", 20, 60)]),
+        "a single frame": ([5], ["a"], [("a", 5, 6)]),
+        "no frame": ([], [], []),
+    }
+    for row, (nanoseconds, texts, spans) in rows.items():
+        writer = SimpleNamespace(clock=SimpleNamespace(ns=np.array(nanoseconds, dtype=np.int64)))
+        assert spans_of(writer, np.array(texts, dtype=object)) == spans, row
 
 
 @pytest.mark.parametrize(

@@ -21,29 +21,27 @@ from replay.show.rerun_log.moments import (
 )
 
 
-@pytest.mark.parametrize(
-    ("kind", "metres", "depth", "size"),
-    [
-        pytest.param(FaultKind.NEVER_REPORTED, 0.002, 0.004, "4 mm deep", id="miss, depth known"),
-        pytest.param(FaultKind.NEVER_REPORTED, 0.002, nan, "2 mm curve", id="miss, curve known"),
-        pytest.param(FaultKind.NEVER_REPORTED, nan, nan, "", id="miss, nothing known"),
-        pytest.param(FaultKind.NO_CONTACT, 0.002, nan, "2 mm apart", id="false contact"),
-        pytest.param(FaultKind.NO_CONTACT, 0.002, 0.004, "2 mm apart", id="false contact, depth ignored"),
-        pytest.param(FaultKind.NO_CONTACT, 0.0, nan, "", id="false contact without a gap"),
-    ],
-)
-def test_moment_list_ends_in_depth_curve_or_gap(kind, metres, depth, size):
+def test_moment_list_ends_in_depth_curve_or_gap():
     """``metres``: of a miss, length of the curve where surfaces meet; of a false contact, the gap. A miss has a depth.
 
     A line of the list begins with the second of the moment, frame 3 of 10 ms, and ends with pair and size.
     """
-    fault = Fault(
-        number=1, detector="hull", pair=0, bodies=("cup", "rod"), kind=kind, first=3, last=4, start=0.03, end=0.05,
-        frame=3, metres=metres, depth=depth,
-    )  # fmt: skip
-    line = line_of_moment((3, 0), fault)
-    assert line.strip().startswith("0.03")
-    assert line.partition("cup-rod")[2].strip() == size
+    rows = {
+        "miss, depth known": (FaultKind.NEVER_REPORTED, 0.002, 0.004, "4 mm deep"),
+        "miss, curve known": (FaultKind.NEVER_REPORTED, 0.002, nan, "2 mm curve"),
+        "miss, nothing known": (FaultKind.NEVER_REPORTED, nan, nan, ""),
+        "false contact": (FaultKind.NO_CONTACT, 0.002, nan, "2 mm apart"),
+        "false contact, depth ignored": (FaultKind.NO_CONTACT, 0.002, 0.004, "2 mm apart"),
+        "false contact without a gap": (FaultKind.NO_CONTACT, 0.0, nan, ""),
+    }
+    for row, (kind, metres, depth, size) in rows.items():
+        fault = Fault(
+            number=1, detector="hull", pair=0, bodies=("cup", "rod"), kind=kind, first=3, last=4, start=0.03, end=0.05,
+            frame=3, metres=metres, depth=depth,
+        )  # fmt: skip
+        line = line_of_moment((3, 0), fault)
+        assert line.strip().startswith("0.03"), row
+        assert line.partition("cup-rod")[2].strip() == size, row
 
 
 def line_of_moment(time, moment):
@@ -75,27 +73,25 @@ def result_with_answer(moment):
     return SimpleNamespace(answers=[SimpleNamespace(label="hull", moment=moment)])
 
 
-@pytest.mark.parametrize(
-    ("number", "frame"),
-    [
-        pytest.param(1, 5, id="miss 1 of hull"),
-        pytest.param(2, 7, id="miss 2 of hull, not of mesh"),
-        pytest.param(3, 3, id="miss 3 is not drawn: the first moment"),
-    ],
-)
-def test_picture_opens_at_the_fault_of_the_answer(number, frame):
+def test_picture_opens_at_the_fault_of_the_answer():
     """The answer of a run is about the miss ``number`` of the detector ``hull``.
 
     Moments are miss 2 of ``mesh`` in frame 3, and misses 1 and 2 of ``hull`` in frames 5 and 7.
     """
+    rows = {
+        "miss 1 of hull": (1, 5),
+        "miss 2 of hull, not of mesh": (2, 7),
+        "miss 3 is not drawn: the first moment": (3, 3),
+    }
     faults = [
         fault_in(frame=3, number=2, label="mesh"),
         fault_in(frame=5, number=1, label="hull"),
         fault_in(frame=7, number=2, label="hull"),
     ]
     moments = {(fault.frame, 0): fault for fault in faults}
-    result = result_with_answer(SimpleNamespace(kind="miss", number=number))
-    assert leading_moment(result, moments) == (frame, 0)
+    for row, (number, frame) in rows.items():
+        result = result_with_answer(SimpleNamespace(kind="miss", number=number))
+        assert leading_moment(result, moments) == (frame, 0), row
 
 
 def test_picture_without_fault_opens_at_the_longest_contact():
@@ -198,14 +194,12 @@ def test_picture_with_rows_but_no_bookmarks_is_of_another_version(monkeypatch, t
         read_bookmarks_of(monkeypatch, tmp_path, has_rows=True, texts=[])
 
 
-@pytest.mark.parametrize(
-    ("has_rows", "texts"),
-    [
-        pytest.param(False, [], id="neither rows nor a text"),
-        pytest.param(True, ["[]"], id="rows and an empty list"),
-        pytest.param(False, ["[]"], id="an empty list"),
-    ],
-)
-def test_picture_without_moments_has_no_bookmarks(has_rows, texts, monkeypatch, tmp_path):
+def test_picture_without_moments_has_no_bookmarks(monkeypatch, tmp_path):
     """A run that compares nothing has no moments: its recording may lack rows of them and the text with bookmarks."""
-    assert read_bookmarks_of(monkeypatch, tmp_path, has_rows=has_rows, texts=texts) == []
+    rows = {
+        "neither rows nor a text": (False, []),
+        "rows and an empty list": (True, ["[]"]),
+        "an empty list": (False, ["[]"]),
+    }
+    for row, (has_rows, texts) in rows.items():
+        assert read_bookmarks_of(monkeypatch, tmp_path, has_rows=has_rows, texts=texts) == [], row

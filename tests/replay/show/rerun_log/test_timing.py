@@ -62,30 +62,28 @@ def test_stages_of_a_phase_are_added_and_idle_omitted():
     }
 
 
-@pytest.mark.parametrize(
-    ("totals", "cut_ms"),
-    [
-        pytest.param([], BUDGET_MS, id="no detector"),
-        pytest.param([np.zeros(0)], BUDGET_MS, id="no frame"),
-        pytest.param([np.zeros(2)], BUDGET_MS, id="no time"),
-        pytest.param([np.zeros(2), np.arange(1001)], 999.0, id="0 to 1000 ms"),
-    ],
-)
-def test_plot_of_times_ends_at_the_largest_99_9th_percentile(totals, cut_ms):
+def test_plot_of_times_ends_at_the_largest_99_9th_percentile():
     """``totals``: milliseconds of each frame, of each detector. Of 0 to 1000 ms 999 of 1000 steps end at 999 ms.
 
     Without times the plot ends at the budget of a frame.
     """
-    assert plot_cut_ms(totals) == pytest.approx(cut_ms)
+    rows = {
+        "no detector": ([], BUDGET_MS),
+        "no frame": ([np.zeros(0)], BUDGET_MS),
+        "no time": ([np.zeros(2)], BUDGET_MS),
+        "0 to 1000 ms": ([np.zeros(2), np.arange(1001)], 999.0),
+    }
+    for row, (totals, cut_ms) in rows.items():
+        assert plot_cut_ms(totals) == pytest.approx(cut_ms), row
 
 
-@pytest.mark.parametrize(("plot_top", "fraction"), [(30.0, 1.0), (1.0, 1.0), (0.9, 0.1), (0.1, 0.1), (0.09, 0.01)])
-def test_budget_line_is_a_power_of_ten_within_the_plot(plot_top, fraction):
+def test_budget_line_is_a_power_of_ten_within_the_plot():
     """A line is at the budget of a frame, or at a tenth, a hundredth ... of it, the largest that the plot reaches.
 
     ``plot_top``: where the plot ends; both are multiples of the budget.
     """
-    assert budget_fraction(plot_top * BUDGET_MS) == pytest.approx(fraction)
+    for plot_top, fraction in ((30.0, 1.0), (1.0, 1.0), (0.9, 0.1), (0.1, 0.1), (0.09, 0.01)):
+        assert budget_fraction(plot_top * BUDGET_MS) == pytest.approx(fraction), plot_top
 
 
 def test_sum_of_all_stages_is_drawn_first():

@@ -70,21 +70,19 @@ def four_bookmarks(monkeypatch):
     monkeypatch.setattr(module, "read_bookmarks", lambda _: bookmarks)
 
 
-@pytest.mark.parametrize(
-    ("miss", "false", "detector", "nanoseconds"),
-    [
-        pytest.param(None, None, "", 7, id="nothing: the leading moment"),
-        pytest.param(None, None, "hull", 0, id="hull, which does not lead: the begin"),
-        pytest.param(None, None, "mesh", 7, id="mesh, which leads"),
-        pytest.param(1, None, "", 5, id="miss 1, of hull, the first that has it"),
-        pytest.param(1, None, "mesh", 7, id="miss 1 of mesh"),
-        pytest.param(2, None, "", 8, id="miss 2, of mesh alone"),
-        pytest.param(None, 1, "", 6, id="false contact 1"),
-    ],
-)
-def test_cursor_goes_to_the_requested_fault(tmp_path, four_bookmarks, miss, false, detector, nanoseconds):
+def test_cursor_goes_to_the_requested_fault(tmp_path, four_bookmarks):
     """``hull`` has miss 1 at 5 ns, false contact 1 at 6; ``mesh`` miss 1 at 7 ns, which leads, and miss 2 at 8."""
-    assert target_ns(tmp_path, miss=miss, false=false, by=detector) == nanoseconds
+    rows = {
+        "nothing: the leading moment": (None, None, "", 7),
+        "hull, which does not lead: the begin": (None, None, "hull", 0),
+        "mesh, which leads": (None, None, "mesh", 7),
+        "miss 1, of hull, the first that has it": (1, None, "", 5),
+        "miss 1 of mesh": (1, None, "mesh", 7),
+        "miss 2, of mesh alone": (2, None, "", 8),
+        "false contact 1": (None, 1, "", 6),
+    }
+    for row, (miss, false, detector, nanoseconds) in rows.items():
+        assert target_ns(tmp_path, miss=miss, false=false, by=detector) == nanoseconds, row
 
 
 @pytest.mark.parametrize(

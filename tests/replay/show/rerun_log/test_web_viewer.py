@@ -163,26 +163,24 @@ def test_run_without_detectors_has_the_leading_moment_alone(monkeypatch, tmp_pat
     assert moment_commands(tmp_path, []).keys() == {"", "layout"}
 
 
-@pytest.mark.parametrize(
-    ("nanoseconds", "digits"),
-    [
-        pytest.param(0, b"\x00", id="0"),
-        pytest.param(127, b"\x7f", id="127, one digit"),
-        pytest.param(128, b"\x80\x01", id="128 = 0 + 1 * 128"),
-        pytest.param(300, b"\xac\x02", id="300 = 44 + 2 * 128"),
-        pytest.param(-1, 9 * b"\xff" + b"\x01", id="-1, 64 bits of 1"),
-    ],
-)
-def test_cursor_message_is_protobuf_of_timeline_and_time(nanoseconds, digits):
+def test_cursor_message_is_protobuf_of_timeline_and_time():
     """Field 6 holds field 2, whose field 1 is the name of the timeline, and field 3, whose field 1 is a number.
 
     In protobuf a field with a length has the tag 8 * number + 2, a number the tag 8 * number; of digits of 7 bits the
     lowest is first, and all but the last have bit 8 set.
     """
+    rows = {
+        "0": (0, b"\x00"),
+        "127, one digit": (127, b"\x7f"),
+        "128 = 0 + 1 * 128": (128, b"\x80\x01"),
+        "300 = 44 + 2 * 128": (300, b"\xac\x02"),
+        "-1, 64 bits of 1": (-1, 9 * b"\xff" + b"\x01"),
+    }
 
     def with_length(number, content):
         return bytes([8 * number + 2, len(content)]) + content
 
-    time = bytes([8 * 1]) + digits
-    cursor = with_length(2, with_length(1, b"session")) + with_length(3, time)
-    assert cursor_at(nanoseconds) == with_length(6, cursor)
+    for row, (nanoseconds, digits) in rows.items():
+        time = bytes([8 * 1]) + digits
+        cursor = with_length(2, with_length(1, b"session")) + with_length(3, time)
+        assert cursor_at(nanoseconds) == with_length(6, cursor), row

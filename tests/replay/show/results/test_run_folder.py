@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 
 import pyarrow.parquet as pq
@@ -186,6 +187,15 @@ def test_run_folder_without_a_picture_has_none(folder_without_picture):
         _ = folder.picture
 
 
+def refusal_of(folder):
+    """The message with which a folder is refused that is to be read as a run folder; "" where it is read."""
+    try:
+        read_run_folder(folder)
+    except RunFolderError as error:
+        return str(error)
+    return ""
+
+
 def test_run_folder_of_another_schema_names_its_age_if_known(tmp_path):
     """This version reads ``vrlab-replay/run/2``; a folder of another schema is refused with this message."""
     message_of_schema = {
@@ -199,8 +209,7 @@ def test_run_folder_of_another_schema_names_its_age_if_known(tmp_path):
     }
     for schema, message in message_of_schema.items():
         (tmp_path / "summary.json").write_text(f'{{"schema": "{schema}"}}')
-        with pytest.raises(RunFolderError, match=message):
-            read_run_folder(tmp_path)
+        assert re.search(message, refusal_of(tmp_path)), schema
 
 
 def test_folder_without_a_summary_is_no_run_folder(tmp_path):
