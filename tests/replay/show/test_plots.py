@@ -33,20 +33,19 @@ def boxes_overlap(first, second):
     return first[0] < second[2] and second[0] < first[2] and first[1] < second[3] and second[1] < first[3]
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_labels_of_a_scatter_plot_do_not_overlap(seed):
-    """Six dots at random places, each with its name; names overlap neither each other nor numbers of the axes.
+def test_labels_of_a_scatter_plot_do_not_overlap():
+    """Six dots at random places, five times, each dot with its name.
 
-    A label names the dot of its number ``dot``; -1: it belongs to an axis.
+    Names overlap neither each other nor numbers of the axes. A label names the dot of its number ``dot``; -1: it belongs to an axis.
     """
-    random = np.random.default_rng(seed)
-    points = random.uniform(0.1, 9.0, (6, 2)).tolist()
-    dots = [Dot(f"detector {number}", x=x, y=y) for number, (x, y) in enumerate(points)]
-    plot = scatter(dots, alternative_text="", x_title="ms", y_axis=Axis("wrong", [0, 5, 10]))
-    assert sorted(label.dot for label in plot.labels if label.dot >= 0) == [0, 1, 2, 3, 4, 5]
-    for first, second in combinations(plot.labels, 2):
-        if first.dot >= 0 or second.dot >= 0:
-            assert not boxes_overlap(box_of_label(first), box_of_label(second))
+    for seed in range(5):
+        points = np.random.default_rng(seed).uniform(0.1, 9.0, (6, 2)).tolist()
+        dots = [Dot(f"detector {number}", x=x, y=y) for number, (x, y) in enumerate(points)]
+        plot = scatter(dots, alternative_text="", x_title="ms", y_axis=Axis("wrong", [0, 5, 10]))
+        assert sorted(label.dot for label in plot.labels if label.dot >= 0) == [0, 1, 2, 3, 4, 5], seed
+        for first, second in combinations(plot.labels, 2):
+            if first.dot >= 0 or second.dot >= 0:
+                assert not boxes_overlap(box_of_label(first), box_of_label(second)), seed
 
 
 def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():

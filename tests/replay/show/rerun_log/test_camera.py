@@ -1,6 +1,7 @@
 """The eye looks across a gap, and the overview sees everything from the user's side."""
 
 from dataclasses import dataclass
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,20 +12,21 @@ from replay.show import camera
 from sessions import Scene
 
 
-@pytest.mark.parametrize("radians", np.linspace(0.0, 6.0, 7))
-def test_gap_is_viewed_sideways_from_the_users_side(radians):
+def test_gap_is_viewed_sideways_from_the_users_side():
     """A gap of 2 cm in some horizontal direction, so many radians from X; the user stands at +Z.
 
     From the gap to the eye: upwards by over 0.3 of the way, at over 37 degrees (cosine 0.8) to the gap, and less than
     17 degrees (cosine -0.3) behind the gap as the user sees it.
     """
-    along_gap, to_user = np.array([np.cos(radians), 0.0, np.sin(radians)]), np.array([0.0, 0.0, 1.0])
-    to_eye = camera.viewing_direction(0.02 * along_gap, to_user)
-    assert np.linalg.norm(to_eye) == pytest.approx(1.0)
-    _x, up, _z = to_eye
-    assert up > 0.3
-    assert abs(to_eye @ along_gap) < 0.8
-    assert to_eye @ to_user > -0.3
+    to_user = np.array([0.0, 0.0, 1.0])
+    for radians in np.linspace(0.0, 6.0, 7):
+        along_gap = np.array([np.cos(radians), 0.0, np.sin(radians)])
+        to_eye = camera.viewing_direction(0.02 * along_gap, to_user)
+        assert np.linalg.norm(to_eye) == pytest.approx(1.0), radians
+        _x, up, _z = to_eye
+        assert up > 0.3, radians
+        assert abs(to_eye @ along_gap) < 0.8, radians
+        assert to_eye @ to_user > -0.3, radians
 
 
 def test_gap_without_a_direction_is_viewed_as_the_user_does():
@@ -100,41 +102,35 @@ def overview_of_points(user, aspect):
 OPENING_DEG = 55.0
 """Of the eye of a viewer, from the lower rim to the upper one."""
 
-users_and_aspects = pytest.mark.parametrize(
-    ("user", "aspect"),
-    [
-        pytest.param(user, aspect, id=f"user at {name}, {shape}")
-        for name, user in {"+z": (0.0, 1.0), "+x +z": (0.6, 0.8), "-x -z": (-0.8, -0.6)}.items()
-        for shape, aspect in {"narrow": 0.3, "wide": 1.5}.items()
-    ],
-)
-"""``user``: horizontal direction (x, z) of the user; ``aspect``: width of the picture over its height."""
+USERS_AND_ASPECTS = [*product([(0.0, 1.0), (0.6, 0.8), (-0.8, -0.6)], [0.3, 1.5])]
+"""Horizontal directions (x, z) of the user, and the width of a narrow or wide picture over its height."""
 
 
-@users_and_aspects
-def test_overview_is_14_degrees_aside_and_22_above_the_user(user, aspect):
+def test_overview_is_14_degrees_aside_and_22_above_the_user():
     """The user is 5 m from the middle of four points, in the horizontal direction (x, z) from there.
 
     ``back`` is the direction from the points to the eye; angles are degrees about the upright axis, and upwards.
     """
-    back = overview_of_points(user, aspect).back
-    degrees_aside = np.degrees(np.arctan2(back[0], back[2]) - np.arctan2(*user)) % 360.0
-    degrees_up = np.degrees(np.arcsin(back[1]))
-    assert (degrees_aside, degrees_up) == pytest.approx((14.0, 22.0))
+    for user, aspect in USERS_AND_ASPECTS:
+        back = overview_of_points(user, aspect).back
+        degrees_aside = np.degrees(np.arctan2(back[0], back[2]) - np.arctan2(*user)) % 360.0
+        degrees_up = np.degrees(np.arcsin(back[1]))
+        assert (degrees_aside, degrees_up) == pytest.approx((14.0, 22.0)), (user, aspect)
 
 
-@users_and_aspects
-def test_overview_sees_all_points_as_large_as_its_margin_allows(user, aspect):
+def test_overview_sees_all_points_as_large_as_its_margin_allows():
     """The outermost of four points is at 1/1.12 of the way from the middle of the picture to its rim."""
-    overview = overview_of_points(user, aspect)
-    assert max(np.abs(overview.x).max(), np.abs(overview.y).max()) == pytest.approx(1 / 1.12)
+    for user, aspect in USERS_AND_ASPECTS:
+        overview = overview_of_points(user, aspect)
+        farthest = max(np.abs(overview.x).max(), np.abs(overview.y).max())
+        assert farthest == pytest.approx(1 / 1.12), (user, aspect)
 
 
-@users_and_aspects
-def test_overview_is_aimed_at_the_middle_of_all_points(user, aspect):
+def test_overview_is_aimed_at_the_middle_of_all_points():
     """The box of four points, along the axes of the eye, reaches as far to one side of the target as to the other."""
-    across = overview_of_points(user, aspect).across
-    assert across.min(axis=0) == pytest.approx(-across.max(axis=0))
+    for user, aspect in USERS_AND_ASPECTS:
+        across = overview_of_points(user, aspect).across
+        assert across.min(axis=0) == pytest.approx(-across.max(axis=0)), (user, aspect)
 
 
 def test_overview_without_points_sees_all_bodies():
