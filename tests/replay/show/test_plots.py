@@ -36,7 +36,8 @@ def boxes_overlap(first, second):
 def test_labels_of_a_scatter_plot_do_not_overlap():
     """Six dots at random places, five times, each dot with its name.
 
-    Names overlap neither each other nor numbers of the axes. A label names the dot of its number ``dot``; -1: it belongs to an axis.
+    Names overlap neither each other nor numbers of the axes. A label names the dot of its number ``dot``; -1: it
+    belongs to an axis.
     """
     for seed in range(5):
         points = np.random.default_rng(seed).uniform(0.1, 9.0, (6, 2)).tolist()
