@@ -55,6 +55,14 @@ def test_generic_family_needs_no_exact_arithmetic_and_meets_28_percent():
     assert abs(triangles_intersect(pairs).mean() - 0.28) < 0.02
 
 
+def test_products_of_coordinates_leave_the_range_of_floats():
+    """Three coordinates multiplied, as exact predicates do, are 0 in one family and infinite in another."""
+    small, large = (np.abs(triangle_family(f"products {name}").pairs(50)) for name in ("underflow", "overflow"))
+    with np.errstate(under="ignore", over="ignore"):
+        assert small.max() > 0.0 and (small**3).max() == 0.0
+        assert large.max() < np.inf and np.median(large**3) == np.inf
+
+
 def test_needles_are_thin_and_cross_at_edge_middles():
     """The third corner is at most 1e-5 from the line of the first two, which are some 0.5 apart.
 
