@@ -150,4 +150,4 @@ def test_json_of_another_kind_is_refused_with_problems(plain):
 
 def test_the_schema_is_valid():
     """By the meta-schema of JSON Schema, draft 2020-12."""
-    Draft202012Validator.check_schema(json_schema())
+    Draft202012Validator.check_schema(VALIDATOR.schema)

@@ -226,7 +226,6 @@ def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, class_tab
     )
 
 
-@pytest.mark.slow
 def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_tables, study_without_association):
     """Nothing is associated, with any detector, though figures differ: mistakes stand below the few students."""
     why = answer_rows(class_tables, study_without_association)["Why"]
@@ -234,7 +233,6 @@ def test_class_answer_counts_mistakes_that_changed_no_conclusion(class_tables, s
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")
 
 
-@pytest.mark.slow
 def test_mistakes_come_first_if_an_association_shows(class_tables, study_without_association):
     """All detectors give the same figures. Where an association shows, none can be hidden, which else comes first."""
     study = with_association(with_equal_figures(study_without_association))

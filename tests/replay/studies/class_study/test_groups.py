@@ -103,8 +103,13 @@ def test_interval_is_of_permuted_residual_quantiles():
     )
 
 
-def test_holm_is_across_all_outcomes_of_the_groups():
-    """Three outcomes, a to c, of 40 students who are in two groups in turn; expected is Holm's rule by statsmodels."""
+def test_holm_is_across_all_outcomes_of_the_groups(monkeypatch):
+    """Three outcomes, a to c, of 40 students who are in two groups in turn; expected is Holm's rule by statsmodels.
+
+    The rule is the same for p of few permutations.
+    """
+    monkeypatch.setattr(groups, "PERMUTATIONS", 199)
+    monkeypatch.setattr(groups, "STUDENTISED_DRAWS", 99)
     outcomes = DataFrame(np.random.default_rng(4).normal(size=(40, 3)), columns=["a", "b", "c"])
     groups_in_turn = np.tile(GROUP_NAMES, 20)
     results = compare_groups(outcomes, groups_in_turn, GROUP_NAMES, seed=0, refusals=[])
