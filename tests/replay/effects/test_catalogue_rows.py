@@ -3,8 +3,6 @@
 from copy import deepcopy
 from importlib import resources
 
-import pytest
-
 from replay.effects import CATALOGUE, EFFECTS, load_effect
 from replay.effects.catalogue_text import example_of
 from replay.effects.declaring import READERS, field_of
@@ -45,39 +43,38 @@ def lacking(kind, row):
     return lines
 
 
-@pytest.mark.parametrize("kind", CATALOGUE)
-def test_every_row_of_the_effect_catalogue_is_complete(kind):
+def test_every_row_of_the_effect_catalogue_is_complete():
     """A row of the catalogue describes a kind of effect: a sentence, sources, a trigger or a detector, and a module.
 
     Each of its fields has a meaning, a unit and an example; ``lacking`` lists what is missing. The spec that is made of
     the row has the same text and fields, and the other effects that it names are effects.
     """
-    row = CATALOGUE[kind]
-    assert lacking(kind, row) == []
-    spec = load_effect(kind)
-    assert (spec.kind, spec.about, set(spec.fields)) == (kind, row["about"], set(row["fields"]))
-    assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)
+    for kind in CATALOGUE:
+        row = CATALOGUE[kind]
+        assert lacking(kind, row) == [], kind
+        spec = load_effect(kind)
+        assert (spec.kind, spec.about, set(spec.fields)) == (kind, row["about"], set(row["fields"])), kind
+        assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS), kind
 
 
-@pytest.mark.parametrize(
-    ("change", "line"),
-    [
-        (lambda row: row.pop("about"), "about is no sentence"),
-        (lambda row: row.pop("sources"), "sources is missing"),
-        (lambda row: row.pop("trigger"), "trigger is missing"),
-        (lambda row: row.pop("fields"), "fields is missing"),
-        (lambda row: row.update(colour="red"), "colour is no key of a row"),
-        (lambda row: row["fields"]["distance"].pop("unit"), "distance has no unit"),
-        (lambda row: row["fields"]["distance"].pop("example"), "distance has no value to copy"),
-        (lambda row: row["fields"].update(of={"body": ""}), "of has no meaning"),
-    ],
-    ids=["no about", "no sources", "no trigger", "no fields", "unknown key", "no unit", "no example", "no meaning"],
-)
-def test_incomplete_row_of_the_effect_catalogue_is_named(change, line):
+CHANGES = {
+    "no about": (lambda row: row.pop("about"), "about is no sentence"),
+    "no sources": (lambda row: row.pop("sources"), "sources is missing"),
+    "no trigger": (lambda row: row.pop("trigger"), "trigger is missing"),
+    "no fields": (lambda row: row.pop("fields"), "fields is missing"),
+    "unknown key": (lambda row: row.update(colour="red"), "colour is no key of a row"),
+    "no unit": (lambda row: row["fields"]["distance"].pop("unit"), "distance has no unit"),
+    "no example": (lambda row: row["fields"]["distance"].pop("example"), "distance has no value to copy"),
+    "no meaning": (lambda row: row["fields"].update(of={"body": ""}), "of has no meaning"),
+}
+
+
+def test_incomplete_row_of_the_effect_catalogue_is_named():
     """A complete row, of hazard-proximity, is made incomplete by a ``change``; ``lacking`` says so in this ``line``."""
-    row = deepcopy(CATALOGUE["hazard-proximity"])
-    change(row)
-    assert line in lacking("hazard-proximity", row)
+    for case, (change, line) in CHANGES.items():
+        row = deepcopy(CATALOGUE["hazard-proximity"])
+        change(row)
+        assert line in lacking("hazard-proximity", row), case
 
 
 def test_a_row_without_a_file_is_named():

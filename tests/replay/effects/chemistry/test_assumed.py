@@ -141,94 +141,100 @@ def equation(*reagents, process=-1, free_energy_j=np.nan):
     )
 
 
-@pytest.mark.parametrize(
-    ("mol", "reagents", "expected"),
-    [
-        (1e-4, (), ["Cl2"]), (1e-7, (), []), (1e-4, ("Cl2", "H2O"), []), (1e-4, ("Cl2", "OH-"), []),
-        (1e-4, ("Cl2", "I-"), ["Cl2"]), (1e-4, ("HCl", "OH-"), ["Cl2"]),
-    ],
-    ids=["no equation", "a trace", "with water", "with hydroxide", "with iodide", "of other reagents"],
-)  # fmt: skip
-def test_chlorine_water_without_its_acid_is_reported(mol, reagents, expected):
+CHLORINE = {
+    "no equation": (1e-4, (), ["Cl2"]),
+    "a trace": (1e-7, (), []),
+    "with water": (1e-4, ("Cl2", "H2O"), []),
+    "with hydroxide": (1e-4, ("Cl2", "OH-"), []),
+    "with iodide": (1e-4, ("Cl2", "I-"), ["Cl2"]),
+    "of other reagents": (1e-4, ("HCl", "OH-"), ["Cl2"]),
+}  # fmt: skip
+
+
+def test_chlorine_water_without_its_acid_is_reported():
     """``mol``: of chlorine in 10 mL; ``reagents``: of the scene's equation, if there is one.
 
     Chlorine makes acid with water, which is not computed; ``expected``: the formula of the warning. Traces are not
     reported, nor chlorine whose equation lets it react with water or hydroxide.
     """
-    assert reported_assumptions({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected
+    for case, (mol, reagents, expected) in CHLORINE.items():
+        assert reported_assumptions({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected, case
 
 
-@pytest.mark.parametrize(
-    ("formula", "mol", "ph", "reagents", "expected"),
-    [
-        ("I2", 5e-6, 9.5, (), ["I2"]), ("I2", 5e-6, 8.5, (), []), ("Br2", 5e-6, 8.5, (), ["Br2"]),
-        ("Br2", 5e-7, 8.5, (), []), ("I2", 5e-6, 9.5, ("I2", "OH-"), []), ("I2", 5e-6, 9.5, ("I2", "S2O3^2-"), ["I2"]),
-        ("I2", 5e-6, 9.5, ("Br2", "OH-"), ["I2"]),
-    ],
-    ids=["iodine", "iodine below pH 9", "bromine", "a trace", "with hydroxide", "with thiosulfate",
-         "equation of another halogen"],
-)  # fmt: skip
-def test_halogens_in_lye_are_reported_without_their_equation(formula, mol, ph, reagents, expected):
+HALOGENS = {
+    "iodine": ("I2", 5e-6, 9.5, (), ["I2"]),
+    "iodine below pH 9": ("I2", 5e-6, 8.5, (), []),
+    "bromine": ("Br2", 5e-6, 8.5, (), ["Br2"]),
+    "a trace": ("Br2", 5e-7, 8.5, (), []),
+    "with hydroxide": ("I2", 5e-6, 9.5, ("I2", "OH-"), []),
+    "with thiosulfate": ("I2", 5e-6, 9.5, ("I2", "S2O3^2-"), ["I2"]),
+    "equation of another halogen": ("I2", 5e-6, 9.5, ("Br2", "OH-"), ["I2"]),
+}  # fmt: skip
+
+
+def test_halogens_in_lye_are_reported_without_their_equation():
     """Lye takes halogens apart, which is not computed: iodine is reported above pH 9, bromine above pH 8.
 
     Not reported are traces, below 1e-4 mol/L, and halogens whose equation has hydroxide. ``mol``: in 10 mL;
     ``reagents``: of the scene's equation, if there is one; ``expected``: the formula of the warning.
     """
-    assert reported_assumptions({formula: mol}, ph=ph, reactions=[equation(*reagents)] if reagents else ()) == expected
+    for case, (formula, mol, ph, reagents, expected) in HALOGENS.items():
+        assert (
+            reported_assumptions({formula: mol}, ph=ph, reactions=[equation(*reagents)] if reagents else ()) == expected
+        ), case
 
 
-@pytest.mark.parametrize(
-    ("product", "ph", "extent", "expected"),
-    [
-        ("Mn^2+", 5.0, 1e-3, ["equation of permanganate"]),
-        ("Mn^2+", 3.0, 1e-3, []),
-        ("MnO4^2-", 5.0, 1e-3, []),
-        ("Mn^2+", 5.0, 0.0, []),
-    ],
-    ids=["little acid", "enough acid", "another product", "did not run"],
-)
-def test_permanganate_in_little_acid_is_doubted(product, ph, extent, expected):
+def test_permanganate_in_little_acid_is_doubted():
     """An equation makes ``product`` of permanganate and has run by ``extent`` mol; above pH 4 it makes no Mn^2+.
 
     ``expected``: the equation that the warning names.
     """
-    process = Process("equation of permanganate", {"MnO4-": -1.0, product: 1.0})
-    assert reported_assumptions(ph=ph, processes=[process], extent=extent) == expected
+    for case, (product, ph, extent, expected) in {
+        "little acid": ("Mn^2+", 5.0, 1e-3, ["equation of permanganate"]),
+        "enough acid": ("Mn^2+", 3.0, 1e-3, []),
+        "another product": ("MnO4^2-", 5.0, 1e-3, []),
+        "did not run": ("Mn^2+", 5.0, 0.0, []),
+    }.items():
+        process = Process("equation of permanganate", {"MnO4-": -1.0, product: 1.0})
+        assert reported_assumptions(ph=ph, processes=[process], extent=extent) == expected, case
 
 
-@pytest.mark.parametrize(
-    ("energy_j", "free_of_equilibrium", "extent", "expected"),
-    [(1e3, True, 1e-3, ["A -> B"]), (1e3, False, 1e-3, []), (-1e6, True, 1e-3, []), (1e3, True, 1e-12, [])],
-    ids=["even", "computed equilibrium", "runs to its end", "did not run"],
-)
-def test_equation_that_would_stop_early_is_named(energy_j, free_of_equilibrium, extent, expected):
+def test_equation_that_would_stop_early_is_named():
     """The equation A -> B has run by ``extent`` mol; where it is ``free_of_equilibrium`` no stop of it is computed.
 
     ``energy_j``: its free energy; at 1 kJ/mol much of both sides would be left, at -1,000 kJ/mol nothing.
     """
-    reactions = [equation("A", process=0, free_energy_j=energy_j)]
-    processes = [Process("", {"A": -1.0})]
-    warnings = reported_assumptions(
-        reactions=reactions, processes=processes, extent=extent, free_of_equilibrium=free_of_equilibrium
-    )
-    assert warnings == expected
+    for case, (energy_j, free_of_equilibrium, extent, expected) in {
+        "even": (1e3, True, 1e-3, ["A -> B"]),
+        "computed equilibrium": (1e3, False, 1e-3, []),
+        "runs to its end": (-1e6, True, 1e-3, []),
+        "did not run": (1e3, True, 1e-12, []),
+    }.items():
+        reactions = [equation("A", process=0, free_energy_j=energy_j)]
+        processes = [Process("", {"A": -1.0})]
+        warnings = reported_assumptions(
+            reactions=reactions, processes=processes, extent=extent, free_of_equilibrium=free_of_equilibrium
+        )
+        assert warnings == expected, case
 
 
-@pytest.mark.parametrize(
-    ("solid", "ion", "celsius", "options", "expected"),
-    [
-        (0.5, 0.5, 60.0, (), ["AgBr"]), (0.5, 0.5, 40.0, (), []), (0.5, 0.5, 60.0, ("-analytic 1",), []),
-        (0.5, 0.01, 60.0, (), []), (0.0, 0.5, 60.0, (), []),
-    ],
-    ids=["hot", "warm", "own course", "hardly dissolved", "no solid"],
-)  # fmt: skip
-def test_hot_solid_by_its_constant_at_25_degrees_is_doubted(solid, ion, celsius, options, expected):
+SOLIDS = {
+    "hot": (0.5, 0.5, 60.0, (), ["AgBr"]),
+    "warm": (0.5, 0.5, 40.0, (), []),
+    "own course": (0.5, 0.5, 60.0, ("-analytic 1",), []),
+    "hardly dissolved": (0.5, 0.01, 60.0, (), []),
+    "no solid": (0.0, 0.5, 60.0, (), []),
+}  # fmt: skip
+
+
+def test_hot_solid_by_its_constant_at_25_degrees_is_doubted():
     """A vessel has ``solid`` mol of silver bromide and ``ion`` mol of its ions; its constant holds at 25 degC.
 
     A warning names it above 45 degC, unless PHREEQC's data have a course by temperature (``options``), or less than a
     twentieth of the solid is dissolved.
     """
-    ions = {"Ag+": 1, "Br-": 1}
-    phase = SimpleNamespace(column="AgBr(s)", components=ions, entry=SimpleNamespace(options=options))
-    mol = {"AgBr(s)": solid, "Ag+": ion, "Br-": ion}
-    assert reported_assumptions(mol, celsius=celsius, phases=[phase]) == expected
+    for case, (solid, ion, celsius, options, expected) in SOLIDS.items():
+        ions = {"Ag+": 1, "Br-": 1}
+        phase = SimpleNamespace(column="AgBr(s)", components=ions, entry=SimpleNamespace(options=options))
+        mol = {"AgBr(s)": solid, "Ag+": ion, "Br-": ion}
+        assert reported_assumptions(mol, celsius=celsius, phases=[phase]) == expected, case

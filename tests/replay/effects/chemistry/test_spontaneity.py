@@ -47,16 +47,16 @@ def session_of_flask(equation, solutes, count=4):
     return session_with_effects({"flask": poses_at_rest(count)}, (flask,), MIXING_IN_FLASK, reaction)
 
 
-@pytest.mark.parametrize(("equation", "solutes", "kilojoule"), ENERGIES, ids=[row[0][:40] for row in ENERGIES])
-def test_free_energies_follow_from_potentials_and_constants(equation, solutes, kilojoule):
+def test_free_energies_follow_from_potentials_and_constants():
     """An equation between ``solutes`` of a flask; its free energy, from tables, agrees within 5 % or 5 kJ/mol.
 
     ``kilojoule``: a mol, -n F E of standard potentials or RT ln 10 pK of constants of handbooks.
     """
-    scene = session_of_flask(equation, dict.fromkeys(solutes, 0.1)).scene
-    tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
-    (reaction,) = recipe_of(tables, contents_of_scene(scene, "scene.toml")).reactions
-    assert reaction.free_energy_j / 1e3 == pytest.approx(kilojoule, rel=0.05, abs=5.0)
+    for equation, solutes, kilojoule in ENERGIES:
+        scene = session_of_flask(equation, dict.fromkeys(solutes, 0.1)).scene
+        tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
+        (reaction,) = recipe_of(tables, contents_of_scene(scene, "scene.toml")).reactions
+        assert reaction.free_energy_j / 1e3 == pytest.approx(kilojoule, rel=0.05, abs=5.0), equation
 
 
 @pytest.mark.parametrize(
@@ -192,49 +192,46 @@ def test_chlorine_is_reported_and_known_products_are_not_refused(equation, solut
     assert len(compute(session).effects["reaction"].output.events_named("assumed")) == events
 
 
-@pytest.mark.parametrize(
-    ("joule", "changes", "sides", "reason"),
-    [
-        (np.nan, {"Au(s)": -1.0}, "Au HNO3 -> AuNO3", "Au dissolves in no acid without chloride"),
-        (np.nan, {"Au(s)": -1.0}, "Au HCl -> AuCl3 H2", ""),
-        (np.nan, {"Au(s)": 1.0}, "HNO3 -> Au", ""),
-        (-1e6, {"Zn(s)": -1.0}, "Zn HCl -> ZnCl2 H2", ""),
-        (1e6, {"Cu(s)": -1.0}, "Cu HCl -> CuCl2 H2", "Cu is nobler than hydrogen"),
-        (1e6, {"Cu(s)": -1.0}, "Cu HCl -> CuCl2", "its free energy is +1000 kJ/mol"),
-        (1e6, {"S(s)": 1.0}, "H2S -> S H2", "its free energy is +1000 kJ/mol"),
-    ],
-    ids=["gold without chloride", "gold with chloride", "gold comes out", "zinc", "copper makes hydrogen",
-         "copper makes none", "sulfur comes out"],
-)  # fmt: skip
-def test_equation_that_does_not_proceed_has_its_reason(joule, changes, sides, reason):
+ENDS = {
+    "gold without chloride": (np.nan, {"Au(s)": -1.0}, "Au HNO3 -> AuNO3", "Au dissolves in no acid without chloride"),
+    "gold with chloride": (np.nan, {"Au(s)": -1.0}, "Au HCl -> AuCl3 H2", ""),
+    "gold comes out": (np.nan, {"Au(s)": 1.0}, "HNO3 -> Au", ""),
+    "zinc": (-1e6, {"Zn(s)": -1.0}, "Zn HCl -> ZnCl2 H2", ""),
+    "copper makes hydrogen": (1e6, {"Cu(s)": -1.0}, "Cu HCl -> CuCl2 H2", "Cu is nobler than hydrogen"),
+    "copper makes none": (1e6, {"Cu(s)": -1.0}, "Cu HCl -> CuCl2", "its free energy is +1000 kJ/mol"),
+    "sulfur comes out": (1e6, {"S(s)": 1.0}, "H2S -> S H2", "its free energy is +1000 kJ/mol"),
+}  # fmt: skip
+
+
+def test_equation_that_does_not_proceed_has_its_reason():
     """``joule``: free energy of a mol, NaN if not known; ``changes``: mol of a solid that it makes or, below 0, takes.
 
     ``sides``: formulas of reagents and products, without coefficients; ``reason``: none ("") where it proceeds.
     """
-    reagents, products = (side.split() for side in sides.split(" -> "))
-    equation = SimpleNamespace(reagents=reagents, products=products)
-    assert reason_not_to_proceed(joule, Process("", changes), equation) == reason
+    for case, (joule, changes, sides, reason) in ENDS.items():
+        reagents, products = (side.split() for side in sides.split(" -> "))
+        equation = SimpleNamespace(reagents=reagents, products=products)
+        assert reason_not_to_proceed(joule, Process("", changes), equation) == reason, case
 
 
-@pytest.mark.parametrize(
-    ("vessels", "molar"),
-    [
-        ([(10.0, {"HCl": 0.02})], 2.0),
-        ([(10.0, {"H2SO4": 0.02})], 4.0),
-        ([(10.0, {"HCl": 0.02}), (10.0, {"HNO3": 0.03, "H2O": 0.5})], 3.0),
-        ([(10.0, {"CH3COOH": 0.02, "NaCl": 0.5})], 0.0),
-        ([(0.0, {"HCl": 0.02})], 0.0),
-        ([], 0.0),
-    ],
-    ids=["one proton", "two protons", "of two vessels", "a weak acid", "a dry vessel", "no vessel"],
-)
-def test_strongest_acid_has_the_most_protons_a_litre(vessels, molar):
+VESSELS = {
+    "one proton": ([(10.0, {"HCl": 0.02})], 2.0),
+    "two protons": ([(10.0, {"H2SO4": 0.02})], 4.0),
+    "of two vessels": ([(10.0, {"HCl": 0.02}), (10.0, {"HNO3": 0.03, "H2O": 0.5})], 3.0),
+    "a weak acid": ([(10.0, {"CH3COOH": 0.02, "NaCl": 0.5})], 0.0),
+    "a dry vessel": ([(0.0, {"HCl": 0.02})], 0.0),
+    "no vessel": ([], 0.0),
+}
+
+
+def test_strongest_acid_has_the_most_protons_a_litre():
     """``vessels``: millilitres, and mol of each formula; ``molar``: mol/L of protons in the most acid of them.
 
     Weak acids, salts and a dry vessel do not count.
     """
-    contents = {str(row): Contents(*vessel, solids={}, solubility={}) for row, vessel in enumerate(vessels)}
-    assert strongest_acid(contents) == pytest.approx(molar)
+    for case, (vessels, molar) in VESSELS.items():
+        contents = {str(row): Contents(*vessel, solids={}, solubility={}) for row, vessel in enumerate(vessels)}
+        assert strongest_acid(contents) == pytest.approx(molar), case
 
 
 NO_ESTER = SimpleNamespace(reagents={}, products={})
@@ -250,45 +247,53 @@ def test_constant_follows_from_free_energies():
     assert log_k == pytest.approx(0.0286 / 0.0592, abs=0.9) and not is_ester
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [{"S^2-": -1.0, "S(s)": 1.0}, {"S2O3^2-": -1.0, "S(s)": 1.0}],
-    ids=["sulfide", "thiosulfate to sulfur"],
-)
-def test_sulfide_and_thiosulfate_that_falls_apart_have_no_constant(changes):
+def test_sulfide_and_thiosulfate_that_falls_apart_have_no_constant():
     """Tables contradict each other on sulfide; thiosulfate goes on to acids of sulfur."""
-    assert np.isnan(constant_of(changes, NO_ESTER)[0])
+    for case, changes in {
+        "sulfide": {"S^2-": -1.0, "S(s)": 1.0},
+        "thiosulfate to sulfur": {"S2O3^2-": -1.0, "S(s)": 1.0},
+    }.items():
+        assert np.isnan(constant_of(changes, NO_ESTER)[0]), case
 
 
-@pytest.mark.parametrize("direction", [1, -1], ids=["made", "taken apart"])
-def test_ester_has_a_constant_of_four(direction):
+def test_ester_has_a_constant_of_four():
     """Acetic acid and ethanol make ethyl acetate with a constant of 4, and come of it with the inverse, 1/4."""
-    sides = [dict.fromkeys(side, 1) for side in (("CH3COOH", "C2H5OH"), ("CH3COOC2H5", "H2O"))]
-    reagents, products = sides[::direction]
-    log_k, is_ester = constant_of({}, SimpleNamespace(reagents=reagents, products=products))
-    assert log_k == pytest.approx(direction * np.log10(4.0), abs=0.01) and is_ester
+    for case, direction in {
+        "made": 1,
+        "taken apart": -1,
+    }.items():
+        sides = [dict.fromkeys(side, 1) for side in (("CH3COOH", "C2H5OH"), ("CH3COOC2H5", "H2O"))]
+        reagents, products = sides[::direction]
+        log_k, is_ester = constant_of({}, SimpleNamespace(reagents=reagents, products=products))
+        assert log_k == pytest.approx(direction * np.log10(4.0), abs=0.01) and is_ester, case
 
 
-@pytest.mark.parametrize(
-    ("acid", "protons", "kilojoule"),
-    [(0.0, -1.0, -11.416 + 39.95), (0.0, 1.0, -11.416 - 39.95), (1.0, -1.0, -11.416), (1.0, 1.0, -11.416 - 39.95)],
-)
-def test_protons_in_neutral_water_count_unless_an_acid_brings_them(acid, protons, kilojoule):
+def test_protons_in_neutral_water_count_unless_an_acid_brings_them():
     """A constant of 100 is -2 x 5.708 kJ; a proton of neutral water has 7 x 5.708 kJ less than one of an acid.
 
     ``protons``: that a mol of the process makes, below 0 takes; ``acid``: above 0 where an acid brings those it takes.
     """
-    process = Process("", {"H+": protons}, acid=acid, log_k=2.0)
-    assert energy_in_water(process) / 1e3 == pytest.approx(kilojoule)
+    for acid, protons, kilojoule in [
+        (0.0, -1.0, -11.416 + 39.95),
+        (0.0, 1.0, -11.416 - 39.95),
+        (1.0, -1.0, -11.416),
+        (1.0, 1.0, -11.416 - 39.95),
+    ]:
+        process = Process("", {"H+": protons}, acid=acid, log_k=2.0)
+        assert energy_in_water(process) / 1e3 == pytest.approx(kilojoule), (acid, protons)
 
 
-@pytest.mark.parametrize(
-    ("joule", "is_early"),
-    [(-20e3, False), (-12e3, False), (-11.9e3, True), (20e3, True), (20.1e3, False), (np.nan, False)],
-)
-def test_reaction_near_zero_energy_stops_early(joule, is_early):
+def test_reaction_near_zero_energy_stops_early():
     """A reaction of -12 to 20 kJ/mol leaves some of its reagents; below it is complete, above it does not proceed.
 
     Both limits are the product's; of an energy that is not known (NaN) nothing is said.
     """
-    assert stops_early(joule) == is_early
+    for joule, is_early in [
+        (-20e3, False),
+        (-12e3, False),
+        (-11.9e3, True),
+        (20e3, True),
+        (20.1e3, False),
+        (np.nan, False),
+    ]:
+        assert stops_early(joule) == is_early, joule

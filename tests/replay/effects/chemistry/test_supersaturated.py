@@ -26,26 +26,28 @@ def flask_with(ph=9.5, **mol):
     )
 
 
-@pytest.mark.parametrize(
-    ("solid", "dissolved", "ammonia", "ph", "percent"),
-    [
-        (0.5, 0.5, 2.0, 9.5, "50 %"), (0.9, 0.1, 1.1, 9.5, "10 %"), (0.5, 0.5, 0.9, 9.5, ""),
-        (0.97, 0.03, 2.0, 9.5, ""),
-        (0.5, 0.5, 2.0, 6.5, ""), (0.5, 0.5, 2.0, 12.0, ""),
-    ],
-    ids=["half", "a tenth", "little ammonia", "hardly any dissolved", "acid", "lye"],
-)  # fmt: skip
-def test_aluminium_that_ammonia_keeps_dissolved_is_fresh(solid, dissolved, ammonia, ph, percent):
+ALUMINIUM = {
+    "half": (0.5, 0.5, 2.0, 9.5, "50 %"),
+    "a tenth": (0.9, 0.1, 1.1, 9.5, "10 %"),
+    "little ammonia": (0.5, 0.5, 0.9, 9.5, ""),
+    "hardly any dissolved": (0.97, 0.03, 2.0, 9.5, ""),
+    "acid": (0.5, 0.5, 2.0, 6.5, ""),
+    "lye": (0.5, 0.5, 2.0, 12.0, ""),
+}  # fmt: skip
+
+
+def test_aluminium_that_ammonia_keeps_dissolved_is_fresh():
     """In a flask are mol of aluminium hydroxide, of dissolved aluminium and of ammonia.
 
     In textbooks ammonia leaves fresh hydroxide, by PHREEQC it dissolves some: an event "fresh" says which ``percent``
     of the aluminium. None is reported ("") with less ammonia than aluminium, of less than 5 %, up to pH 7, or from pH
     11.5 on, where lye dissolves it too.
     """
-    amounts = {"Al(OH)3(s)": solid, "Al^3+": dissolved, "NH3": ammonia}
-    texts = [event.text for event in aged_hydroxide_events(flask_with(ph, **amounts)) if event.name == "fresh"]
-    assert len(texts) == (1 if percent else 0)
-    assert all(text.startswith(f"{percent} of the aluminium") for text in texts)
+    for case, (solid, dissolved, ammonia, ph, percent) in ALUMINIUM.items():
+        amounts = {"Al(OH)3(s)": solid, "Al^3+": dissolved, "NH3": ammonia}
+        texts = [event.text for event in aged_hydroxide_events(flask_with(ph, **amounts)) if event.name == "fresh"]
+        assert len(texts) == (1 if percent else 0), case
+        assert all(text.startswith(f"{percent} of the aluminium") for text in texts), case
 
 
 def test_aluminium_is_not_fresh_where_nobody_knows_the_ph():
@@ -55,25 +57,28 @@ def test_aluminium_is_not_fresh_where_nobody_knows_the_ph():
     assert list(aged_hydroxide_events(flask)) == []
 
 
-@pytest.mark.parametrize(
-    ("hydroxide", "copper", "ammonia", "anion", "salt"),
-    [
-        (0.5, 0.5, 5.0, "SO4^2-", "Cu4(OH)6SO4"), (0.5, 0.5, 5.0, "NO3-", "Cu2(OH)3NO3"), (0.5, 0.5, 5.0, "F-", ""),
-        (0.5, 0.5, 3.0, "SO4^2-", ""), (0.005, 0.995, 5.0, "SO4^2-", ""), (0.02, 0.98, 5.0, "SO4^2-", "Cu4(OH)6SO4"),
-        (0.5, 0.5, 0.0, "SO4^2-", ""),
-    ],
-    ids=["sulfate", "nitrate", "an anion without a basic salt", "little ammonia", "1 in 200", "1 in 50", "no ammonia"],
-)  # fmt: skip
-def test_copper_hydroxide_left_beside_much_ammonia_is_aged(hydroxide, copper, ammonia, anion, salt):
+COPPER = {
+    "sulfate": (0.5, 0.5, 5.0, "SO4^2-", "Cu4(OH)6SO4"),
+    "nitrate": (0.5, 0.5, 5.0, "NO3-", "Cu2(OH)3NO3"),
+    "an anion without a basic salt": (0.5, 0.5, 5.0, "F-", ""),
+    "little ammonia": (0.5, 0.5, 3.0, "SO4^2-", ""),
+    "1 in 200": (0.005, 0.995, 5.0, "SO4^2-", ""),
+    "1 in 50": (0.02, 0.98, 5.0, "SO4^2-", "Cu4(OH)6SO4"),
+    "no ammonia": (0.5, 0.5, 0.0, "SO4^2-", ""),
+}  # fmt: skip
+
+
+def test_copper_hydroxide_left_beside_much_ammonia_is_aged():
     """In a flask are mol of copper hydroxide, of dissolved copper, of ammonia, and a mol of an ``anion``.
 
     The ammine takes 4 mol of ammonia, so fresh hydroxide would dissolve in 5, not in 3: what is left is aged, and an
     event names the basic ``salt`` of the anion that falls out at first. 1 in 200 of the copper does not count.
     """
-    amounts = {"Cu(OH)2(s)": hydroxide, "Cu^2+": copper, "NH3": ammonia, anion: 1.0}
-    texts = [event.text for event in aged_hydroxide_events(flask_with(**amounts)) if event.name == "aged"]
-    assert len(texts) == (1 if salt else 0)
-    assert all(f"at first is {salt}, which" in text for text in texts)
+    for case, (hydroxide, copper, ammonia, anion, salt) in COPPER.items():
+        amounts = {"Cu(OH)2(s)": hydroxide, "Cu^2+": copper, "NH3": ammonia, anion: 1.0}
+        texts = [event.text for event in aged_hydroxide_events(flask_with(**amounts)) if event.name == "aged"]
+        assert len(texts) == (1 if salt else 0), case
+        assert all(f"at first is {salt}, which" in text for text in texts), case
 
 
 def flask_at_rest(solutes):

@@ -222,52 +222,54 @@ def texts_of_stops(process, extent, limits, *, to_the_end=0.0, has_equilibrium=F
 SLOW, AT_ONCE = Process("A -> B", {"A": -1.0}, rate=1.0), Process("A -> B", {"A": -1.0})
 
 
-@pytest.mark.parametrize(
-    ("process", "extent", "to_the_end", "has_equilibrium", "fraction"),
-    [
-        (AT_ONCE, 0.6, 0.4, True, "60 %"), (AT_ONCE, 0.01, 0.99, True, "1 %"),
-        (AT_ONCE, 0.009, 0.991, True, "less than 1 %"),
-        (AT_ONCE, 0.995, 0.005, True, ""), (AT_ONCE, 0.985, 0.015, True, "98 %"), (AT_ONCE, 0.0, 1.0, True, ""),
-        (SLOW, 0.6, 0.4, True, ""), (AT_ONCE, 0.6, 0.4, False, ""),
-    ],
-    ids=["60 %", "1 %", "0.9 %", "99.5 %", "98.5 %", "nothing", "with a rate", "not at an equilibrium"],
-)  # fmt: skip
-def test_equilibrium_states_what_fraction_has_reacted(process, extent, to_the_end, has_equilibrium, fraction):
+FRACTIONS = {
+    "60 %": (AT_ONCE, 0.6, 0.4, True, "60 %"),
+    "1 %": (AT_ONCE, 0.01, 0.99, True, "1 %"),
+    "0.9 %": (AT_ONCE, 0.009, 0.991, True, "less than 1 %"),
+    "99.5 %": (AT_ONCE, 0.995, 0.005, True, ""),
+    "98.5 %": (AT_ONCE, 0.985, 0.015, True, "98 %"),
+    "nothing": (AT_ONCE, 0.0, 1.0, True, ""),
+    "with a rate": (SLOW, 0.6, 0.4, True, ""),
+    "not at an equilibrium": (AT_ONCE, 0.6, 0.4, False, ""),
+}  # fmt: skip
+
+
+def test_equilibrium_states_what_fraction_has_reacted():
     """The equation A -> B has run by ``extent`` mol in a flask, and ``to_the_end`` mol of A are left.
 
     ``fraction``: as the event states it. There is none ("") of 0 or more than 99 %, nor of an equation with a rate or
     without an equilibrium.
     """
-    texts = texts_of_stops(process, extent, limits={}, to_the_end=to_the_end, has_equilibrium=has_equilibrium)
-    expected = f"A -> B stops at its equilibrium in flask: {fraction} has reacted, by its free energy"
-    assert texts == ([expected] if fraction else [])
+    for case, (process, extent, to_the_end, has_equilibrium, fraction) in FRACTIONS.items():
+        texts = texts_of_stops(process, extent, limits={}, to_the_end=to_the_end, has_equilibrium=has_equilibrium)
+        expected = f"A -> B stops at its equilibrium in flask: {fraction} has reacted, by its free energy"
+        assert texts == ([expected] if fraction else []), case
 
 
 TWO_REAGENTS = Process("2 A + B -> C", {"A": -2.0, "B": -1.0, "H+": -1.0})
 
 
-@pytest.mark.parametrize(
-    ("extent", "limits", "is_reported"),
-    [
-        (0.6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, True),
-        (0.6, {"A": 0.2, "B": 0.5, Cause.HYDROXIDE: 0.0}, True),
-        (0.6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.1}, False),
-        (0.6, {"A": 0.2, "B": 0.5, Cause.SATURATION: 0.0}, False),
-        (0.6, {"A": 0.2, Cause.ACID: 0.0}, False),
-        (0.6, {"A": 0.2, "B": 0.001, Cause.ACID: 0.0}, False),
-        (0.6, {"A": 0.2, "B": 0.01, Cause.ACID: 0.0}, True),
-        (1e-6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, False),
-        (0.0, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, False),
-    ],
-    ids=["acid", "hydroxide", "acid left", "saturated", "one reagent", "no B", "some B", "a trace", "did not run"],
-)
-def test_reaction_stopped_for_want_of_acid_names_what_is_left(extent, limits, is_reported):
+STOPS = {
+    "acid": (0.6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, True),
+    "hydroxide": (0.6, {"A": 0.2, "B": 0.5, Cause.HYDROXIDE: 0.0}, True),
+    "acid left": (0.6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.1}, False),
+    "saturated": (0.6, {"A": 0.2, "B": 0.5, Cause.SATURATION: 0.0}, False),
+    "one reagent": (0.6, {"A": 0.2, Cause.ACID: 0.0}, False),
+    "no B": (0.6, {"A": 0.2, "B": 0.001, Cause.ACID: 0.0}, False),
+    "some B": (0.6, {"A": 0.2, "B": 0.01, Cause.ACID: 0.0}, True),
+    "a trace": (1e-6, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, False),
+    "did not run": (0.0, {"A": 0.2, "B": 0.5, Cause.ACID: 0.0}, False),
+}
+
+
+def test_reaction_stopped_for_want_of_acid_names_what_is_left():
     """2 A + B + H+ -> C has run by ``extent`` mol; ``limits``: mol by which each reagent would let it run on.
 
     0.2 by A are 400 mmol of it. A stop is reported where it ran, both reagents are left, and acid or hydroxide is not.
     """
-    texts = texts_of_stops(TWO_REAGENTS, extent, limits)
-    cause = next((name for name in limits if name in (Cause.ACID, Cause.HYDROXIDE)), "")
-    amounts = f"400 mmol A and {1e3 * limits.get('B', 0.0):g} mmol B are left"
-    expected = f"2 A + B -> C stops in flask for want of {cause}: {amounts}"
-    assert texts == ([expected] if is_reported else [])
+    for case, (extent, limits, is_reported) in STOPS.items():
+        texts = texts_of_stops(TWO_REAGENTS, extent, limits)
+        cause = next((name for name in limits if name in (Cause.ACID, Cause.HYDROXIDE)), "")
+        amounts = f"400 mmol A and {1e3 * limits.get('B', 0.0):g} mmol B are left"
+        expected = f"2 A + B -> C stops in flask for want of {cause}: {amounts}"
+        assert texts == ([expected] if is_reported else []), case

@@ -5,61 +5,59 @@ import pytest
 
 from replay.effects.chemistry.warming import heat_given_off, heating_curve, temperature_after_seconds
 
-
 # Source: R. M. Felder and R. W. Rousseau, Elementary Principles of Chemical Processes, table B.11.
-@pytest.mark.parametrize(
-    ("acid_mol", "water_mol", "joule", "relative"),
-    [
-        pytest.param(1.0, 1.0, 28.07e3, 1e-6, id="first row"),
-        pytest.param(2.0, 20.0, 2.0 * 67.03e3, 1e-6, id="two mol with ten times as much"),
-        pytest.param(1.0, 50.0, 73.34e3, 1e-6, id="last row"),
-        pytest.param(1.0, 1e9, 73.34e3, 1e-6, id="beyond the table its last"),
-        pytest.param(1.0, 4.0, 54.06e3, 0.01, id="4, between rows, by the literature"),
-        pytest.param(1.0, 25.0, 72.3e3, 0.01, id="25, between rows, by the literature"),
-        pytest.param(0.0, 0.0, 0.0, 0.0, id="nothing"),
-        pytest.param(1.0, 0.0, 0.0, 0.0, id="acid alone"),
-        pytest.param(0.0, 1.0, 0.0, 0.0, id="water alone"),
-    ],
-)
-def test_acid_gives_the_heat_of_its_table_and_no_more(acid_mol, water_mol, joule, relative):
+DILUTIONS = {
+    "first row": (1.0, 1.0, 28.07e3, 1e-6),
+    "two mol with ten times as much": (2.0, 20.0, 2.0 * 67.03e3, 1e-6),
+    "last row": (1.0, 50.0, 73.34e3, 1e-6),
+    "beyond the table its last": (1.0, 1e9, 73.34e3, 1e-6),
+    "4, between rows, by the literature": (1.0, 4.0, 54.06e3, 0.01),
+    "25, between rows, by the literature": (1.0, 25.0, 72.3e3, 0.01),
+    "nothing": (0.0, 0.0, 0.0, 0.0),
+    "acid alone": (1.0, 0.0, 0.0, 0.0),
+    "water alone": (0.0, 1.0, 0.0, 0.0),
+}
+
+
+def test_acid_gives_the_heat_of_its_table_and_no_more():
     """The table has J per mol of sulfuric acid that is mixed with 1, 10 and 50 mol of water per mol of acid."""
     table = {1.0: 28.07e3, 10.0: 67.03e3, 50.0: 73.34e3}
-    released = heat_given_off(np.array([acid_mol]), np.array([water_mol]), table)
-    assert released == pytest.approx([joule], rel=relative, abs=0.0)
+    for case, (acid_mol, water_mol, joule, relative) in DILUTIONS.items():
+        released = heat_given_off(np.array([acid_mol]), np.array([water_mol]), table)
+        assert released == pytest.approx([joule], rel=relative, abs=0.0), case
 
 
-@pytest.mark.parametrize("loss_w_per_k", [0.0, 1e-9, 0.4, 40.0])
-def test_an_excess_falls_by_newtons_law(loss_w_per_k):
+def test_an_excess_falls_by_newtons_law():
     """A body of 418 J/K is 30 K above the room, which is at 0 where nothing else is stated."""
-    seconds, capacity = np.array([0.0, 0.01, 1.0, 60.0]), 418.0
-    expected = 30.0 * np.exp(-loss_w_per_k * seconds / capacity)
-    above_room = temperature_after_seconds(30.0, seconds, capacity=capacity, loss=loss_w_per_k)
-    assert above_room == pytest.approx(expected, rel=1e-12, abs=1e-13)
+    for loss_w_per_k in [0.0, 1e-9, 0.4, 40.0]:
+        seconds, capacity = np.array([0.0, 0.01, 1.0, 60.0]), 418.0
+        expected = 30.0 * np.exp(-loss_w_per_k * seconds / capacity)
+        above_room = temperature_after_seconds(30.0, seconds, capacity=capacity, loss=loss_w_per_k)
+        assert above_room == pytest.approx(expected, rel=1e-12, abs=1e-13), loss_w_per_k
 
 
-@pytest.mark.parametrize(
-    ("seconds", "loss_w_per_k", "celsius"),
-    [(1e6, 0.4, 20.0 + 8.0 / 0.4), (10.0, 0.0, 20.0 + 8.0 * 10.0 / 100.0)],
-    ids=["balance with the loss after long", "no loss, 10 s"],
-)
-def test_a_steady_power_leads_to_its_balance(seconds, loss_w_per_k, celsius):
+def test_a_steady_power_leads_to_its_balance():
     """A body of 100 J/K, as warm as the room of 20 degC at first, is heated by 8 W."""
-    warmed = temperature_after_seconds(
-        celsius=20.0, seconds=seconds, power_w=8.0, capacity=100.0, loss=loss_w_per_k, ambient=20.0
-    )
-    assert warmed == pytest.approx(celsius, rel=1e-12)
+    for case, (seconds, loss_w_per_k, celsius) in {
+        "balance with the loss after long": (1e6, 0.4, 20.0 + 8.0 / 0.4),
+        "no loss, 10 s": (10.0, 0.0, 20.0 + 8.0 * 10.0 / 100.0),
+    }.items():
+        warmed = temperature_after_seconds(
+            celsius=20.0, seconds=seconds, power_w=8.0, capacity=100.0, loss=loss_w_per_k, ambient=20.0
+        )
+        assert warmed == pytest.approx(celsius, rel=1e-12), case
 
 
-@pytest.mark.parametrize(("boils", "highest"), [(100.0, 25.0), (22.5, 22.5)])
-def test_heating_curve_rises_while_there_is_power(boils, highest):
+def test_heating_curve_rises_while_there_is_power():
     """A body of 10 J/K without loss, a row a second: 10 W from the first and from the sixth row on, none in between.
 
     It rises by 1 K a second, up to ``boils``, its boiling point.
     """
-    times, power_w = np.arange(8.0), np.array([10.0, 10.0, 10.0, 0.0, 0.0, 10.0, 10.0, 10.0])
-    curve = heating_curve(times, power_w, capacity=10.0, loss=0.0, ambient=20.0, boils=boils)
-    unlimited = np.array([20.0, 21.0, 22.0, 23.0, 23.0, 23.0, 24.0, 25.0])
-    assert curve == pytest.approx(np.minimum(unlimited, highest), rel=1e-12)
+    for boils, highest in [(100.0, 25.0), (22.5, 22.5)]:
+        times, power_w = np.arange(8.0), np.array([10.0, 10.0, 10.0, 0.0, 0.0, 10.0, 10.0, 10.0])
+        curve = heating_curve(times, power_w, capacity=10.0, loss=0.0, ambient=20.0, boils=boils)
+        unlimited = np.array([20.0, 21.0, 22.0, 23.0, 23.0, 23.0, 24.0, 25.0])
+        assert curve == pytest.approx(np.minimum(unlimited, highest), rel=1e-12), boils
 
 
 def test_heating_curve_cools_by_newtons_law_without_power():
