@@ -410,10 +410,20 @@ def minteq():
     return "\n".join(lines) + phases + rest
 
 
-def answer(moles, phases, kilograms, species=()):
-    """pH, and mol of each phase and species, of so many mol of formulas in so much water at 25 degC."""
+@cache
+def library_with_minteq(changes=""):
+    """PHREEQC with the data of ``minteq``, and changes of them, read once."""
     import phreeqc
 
+    library = phreeqc.Phreeqc()
+    library.LoadDatabaseString(minteq())
+    if changes and library.RunString(f"{changes}END\n"):
+        raise ValueError(library.GetErrorString())
+    return library
+
+
+def answer(moles, phases, kilograms, species=()):
+    """pH, and mol of each phase and species, of so many mol of formulas in so much water at 25 degC."""
     totals = Counter()
     for formula, amount in moles.items():
         for element in TOTALS[formula].split():
@@ -426,10 +436,7 @@ def answer(moles, phases, kilograms, species=()):
     molal = {formula: f"m_{name}(mol/kgw)" for formula, name in dict(species).items()}
     output = "SELECTED_OUTPUT\n -reset false\n -pH true\n -water true\n -high_precision true\n"
     output += f" -equilibrium_phases {names}\n -molalities {' '.join(dict(species).values())}\n"
-    if "S(-2)" in totals:
-        output += f"{WITHOUT_POLYSULFIDES}END\n"
-    library = phreeqc.Phreeqc()
-    library.LoadDatabaseString(minteq())
+    library = library_with_minteq(WITHOUT_POLYSULFIDES if "S(-2)" in totals else "")
     if library.RunString(output + "\n".join([*lines, "END\n"])):
         raise ValueError(library.GetErrorString())
     columns = library.GetSelectedOutput()

@@ -20,7 +20,7 @@ MIXTURES = tomllib.loads(Path(__file__).with_name("chemistry").joinpath("mixture
 WITHOUT_TITRATION = ("hydrolysis", "metals", "solids", "copper", "complexes")
 """Families in which nothing is titrated."""
 
-STEPS = 60
+STEPS = 20
 
 
 def end_point_texts(a, b, equation, steps=STEPS):

@@ -1,6 +1,7 @@
 """Heat of reaction against the tables it comes from, calorimetry against the closed form, at every rate."""
 
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,7 @@ def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
 OXIDATION = ("reaction", {"equation": "2 Fe3+ + 2 I- -> 2 Fe2+ + I2"})
 
 
+@cache
 def effects_of_hot_liquid_poured_into_cold():
     """Effects of a run: iron(III) chloride of 60 degC is poured from frame 20 on into iodide in glass b, a cold glass.
 
@@ -162,13 +164,12 @@ def test_solution_that_freezes_states_its_coldest_temperature():
     [
         ("Na2S2O3", 20.0, (), ["Na+ and S2O3^2-"]),
         ("CO(NH2)2", 20.0, (), ["CO(NH2)2"]),
-        ("LiCl", 40.0, (), ["Li+ and Cl-"]),
         ("Na2S2O3", 2.0, (), []),
         ("Na2S2O3", 20.0,
          [("reaction", {"equation": "Na2S2O3(s) -> 2 Na+ + S2O3^2-", "heat_kj_mol": 7.0})], []),
         ("NaNO3", 20.0, (), []),
     ],
-    ids=["thiosulfate", "urea", "lithium chloride", "weak solution", "heat by the scene", "heat by a table"],
+    ids=["thiosulfate", "urea", "weak solution", "heat by the scene", "heat by a table"],
 )  # fmt: skip
 def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, equations, ions):
     """30 mL of water are poured on a powder; ``ions``: of the warning that no heat of so strong a solution is known.

@@ -6,8 +6,8 @@ from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_ta
 
 from replay.effects.colour_tables import INDICATORS, coloured_species
 
-OPEN = [*([0.0] * 2), *([90.0] * 160), *([0.0] * 10)]
-"""Degrees of the stopcock: some 2 mL run in."""
+OPEN = [*([0.0] * 2), *([90.0] * 54), *([0.0] * 4)]
+"""Degrees of the stopcock, one a frame of a thirtieth of a second: some 2 mL run in."""
 
 BY_PH = {
     "phenolphthalein": (8.2, 10.0, "colourless", "pink"),
@@ -21,7 +21,7 @@ BY_PH = {
 """Name -> pH range and colours. Source: Harris, Quantitative Chemical Analysis, 8th ed., table 10-3."""
 
 
-def titrated(solutes, titrant, indicator, *effects, hz=90):
+def titrated(solutes, titrant, indicator, *effects, hz=30):
     """Effects of a titrant that runs into 2 mL of a solution with an indicator; both: solute -> mol/L."""
     flask = glass("flask", volume_ml=2.0, solutes=solutes)
     burette = glass("burette", volume_ml=50.0, solutes=titrant, cavity=BURETTE_COLUMN)

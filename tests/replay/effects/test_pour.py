@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.liquid_worlds import (
     HEIGHT,
@@ -60,7 +60,6 @@ def test_a_full_glass_pours_from_its_first_tilt():
     assert event.time == pytest.approx(1 * STEP_S) and event.end is None
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     degrees=st.lists(st.floats(0.0, 180.0), min_size=2, max_size=30),
     a_ml=st.floats(0.0, 75.0),

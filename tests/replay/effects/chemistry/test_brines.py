@@ -1,5 +1,6 @@
 """Salts beside other ions, against PHREEQC's Pitzer equations: within 6 %, or withheld by name."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,17 @@ PITZER = Path(phreeqc.__file__).parent / "databases" / "pitzer.dat"
 WATER_MOL = 1.0 / 0.0180153
 
 
-def dissolved_by_pitzer(phase, ions):
-    """mol/kg of a salt that dissolve in so much of other ions, PHREEQC's elements with mol/kg."""
+@cache
+def library_with_pitzer():
+    """PHREEQC with its data base of Pitzer's equations."""
     library = phreeqc.Phreeqc()
     library.LoadDatabase(str(PITZER))
+    return library
+
+
+def dissolved_by_pitzer(phase, ions):
+    """mol/kg of a salt that dissolve in so much of other ions, PHREEQC's elements with mol/kg."""
+    library = library_with_pitzer()
     solution = "SOLUTION 1\n units mol/kgw\n pH 1 charge\n" + "".join(
         f" {name} {many}\n" for name, many in ions.items()
     )
@@ -88,8 +96,10 @@ def test_other_ions_lower_saturation_by_less_than_the_bound(phase, ions, element
     assert -np.log10(mean_molality(elements) / mean_molality({})) < SALTING_OUT_KG_MOL * strength
 
 
-OPEN_FOR_06_S = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-"""Degrees of the tap, one a frame of 10 ms."""
+OPEN_FOR_06_S = [*([0.0] * 2), *([90.0] * 15), *([0.0] * 8)]
+"""Degrees of the tap, one a frame of `STEP_NS`."""
+
+STEP_NS = 40_000_000
 
 HALITE = ("reaction", {"equation": "NaCl(s) -> Na+ + Cl-"})
 
@@ -98,7 +108,8 @@ def acid_into_brine(molar):
     """Output of the reaction where 0.8 mL of hydrochloric acid run into 2 mL with 5.4 mol/L of salt."""
     acid = glass("burette", volume_ml=50.0, solute="HCl", molar=molar, cavity=BURETTE_COLUMN)
     brine = glass("flask", volume_ml=2.0, solute="NaCl", molar=5.4)
-    return effects_of_tap_degrees(OPEN_FOR_06_S, MIXING_IN_FLASK, HALITE, burette=acid, flask=brine)["reaction"].output
+    effects = effects_of_tap_degrees(OPEN_FOR_06_S, MIXING_IN_FLASK, HALITE, burette=acid, flask=brine, step_ns=STEP_NS)
+    return effects["reaction"].output
 
 
 def test_a_salt_in_a_brine_is_withheld_by_name():
@@ -125,7 +136,9 @@ def test_gypsum_in_a_brine_is_named_in_the_warning():
     calcium = glass("burette", volume_ml=50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0}, cavity=BURETTE_COLUMN)
     sulfate = glass("flask", volume_ml=2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
     gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
-    effects = effects_of_tap_degrees(OPEN_FOR_06_S, MIXING_IN_FLASK, gypsum, burette=calcium, flask=sulfate)
+    effects = effects_of_tap_degrees(
+        OPEN_FOR_06_S, MIXING_IN_FLASK, gypsum, burette=calcium, flask=sulfate, step_ns=STEP_NS
+    )
     (event,) = effects["reaction"].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text
 
@@ -146,7 +159,12 @@ def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, formu
     burette = glass("burette", volume_ml=50.0, solute=acid, molar=molar, cavity=BURETTE_COLUMN)
     flask = glass("flask", volume_ml=0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
     output = effects_of_tap_degrees(
-        OPEN_FOR_06_S, MIXING_IN_FLASK, ("reaction", {"equation": equation}), burette=burette, flask=flask
+        OPEN_FOR_06_S,
+        MIXING_IN_FLASK,
+        ("reaction", {"equation": equation}),
+        burette=burette,
+        flask=flask,
+        step_ns=STEP_NS,
     )["reaction"].output
     assert not output.events_named("brine")
     assert not any("may dissolve" in event.text for event in output.events_named("concentrated"))

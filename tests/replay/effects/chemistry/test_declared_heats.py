@@ -25,7 +25,7 @@ SOLIDS = [
 ]
 
 
-RATES = [{}, {}, {"rate_per_s": 1e3}, *[{}] * 7, {"rate_per_s": 1e3}]
+RATES = [{}, {}, {"rate_per_s": 1e3}, *[{}] * 8]
 
 
 def solid_in_b(formula, moles):

@@ -1,10 +1,9 @@
 """Redox potentials (`replay.effects.chemistry.redox`) are those of handbooks and of PHREEQC at full equilibrium."""
 
 import numpy as np
-import phreeqc
 import pytest
 from support.liquid_worlds import BURETTE_COLUMN, MIXING_IN_FLASK, effects_of_tap_degrees, glass
-from support.second_opinions import minteq
+from support.second_opinions import library_with_minteq
 
 from replay.effects.chemistry.redox import couples_of
 from replay.effects.effect_summary import titration_curves
@@ -38,10 +37,9 @@ def curves(flask, burette, equation, rate=None):
 
 def potential_by_phreeqc(molar):
     """V of a solution of ions (PHREEQC's name -> mol/L) where every oxidation state is at equilibrium but oxygen."""
-    library = phreeqc.Phreeqc()
-    library.LoadDatabaseString(minteq())
+    library = library_with_minteq(NO_OXYGEN)
     # Each state is brought alone, so that PHREEQC mixes what it would otherwise refuse to be given together.
-    text = f"{NO_OXYGEN}SOLUTION 1\n units mol/kgw\n pH 7 charge\nREACTION 1\n"
+    text = "SOLUTION 1\n units mol/kgw\n pH 7 charge\nREACTION 1\n"
     text += "".join(f" {formula} {float(amount)!r}\n" for formula, amount in molar.items())
     text += " 1.0 moles\nSELECTED_OUTPUT\n -reset false\n -pe true\nEND\n"
     assert not library.RunString(text), library.GetErrorString()
