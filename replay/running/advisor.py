@@ -92,6 +92,10 @@ def advise(
         if number not in missing_module_of_row
     }
     uncut_colliders = _cut_colliders(session, setting_of_label, time_limit, options)
+    if options.get("oracle") in uncut_colliders.labels:
+        raise TradeoffError(
+            f"the reference, {options['oracle']}, needs convex pieces that were not cut in time; give it a longer limit"
+        )
     result = run(
         session,
         detectors={
@@ -120,10 +124,14 @@ def advise(
 
 @dataclass(frozen=True)
 class _UncutColliders:
-    """Labels of the rows whose convex pieces there was no time for, and sentences about their cuts."""
+    """Labels of the rows whose convex pieces there was no time for, and sentences about their cuts.
+
+    ``others_are_cut``: whether other pieces are cut, from which the same command goes on.
+    """
 
     labels: tuple[str, ...]
     sentences: tuple[str, ...]
+    others_are_cut: bool
 
     def remarks(self, time_limit: float | None) -> list[str]:
         """Sentences about the rows that were not tried, about their cuts, and what to do."""
@@ -131,11 +139,13 @@ class _UncutColliders:
             return []
         numbers = [str(_row_number(label)) for label in self.labels]
         subject = f"Row {numbers[0]} was" if len(numbers) == 1 else f"Rows {joined_names(numbers)} were"
-        return [
+        sentences = [
             f"{subject} not tried within {duration(time_limit)}: a longer --time-limit tries more.",
             *self.sentences,
-            f"{PIECES_ARE_KEPT.capitalize()}.",
         ]
+        if self.others_are_cut:
+            sentences.append(f"{PIECES_ARE_KEPT.capitalize()}.")
+        return sentences
 
 
 def _cut_colliders(
@@ -160,6 +170,7 @@ def _cut_colliders(
             if not late_keys.isdisjoint(cut.key for cut in cut_of_body.values())
         ),
         sentences=tuple(not_tried_sentences([(name, cut) for name, cut in cuts.values() if cut.key in late_keys])),
+        others_are_cut=any(cut.row.seconds and cut.key not in not_cut_by_key for _, cut in cuts.values()),
     )
 
 

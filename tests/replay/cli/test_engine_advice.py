@@ -2,12 +2,13 @@ import json
 from dataclasses import replace
 
 import pytest
-from support.small_worlds import unit_cubes_on_x
+from support.small_worlds import cube, unit_cubes_on_x
 
-from replay.cli.console import EXIT_INTERRUPTED
+from replay.cli.console import EXIT_FAILURE, EXIT_INTERRUPTED
 from replay.cli.main import main
 from replay.cutting import piece_store
 from replay.cutting.methods import METHODS
+from replay.cutting.piece_store import NotCut
 from replay.running import advisor
 from sessions import write_session
 
@@ -55,11 +56,24 @@ def test_rows_whose_pieces_are_late_are_named_as_not_tried(session_file, tmp_pat
     reported = json.loads(capsys.readouterr().out)
     assert [row["number"] for row in reported["rows"]] == [1, 2]
     assert (reported["time_limit"], reported["not_tried"]) == (20.0, [not_tried])
-    assert reported["advice"][-3:] == [
+    assert reported["advice"][-2:] == [
         "Rows 3 and 4 were not tried within 20 s: a longer --time-limit tries more.",
         not_tried,
-        "The pieces that are cut are kept: the same command goes on from them.",
     ]
+    assert main([*command, "--oracle", "row-3"]) == EXIT_FAILURE
+    assert "the reference, row-3, needs convex pieces" in capsys.readouterr().err
+
+
+def test_pieces_cut_before_the_limit_are_said_to_be_kept(session_file, tmp_path, monkeypatch, capsys):
+    """Of two cubes, which have edges of 1 m and 2 m, the first is cut in time, and the second is not."""
+    monkeypatch.setattr(advisor, "cut_in_time", lambda cuts, _: {cuts[-1].key: NotCut("", late=True)})
+    session = unit_cubes_on_x(POSITIONS)
+    meshes = {**session.meshes, "b": cube(edge=2.0)}
+    write_session(replace(session, meshes=meshes), tmp_path / "two-sizes.mcap")
+    assert main(["tradeoff", str(tmp_path / "two-sizes.mcap"), "--engine", "unreal"]) == 0
+    printed = capsys.readouterr().out
+    assert "CoACD of b (16 pieces) was not tried" in printed
+    assert "The pieces that are cut are kept: the same command goes on from them." in printed
 
 
 def test_stopped_cutting_says_that_pieces_are_kept(session_file, monkeypatch, capsys):
