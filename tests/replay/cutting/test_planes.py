@@ -10,6 +10,7 @@ from trimesh import Trimesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
+from replay.cutting import planes
 from replay.cutting.convex_solids import manifold_of, outside_by, volume_of
 from replay.cutting.planes import MOST_REGIONS, best_cut, cut_in_two, plane_ladder
 
@@ -65,6 +66,13 @@ def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
     (hull,) = hulls_of_pieces(CUP, most=1)
     assert volume_of(CUP) * (1.0 - 1e-9) <= finest < 1.1 * volume_of(CUP)
     assert volume_of(hull) > 2.2 * volume_of(CUP)
+
+
+def test_cutting_stops_at_the_most_regions(monkeypatch):
+    """Planes would cut a hollow cup into more than eight pieces: there are as many as the limit, three."""
+    assert len(ladders_by_body()[CUP.content_hash].ends) > 8
+    monkeypatch.setattr(planes, "MOST_REGIONS", 3)
+    assert len(plane_ladder(CUP).ends) == 3
 
 
 def test_cutting_a_mesh_again_gives_identical_pieces():
