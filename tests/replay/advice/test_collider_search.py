@@ -73,7 +73,7 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_
 
 
 def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch):
-    """A beaker was tried in up to 32 sectors (2 % of false contact are allowed); the time is up before fewer are tried.
+    """A beaker was tried in up to 8 sectors (2 % of false contact are allowed); the time is up before fewer are tried.
 
     Taken is, of all choices that were tried and are about as good as the best (their loss is at most half of
     ``SIMILAR_LOSS`` larger), that of the fewest pieces.
@@ -83,7 +83,7 @@ def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch)
         raise collider_search.TimeUpError
 
     monkeypatch.setattr(collider_search.ColliderSearch, "descend", end)
-    fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.02), time_limit=None)
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.02, pieces=8), time_limit=None)
     least_loss = min(choice["loss"] for choice in fixed.front)
     as_good = [choice for choice in fixed.front if choice["loss"] <= least_loss + collider_search.SIMILAR_LOSS / 2]
     assert fixed.time_up
@@ -246,7 +246,7 @@ def test_cut_skipped_for_lack_of_time_names_its_duration(beaker_and_rod, monkeyp
     plant_methods(monkeypatch, shrunk=1.0)
     seconds = Cut.seconds.fget
     monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))
-    fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.2))
+    fixed = fix_colliders(beaker_and_rod, limits=Limits(false=0.2, pieces=8))
     assert "CoACD of beaker (8 pieces) was not tried: it takes about 15 min." in fixed.remarks
     assert fixed.as_json()["not_tried"] == list(fixed.not_tried) != []
 

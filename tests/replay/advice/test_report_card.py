@@ -39,6 +39,13 @@ def cup(request):
     return shift_mesh(revolved_mesh(wall, 12), (request.param, 0.0, 0.0))
 
 
+@pytest.fixture
+def coarse_reach(monkeypatch):
+    """How far pieces reach beyond a mesh, at which a test does not look, is sampled coarsely, which takes less time."""
+    monkeypatch.setattr(surface_distance, "SAMPLES_PER_SIZE", 4)
+
+
+@pytest.mark.usefixtures("coarse_reach")
 def test_float32_rounding_of_written_colliders_is_not_reported(cup):
     """The hull of a cup, its corners rounded to float32 as in a file: no part of the cup is called missing.
 
@@ -51,6 +58,7 @@ def test_float32_rounding_of_written_colliders_is_not_reported(cup):
     assert card["beyond"] > 1.0
 
 
+@pytest.mark.usefixtures("coarse_reach")
 def test_hull_two_micrometres_aside_is_reported(cup):
     """A hull moved by 2 um, more than float32 rounds, leaves a part of the cup outside."""
     card = shape_figures(cup, [shift_mesh(hull_collider(cup), (2e-6, 0.0, 0.0))])
@@ -113,10 +121,10 @@ def test_points_beyond_the_radius_of_a_ball_are_outside():
     assert (outside == (radius > 1.0))[is_clear].all()
 
 
+@pytest.mark.usefixtures("coarse_reach")
 @pytest.mark.parametrize("open_body", ["mesh", "piece"])
-def test_volumes_of_open_meshes_are_not_known(open_body, monkeypatch):
+def test_volumes_of_open_meshes_are_not_known(open_body):
     """A cube in place of itself; a face is missing, of the mesh or of the piece: that has no inside, so no volume."""
-    monkeypatch.setattr(surface_distance, "SAMPLES_PER_SIZE", 4)  # for distances, which are not looked at here
     cube = box_mesh((1.0, 1.0, 1.0))
     open_cube = TriangleMesh(cube.vertices, cube.faces[1:])
     mesh, piece = (open_cube, cube) if open_body == "mesh" else (cube, open_cube)

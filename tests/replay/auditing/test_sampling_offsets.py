@@ -24,7 +24,7 @@ def bumps(seed, frames=120):
     return unit_cubes_on_x({"a": [0.0] * frames, "b": positions.tolist()})
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("detector", "rate_hz", "seed"),
     [
