@@ -126,14 +126,14 @@ SINCE_POSE = np.arange(120) / RATE - 50 / RATE
 GAP = "not judged: gap, loss or jump before it"
 
 
-@pytest.mark.parametrize("step", [0.005, 0.03, 0.2, 3.0])
-def test_a_tracking_jump_into_contact_breaks_nothing(step):
+def test_a_tracking_jump_into_contact_breaks_nothing():
     """A cup rests over a block and in the next frame is ``step`` m lower, 0.5 mm in the block: an error of tracking.
 
     As a motion even 5 mm in a frame of 1/90 s are 0.45 m/s; 30 mm are 2.7 m/s, and the cup breaks from 1 m/s on.
     """
-    crashes, _impacts, _run = breakage_of(cup_over_block(np.where(FRAMES < 30, step - 0.0005, -0.0005)))
-    assert not crashes
+    for step in [0.005, 0.03, 0.2, 3.0]:
+        crashes, _impacts, _run = breakage_of(cup_over_block(np.where(FRAMES < 30, step - 0.0005, -0.0005)))
+        assert not crashes, step
 
 
 @pytest.mark.parametrize(

@@ -37,28 +37,24 @@ def coloured(ph, step_s=0.1, start_s=0.0, liquids=(), declared=(RED_TO_BLUE_FROM
 TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns from blue to red"
 
 
-@pytest.mark.parametrize(
-    ("ph", "events"),
-    [
-        ([5, 7, 9], [(TO_BLUE, 0.1, 0.2)]),
-        ([9, 7, 5], [(TO_RED, 0.1, 0.2)]),
-        ([6, 8], [(TO_BLUE, 0.1, 0.1)]),
-        ([5, 9, 5], [(TO_BLUE, 0.1, 0.1), (TO_RED, 0.2, 0.2)]),
-        ([5, 7, 7.9], [(TO_BLUE + ", not wholly by the end", 0.1, None)]),
-        ([5, 7, 5], []),
-        ([7, 7, 9], []),
-        ([5, 5.9], []),
-    ],
-    ids=["acid to base", "base to acid", "at its ends", "there and back", "halfway", "returns", "from within", "acid"],
-)
-def test_indicator_changes_between_both_ends_of_its_range(ph, events):
+def test_indicator_changes_between_both_ends_of_its_range():
     """The indicator "mine" is red up to pH 6 and blue from pH 8; ``ph``: of rows 0.1 s apart.
 
     ``events``: text, start and end in seconds: the first row within the range or beyond, and the row beyond its end.
     """
-    changes = coloured(ph).events
-    assert [(event.text, event.time) for event in changes] == [(text, pytest.approx(time)) for text, time, _ in events]
-    assert [event.end for event in changes] == [end if end is None else pytest.approx(end) for *_, end in events]
+    for case, (ph, events) in {
+        "acid to base": ([5, 7, 9], [(TO_BLUE, 0.1, 0.2)]),
+        "base to acid": ([9, 7, 5], [(TO_RED, 0.1, 0.2)]),
+        "at its ends": ([6, 8], [(TO_BLUE, 0.1, 0.1)]),
+        "there and back": ([5, 9, 5], [(TO_BLUE, 0.1, 0.1), (TO_RED, 0.2, 0.2)]),
+        "halfway": ([5, 7, 7.9], [(TO_BLUE + ", not wholly by the end", 0.1, None)]),
+        "returns": ([5, 7, 5], []),
+        "from within": ([7, 7, 9], []),
+        "acid": ([5, 5.9], []),
+    }.items():
+        changes = coloured(ph).events
+        expected = [(text, pytest.approx(start), end and pytest.approx(end)) for text, start, end in events]
+        assert [(event.text, event.time, event.end) for event in changes] == expected, case
 
 
 def test_slow_change_states_when_it_is_complete():

@@ -105,25 +105,25 @@ ACIDS, REDOX = Equivalence.ACID_AND_BASE, Equivalence.OXIDANT_AND_REDUCTANT
 METALS = Equivalence.METAL_AND_ANION
 
 
-@pytest.mark.parametrize(
-    ("ends", "series", "expected"),
-    [
-        ([], {"pH": "pH"}, {"pH": []}),
-        ([(ACIDS, 4.0)], {"pH": "pH", "temperature": "degC"}, {"pH": [4.0]}),
-        ([(REDOX, 5.0)], {"pH": "pH", "potential": "V"}, {"redox potential": [5.0]}),
-        ([(REDOX, 5.0), (ACIDS, 4.0)], {"pH": "pH", "potential": "V"}, {"redox potential": [5.0], "pH": [4.0]}),
-        ([(REDOX, 5.0)], {"Fe^2+ left": "mol"}, {"mol of Fe^2+ left": [5.0]}),
-        ([(METALS, 6.0)], {"pAg": "pAg"}, {"pAg": [6.0]}),
-    ],
-    ids=["pH without end", "acid", "redox hides pH", "both end points", "reagent left", "metal"],
-)
-def test_titration_curve_is_of_the_quantity_with_an_end_point(ends, series, expected):
+def test_titration_curve_is_of_the_quantity_with_an_end_point():
     """``ends``: kind and second of each end point, when as many mL have run in; ``series``: name and unit of each.
 
     ``expected``: quantity of each curve that is drawn -> mL of the end points on it. The curve of an end point is of
     what it is defined by, such as the pH of acid and base; without end points the pH is drawn.
     """
-    assert end_points_by_curve(ends, **series) == expected
+    for case, (ends, series, expected) in {
+        "pH without end": ([], {"pH": "pH"}, {"pH": []}),
+        "acid": ([(ACIDS, 4.0)], {"pH": "pH", "temperature": "degC"}, {"pH": [4.0]}),
+        "redox hides pH": ([(REDOX, 5.0)], {"pH": "pH", "potential": "V"}, {"redox potential": [5.0]}),
+        "both end points": (
+            [(REDOX, 5.0), (ACIDS, 4.0)],
+            {"pH": "pH", "potential": "V"},
+            {"redox potential": [5.0], "pH": [4.0]},
+        ),
+        "reagent left": ([(REDOX, 5.0)], {"Fe^2+ left": "mol"}, {"mol of Fe^2+ left": [5.0]}),
+        "metal": ([(METALS, 6.0)], {"pAg": "pAg"}, {"pAg": [6.0]}),
+    }.items():
+        assert end_points_by_curve(ends, **series) == expected, case
 
 
 def test_titration_curves_need_reaction_and_mixing():

@@ -45,18 +45,19 @@ def test_no_velocity_is_fitted_across_a_gap():
     assert np.isnan(fitted_velocities[:4]).all() and np.allclose(fitted_velocities[4:], 0.0)
 
 
-@pytest.mark.parametrize(
-    ("frame", "rows"),
-    [(9, range(1, 10)), (15, range(10, 16)), (13, ()), (22, ())],
-    ids=["last nine", "six of its run", "only four of its run", "no pose"],
-)
-def test_a_fit_takes_five_to_nine_frames_of_a_run(frame, rows):
+def test_a_fit_takes_five_to_nine_frames_of_a_run():
     """A run of frames 0 to 9, after a gap another of 10 to 21, and frame 22, which has no pose (-1).
 
     ``rows``: frames of the fit for ``frame``, which are those before it in its run, and itself.
     """
-    run_of_frame = np.array([0] * 10 + [1] * 12 + [-1])
-    assert rows_before(run_of_frame, frame).tolist() == list(rows)
+    for case, (frame, rows) in {
+        "last nine": (9, range(1, 10)),
+        "six of its run": (15, range(10, 16)),
+        "only four of its run": (13, ()),
+        "no pose": (22, ()),
+    }.items():
+        run_of_frame = np.array([0] * 10 + [1] * 12 + [-1])
+        assert rows_before(run_of_frame, frame).tolist() == list(rows), case
 
 
 def test_after_a_loss_the_fit_drifts_at_first():

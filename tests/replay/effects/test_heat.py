@@ -235,17 +235,17 @@ def test_a_solid_that_stays_cooler_keeps_its_colour():
     assert heat.output.liquids["dish"].rgba.tolist() == [list(COLOURS["blue"])]
 
 
-@pytest.mark.parametrize(
-    ("is_wet", "boiling_times"),
-    [(None, [1.0]), ([True, False, True, True], [2.0]), ([False] * 4, [])],
-    ids=["wetness not followed", "dry in second 1", "always dry"],
-)
-def test_boiling_begins_at_the_boiling_point_of_a_liquid(is_wet, boiling_times):
+def test_boiling_begins_at_the_boiling_point_of_a_liquid():
     """A pot is at 100 degC in the seconds 1 and 2 of four; ``is_wet``: whether there is water in it, second by second.
 
     Boiling begins at the first second with 100 degC and water; a pot whose water is not followed counts as wet.
     """
-    findings = Findings(4)
-    celsius = Series(np.arange(4.0), np.array([20.0, 100.0, 100.0, 99.0]), "degC")
-    note_temperature(findings, "pot", celsius, boils_c=100.0, is_wet=None if is_wet is None else np.array(is_wet))
-    assert [event.time for event in findings.events] == boiling_times
+    for case, (is_wet, boiling_times) in {
+        "wetness not followed": (None, [1.0]),
+        "dry in second 1": ([True, False, True, True], [2.0]),
+        "always dry": ([False] * 4, []),
+    }.items():
+        findings = Findings(4)
+        celsius = Series(np.arange(4.0), np.array([20.0, 100.0, 100.0, 99.0]), "degC")
+        note_temperature(findings, "pot", celsius, boils_c=100.0, is_wet=None if is_wet is None else np.array(is_wet))
+        assert [event.time for event in findings.events] == boiling_times, case

@@ -100,11 +100,12 @@ def test_every_fresh_precipitate_has_a_default_colour():
     assert [solid for solid in FRESH_FORMULAS if SOLID_COLOURS.get(solid) not in COLOURS] == []
 
 
-@pytest.mark.parametrize("colour", ["deep blue", "light blue", "pale yellow", "blue-green", "dark red-brown", "grey"])
-def test_colours_may_have_shades_and_be_halves_of_two(colour):
+def test_colours_may_have_shades_and_be_halves_of_two():
     """A scene gives a precipitate a colour: a shade before a colour, or two colours with a dash, are no fault."""
-    precipitation = ("precipitation", {"solid": "KNO3", "colour": colour})
-    assert faults_of_flask(flask_of_nitre(celsius=20.0), MIXING_IN_FLASK, HEAT_WITH_LOSS, precipitation) == ()
+    for colour in ["deep blue", "light blue", "pale yellow", "blue-green", "dark red-brown", "grey"]:
+        precipitation = ("precipitation", {"solid": "KNO3", "colour": colour})
+        faults = faults_of_flask(flask_of_nitre(celsius=20.0), MIXING_IN_FLASK, HEAT_WITH_LOSS, precipitation)
+        assert faults == (), colour
 
 
 def test_an_unknown_colour_is_a_fault():
@@ -120,10 +121,10 @@ def test_shades_are_ordered_from_pale_to_dark():
     assert brightness == sorted(brightness, reverse=True)
 
 
-@pytest.mark.parametrize("liquid", [{}, {"solute": "H2O"}, {"solute": "water"}])
-def test_plain_water_needs_no_concentration(liquid):
+def test_plain_water_needs_no_concentration():
     """A scene's 50 mL of liquid name no solute, or water as the solute: no fault, though no mol/L is given."""
-    assert faults_of_flask(glass("flask", volume_ml=50.0, **liquid), MIXING_IN_FLASK) == ()
+    for liquid in [{}, {"solute": "H2O"}, {"solute": "water"}]:
+        assert faults_of_flask(glass("flask", volume_ml=50.0, **liquid), MIXING_IN_FLASK) == (), liquid
 
 
 def test_a_solute_without_its_concentration_is_named():
@@ -226,40 +227,41 @@ def test_nothing_is_announced_where_all_stays_dissolved():
     assert not effects["reaction"].output.events_named("supersaturated")
 
 
-@pytest.mark.parametrize(
-    ("properties", "room_c", "solutes", "texts"),
-    [
-        ({"temperature_c": 150.0}, 20.0, {}, ["'flask' has 150 degC at first; it is a liquid between 0.0 and 100"]),
-        ({"temperature_c": -5.0}, 20.0, {}, ["'flask' has -5 degC at first"]),
-        ({}, -15.0, {}, ["'flask' has -15 degC at first"]),
-        ({"temperature_c": -5.0}, 20.0, {"NaCl": 3.0}, []),
-        ({"temperature_c": 99.0}, 20.0, {}, []),
-    ],
-    ids=["steam", "ice", "as cold as the room", "brine", "hot water"],
-)
-def test_initial_temperature_must_be_between_freezing_and_boiling(properties, room_c, solutes, texts):
+def test_initial_temperature_must_be_between_freezing_and_boiling():
     """A flask of 50 mL without a temperature of its own has that of the room; ``texts``: in the scene's faults.
 
     A salt solution of 3 mol/L freezes below -5 degC.
     """
-    heat = ("heat", {"of": "liquids", "ambient_c": room_c, "loss_w_per_k": 0.0})
-    flask = glass("flask", volume_ml=50.0, properties=properties, solutes=solutes)
-    faults = faults_of_flask(flask, MIXING_IN_FLASK, heat)
-    assert len(faults) == len(texts)
-    assert all(text in fault for text, fault in zip(texts, faults, strict=True))
+    for case, (properties, room_c, solutes, texts) in {
+        "steam": (
+            {"temperature_c": 150.0},
+            20.0,
+            {},
+            ["'flask' has 150 degC at first; it is a liquid between 0.0 and 100"],
+        ),
+        "ice": ({"temperature_c": -5.0}, 20.0, {}, ["'flask' has -5 degC at first"]),
+        "as cold as the room": ({}, -15.0, {}, ["'flask' has -15 degC at first"]),
+        "brine": ({"temperature_c": -5.0}, 20.0, {"NaCl": 3.0}, []),
+        "hot water": ({"temperature_c": 99.0}, 20.0, {}, []),
+    }.items():
+        heat = ("heat", {"of": "liquids", "ambient_c": room_c, "loss_w_per_k": 0.0})
+        flask = glass("flask", volume_ml=50.0, properties=properties, solutes=solutes)
+        faults = faults_of_flask(flask, MIXING_IN_FLASK, heat)
+        assert len(faults) == len(texts), case
+        assert all(text in fault for text, fault in zip(texts, faults, strict=True)), case
 
 
-@pytest.mark.parametrize("celsius", [0.0, 50.0, 90.0])
-def test_vessel_temperature_without_a_heat_effect_is_refused(celsius):
+def test_vessel_temperature_without_a_heat_effect_is_refused():
     """A flask of water on potassium nitrate has a temperature: a fault, for without an effect heat nothing uses it.
 
     The salt would dissolve as at 25 degC; with the effect the scene has no fault.
     """
-    bodies = (flask_of_nitre(celsius),)
-    tables = (SceneEffect(*MIXING_IN_FLASK), SceneEffect(*NITRE_PRECIPITATES))
-    (fault,) = plan_faults(Scene(bodies=bodies, effects=tables))
-    assert f"temperature_c = {celsius:g} and no effect follows it" in fault
-    assert plan_faults(Scene(bodies=bodies, effects=(*tables, SceneEffect(*HEAT_WITH_LOSS)))) == ()
+    for celsius in [0.0, 50.0, 90.0]:
+        bodies = (flask_of_nitre(celsius),)
+        tables = (SceneEffect(*MIXING_IN_FLASK), SceneEffect(*NITRE_PRECIPITATES))
+        (fault,) = plan_faults(Scene(bodies=bodies, effects=tables))
+        assert f"temperature_c = {celsius:g} and no effect follows it" in fault, celsius
+        assert plan_faults(Scene(bodies=bodies, effects=(*tables, SceneEffect(*HEAT_WITH_LOSS)))) == (), celsius
 
 
 @pytest.mark.slow

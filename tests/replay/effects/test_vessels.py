@@ -99,21 +99,22 @@ class Inputs(SimpleNamespace):
         return len(self.times)
 
 
-@pytest.mark.parametrize(
-    ("frames", "end_s"), [([2, 3, 5], 0.5), ([2, 3, 9], None)], ids=["until frame 5", "until the last frame"]
-)
-def test_flow_ends_unless_it_runs_in_the_last_frame(frames, end_s):
+def test_flow_ends_unless_it_runs_in_the_last_frame():
     """Liquid runs from a into b in three of ten frames, which are 0.1 s apart: 6.5 mL together."""
-    times = np.arange(10) / 10.0
-    flow = Stream(
-        source="a",
-        target="b",
-        over=False,
-        times=times[frames],
-        frames=np.array(frames),
-        volume_ml=np.array([1.0, 2.0, 3.5]),
-        points=np.zeros((3, 3)),
-    )
-    event = flow_event(Inputs(times=times), flow, "pour", "are poured")
-    assert (event.time, event.end, event.text) == (0.2, end_s, "6.5 mL are poured")
-    assert event.values == {"volume_ml": 6.5, "seconds": pytest.approx(times[frames[-1]] - 0.2)}
+    for case, (frames, end_s) in {
+        "until frame 5": ([2, 3, 5], 0.5),
+        "until the last frame": ([2, 3, 9], None),
+    }.items():
+        times = np.arange(10) / 10.0
+        flow = Stream(
+            source="a",
+            target="b",
+            over=False,
+            times=times[frames],
+            frames=np.array(frames),
+            volume_ml=np.array([1.0, 2.0, 3.5]),
+            points=np.zeros((3, 3)),
+        )
+        event = flow_event(Inputs(times=times), flow, "pour", "are poured")
+        assert (event.time, event.end, event.text) == (0.2, end_s, "6.5 mL are poured"), case
+        assert event.values == {"volume_ml": 6.5, "seconds": pytest.approx(times[frames[-1]] - 0.2)}, case

@@ -33,33 +33,29 @@ def test_gas_that_left_is_reported_from_a_bubble_on(moles, expected):
     assert texts_before_start({"H2(g)": moles}) == expected
 
 
-@pytest.mark.parametrize(
-    ("moles", "brought", "followed", "expected"),
-    [
-        (2e-3, {}, (), ["0.2 g CaCO3 have fallen out in flask"]),
-        (2e-3, {"CaCO3": 1e-3}, (), ["0.1 g CaCO3 have fallen out in flask"]),
-        (2e-3, {"CaCO3": 2e-3}, (), []),
-        (2e-3, {}, ("CaCO3",), []),
-        (5e-6, {}, (), []),
-    ],
-    ids=["none brought", "some brought", "all brought", "followed", "half a milligram"],
-)
-def test_solid_counts_beyond_what_was_brought(moles, brought, followed, expected):
+def test_solid_counts_beyond_what_was_brought():
     """``moles``: of solid CaCO3, 100.09 g/mol, in a flask at its first row, of which the scene brought some.
 
     Less than a milligram is not reported, nor are solids (``followed``) that an effect precipitation reports itself.
     """
-    assert texts_before_start({"CaCO3(s)": moles}, brought=brought, followed=followed) == expected
+    for case, (moles, brought, followed, expected) in {
+        "none brought": (2e-3, {}, (), ["0.2 g CaCO3 have fallen out in flask"]),
+        "some brought": (2e-3, {"CaCO3": 1e-3}, (), ["0.1 g CaCO3 have fallen out in flask"]),
+        "all brought": (2e-3, {"CaCO3": 2e-3}, (), []),
+        "followed": (2e-3, {}, ("CaCO3",), []),
+        "half a milligram": (5e-6, {}, (), []),
+    }.items():
+        assert texts_before_start({"CaCO3(s)": moles}, brought=brought, followed=followed) == expected, case
 
 
-@pytest.mark.parametrize(
-    ("extent", "process", "events"),
-    [(2e-3, 0, 1), (1e-7, 0, 0), (2e-3, -1, 0)],
-    ids=["2 mmol", "0.1 umol", "equation without a process"],
-)
-def test_equation_that_ran_before_the_start_is_reported(extent, process, events):
+def test_equation_that_ran_before_the_start_is_reported():
     """``extent``: mol by which an equation ran until the first row, of which 1e-6 mol count.
 
     ``process``: row of the equation's process among those computed, -1 where it has none, as it runs by PHREEQC.
     """
-    assert len(texts_before_start({}, extent=extent, process=process)) == events
+    for case, (extent, process, events) in {
+        "2 mmol": (2e-3, 0, 1),
+        "0.1 umol": (1e-7, 0, 0),
+        "equation without a process": (2e-3, -1, 0),
+    }.items():
+        assert len(texts_before_start({}, extent=extent, process=process)) == events, case

@@ -32,22 +32,19 @@ def database_with_extra():
     return database_of(EXTRA)
 
 
-@pytest.mark.parametrize(
-    ("phase", "makeup"),
-    [
+def test_phase_is_made_of_ions_protons_and_water(database_with_extra):
+    """``makeup``: what a solid of PHREEQC's data, by its name there, is made of; a hydroxide is water less a proton.
+
+    minteq.v4 counts chromium as Cr(OH)2+ and tin as Sn(OH)2; here both are bare ions.
+    """
+    for phase, makeup in [
         ("Cr(OH)3", {"Cr^3+": 1, "H+": -3, "H2O": 3}),
         ("Sn(OH)2", {"Sn^2+": 1, "H+": -2, "H2O": 2}),
         ("Ferrihydrite", {"Fe^3+": 1, "H+": -3, "H2O": 3}),
         ("Cerargyrite", {"Ag+": 1, "Cl-": 1}),
         ("CobaltSalt", {"Na+": 2, "Co^2+": 1, "Cl-": 4}),
-    ],
-)
-def test_phase_is_made_of_ions_protons_and_water(database_with_extra, phase, makeup):
-    """``makeup``: what a solid of PHREEQC's data, by its name there, is made of; a hydroxide is water less a proton.
-
-    minteq.v4 counts chromium as Cr(OH)2+ and tin as Sn(OH)2; here both are bare ions.
-    """
-    assert database_with_extra.phases[phase].makeup == makeup
+    ]:
+        assert database_with_extra.phases[phase].makeup == makeup, phase
 
 
 def test_constant_of_a_complex_of_a_complex_is_their_sum(database_with_extra):
@@ -79,18 +76,15 @@ def test_later_constant_of_a_species_replaces_the_former(database_with_extra):
     assert database_of().species["CoCl+"].log_k != 7.0
 
 
-@pytest.mark.parametrize(
-    ("ion", "makeup"),
-    [
+def test_ion_differs_from_its_column_by_protons_and_water():
+    """``ion``: by its name in minteq.v4; ``makeup``: columns of the ledger that it is counted in."""
+    for ion, makeup in [
         ("NH4+", {"NH3": 1, "H+": 1}),
         ("HS-", {"S^2-": 1, "H+": 1}),
         ("Cr(OH)2+", {"Cr^3+": 1, "H+": -2, "H2O": 2}),
         ("Ca+2", {"Ca^2+": 1}),
-    ],
-)
-def test_ion_differs_from_its_column_by_protons_and_water(ion, makeup):
-    """``ion``: by its name in minteq.v4; ``makeup``: columns of the ledger that it is counted in."""
-    assert database_of().ions[ion] == makeup
+    ]:
+        assert database_of().ions[ion] == makeup, ion
 
 
 def test_species_of_electrons_or_solid_sulfur_are_left_out():
@@ -100,10 +94,13 @@ def test_species_of_electrons_or_solid_sulfur_are_left_out():
     assert {name for name, entry in species.items() if "e-" in entry.makeup} == {"e-"}
 
 
-@pytest.mark.parametrize(
-    ("name", "formula"),
-    [("Cu(NH3)4+2", "Cu(NH3)4^2+"), ("SO4-2", "SO4^2-"), ("Na+", "Na+"), ("H4SiO4", "H4SiO4"), ("Hg2+2", "Hg2^2+")],
-)
-def test_phreeqcs_charge_is_written_before_its_sign(name, formula):
+def test_phreeqcs_charge_is_written_before_its_sign():
     """``name``: of a species of PHREEQC, with the sign before the charge; ``formula``: as the product writes it."""
-    assert formula_of(name) == formula
+    for name, formula in [
+        ("Cu(NH3)4+2", "Cu(NH3)4^2+"),
+        ("SO4-2", "SO4^2-"),
+        ("Na+", "Na+"),
+        ("H4SiO4", "H4SiO4"),
+        ("Hg2+2", "Hg2^2+"),
+    ]:
+        assert formula_of(name) == formula, name

@@ -29,17 +29,16 @@ def extent(process, most, *, celsius=25.0, holds_acid=(), solver=None, **mol):
 ISOMER = {"A": -1.0, "B": 1.0}
 
 
-@pytest.mark.parametrize(
-    ("a", "b", "log_k"), [(1.0, 0.0, 0.0), (0.2, 0.8, 0.0), (0.5, 0.5, 0.5), (0.5, 0.5, -0.5), (1.0, 0.0, 2.0)]
-)
-def test_isomers_stop_at_the_ratio_of_their_constant(a, b, log_k):
+def test_isomers_stop_at_the_ratio_of_their_constant():
     """There are ``a`` mol of A and ``b`` mol of its isomer B; x mol of A become B.
 
     (b + x) / (a - x) is then the constant K, so x = (K a - b) / (1 + K), below 0 where there is too much B.
     """
-    constant = 10.0**log_k
-    expected = (constant * a - b) / (1.0 + constant)
-    assert extent(Process("", ISOMER, log_k=log_k), most=a, A=a, B=b) == pytest.approx(expected, abs=1e-4)
+    for a, b, log_k in [(1.0, 0.0, 0.0), (0.2, 0.8, 0.0), (0.5, 0.5, 0.5), (0.5, 0.5, -0.5), (1.0, 0.0, 2.0)]:
+        constant = 10.0**log_k
+        expected = (constant * a - b) / (1.0 + constant)
+        made_mol = extent(Process("", ISOMER, log_k=log_k), most=a, A=a, B=b)
+        assert made_mol == pytest.approx(expected, abs=1e-4), (a, b, log_k)
 
 
 def test_isomers_of_a_long_titration_stop_in_every_row():
@@ -54,14 +53,13 @@ def test_isomers_of_a_long_titration_stop_in_every_row():
     assert half == pytest.approx(0.5 * amounts[:, column["A"]], abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    "process",
-    [Process("", ISOMER, rate=1.0, log_k=0.0), Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0)],
-    ids=["slow", "B is a gas"],
-)
-def test_slow_reactions_and_gases_never_run_back(process):
+def test_slow_reactions_and_gases_never_run_back():
     """There are 0.2 mol of A and 0.8 mol of B: at a constant of 1, at once, dissolved, 0.3 mol of B would become A."""
-    assert extent(process, most=0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0
+    for case, process in {
+        "slow": Process("", ISOMER, rate=1.0, log_k=0.0),
+        "B is a gas": Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0),
+    }.items():
+        assert extent(process, most=0.2, **{"A": 0.2, "B": 0.8, "B(g)": 0.8}) >= 0.0, case
 
 
 def test_free_protons_count_in_the_quotient_and_water_does_not():
@@ -77,11 +75,11 @@ def test_free_protons_count_in_the_quotient_and_water_does_not():
     assert extent(process, most=free_mol, holds_acid={"NH3": 1.0}, **mol) == pytest.approx(expected, rel=1e-2)
 
 
-@pytest.mark.parametrize(("constant", "expected"), [(1e12, 1.0), (2000.0, 1.0), (500.0, 500.0 / 501.0)])
-def test_reaction_leaving_less_than_a_thousandth_is_complete(constant, expected):
+def test_reaction_leaving_less_than_a_thousandth_is_complete():
     """A mol of A becomes its isomer B: a constant of 2,000 would leave 0.5 mmol of A, one of 500 leaves 2 mmol."""
-    made_mol = extent(Process("", ISOMER, log_k=np.log10(constant)), most=1.0, A=1.0)
-    assert made_mol == pytest.approx(expected, abs=1e-6)
+    for constant, expected in [(1e12, 1.0), (2000.0, 1.0), (500.0, 500.0 / 501.0)]:
+        made_mol = extent(Process("", ISOMER, log_k=np.log10(constant)), most=1.0, A=1.0)
+        assert made_mol == pytest.approx(expected, abs=1e-6), constant
 
 
 def test_isomers_unknown_to_phreeqc_stop_by_their_concentrations():
@@ -92,15 +90,16 @@ def test_isomers_unknown_to_phreeqc_stop_by_their_concentrations():
     assert made_mol == pytest.approx(3.0 / (1.0 + 3.0), abs=1e-4)
 
 
-@pytest.mark.parametrize("celsius", [25.0, 60.0])
-def test_constant_of_an_exothermic_equation_falls_with_temperature(celsius):
+def test_constant_of_an_exothermic_equation_falls_with_temperature():
     """A mol of A becomes its isomer B with -50 kJ/mol; the constant is 1 at 25 degC, and by van 't Hoff elsewhere.
 
     Of constant K a fraction K / (1 + K) is B.
     """
-    constant = np.exp(50e3 / 8.314462618 * (1.0 / (celsius + 273.15) - 1.0 / 298.15))
-    process = Process("", ISOMER, joule=-50e3, log_k=0.0)
-    assert extent(process, most=1.0, celsius=celsius, A=1.0) == pytest.approx(constant / (1.0 + constant), abs=1e-4)
+    for celsius in [25.0, 60.0]:
+        constant = np.exp(50e3 / 8.314462618 * (1.0 / (celsius + 273.15) - 1.0 / 298.15))
+        process = Process("", ISOMER, joule=-50e3, log_k=0.0)
+        made_mol = extent(process, most=1.0, celsius=celsius, A=1.0)
+        assert made_mol == pytest.approx(constant / (1.0 + constant), abs=1e-4), celsius
 
 
 ESTER = Process(

@@ -6,16 +6,18 @@ import pytest
 from replay.effects.chemistry.iodine import TRIIODIDE_CONSTANT, free_iodine
 
 
-@pytest.mark.parametrize(("iodine", "iodide"), [(0.01, 0.2), (0.2, 0.01), (0.05, 0.05), (0.0, 0.1)])
-def test_triiodide_takes_iodine_and_iodide_by_its_constant(iodine, iodide):
+def test_triiodide_takes_iodine_and_iodide_by_its_constant():
     """Bound over free iodine and free iodide is the constant, each in mol/kg; amounts are in half a kilogram."""
-    kilograms = np.array([0.5])
-    free = free_iodine(column={"I2": 0, "I-": 1}, amounts=np.array([[iodine, iodide]]) * kilograms, kilograms=kilograms)
-    (free_iodine_kg,), (free_iodide_kg,) = free["I2"], free["I-"]
-    bound = iodine - free_iodine_kg
-    assert free_iodine_kg >= 0.0 and free_iodide_kg >= 0.0
-    assert bound == pytest.approx(iodide - free_iodide_kg)
-    assert bound == pytest.approx(TRIIODIDE_CONSTANT * free_iodine_kg * free_iodide_kg)
+    for iodine, iodide in [(0.01, 0.2), (0.2, 0.01), (0.05, 0.05), (0.0, 0.1)]:
+        kilograms = np.array([0.5])
+        free = free_iodine(
+            column={"I2": 0, "I-": 1}, amounts=np.array([[iodine, iodide]]) * kilograms, kilograms=kilograms
+        )
+        (free_iodine_kg,), (free_iodide_kg,) = free["I2"], free["I-"]
+        bound = iodine - free_iodine_kg
+        assert free_iodine_kg >= 0.0 and free_iodide_kg >= 0.0, iodine
+        assert bound == pytest.approx(iodide - free_iodide_kg), iodine
+        assert bound == pytest.approx(TRIIODIDE_CONSTANT * free_iodine_kg * free_iodide_kg), iodine
 
 
 def test_without_iodide_all_iodine_is_free():

@@ -69,24 +69,24 @@ def zinc_and_magnesium_in_acid(acid_mol, seconds):
     return ledger
 
 
-@pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
-def test_two_slow_reactions_last_as_long_as_time_does(seconds):
+def test_two_slow_reactions_last_as_long_as_time_does():
     """A mol of zinc, which reacts by 0.3 a second, and a mol of magnesium, by 0.9, lie in 10 mol of acid: plenty."""
-    ledger = zinc_and_magnesium_in_acid(acid_mol=10.0, seconds=seconds)
-    zinc_mol, magnesium_mol = (ledger.amounts[0, ledger.column[metal]] for metal in ("Zn(s)", "Mg(s)"))
-    assert zinc_mol == pytest.approx(np.exp(-0.3 * seconds), rel=1e-9)
-    assert magnesium_mol == pytest.approx(np.exp(-0.9 * seconds), rel=1e-9)
+    for seconds in [0.01, 1.0, 7.0]:
+        ledger = zinc_and_magnesium_in_acid(acid_mol=10.0, seconds=seconds)
+        zinc_mol, magnesium_mol = (ledger.amounts[0, ledger.column[metal]] for metal in ("Zn(s)", "Mg(s)"))
+        assert zinc_mol == pytest.approx(np.exp(-0.3 * seconds), rel=1e-9), seconds
+        assert magnesium_mol == pytest.approx(np.exp(-0.9 * seconds), rel=1e-9), seconds
 
 
-@pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
-def test_scarce_acid_goes_to_slow_reactions_by_their_rates(seconds):
+def test_scarce_acid_goes_to_slow_reactions_by_their_rates():
     """A mol of zinc, which reacts by 0.3 a second, and a mol of magnesium, by 0.9, lie in 0.1 mol of acid.
 
     A mol of metal takes two of acid, so 0.05 mol react, a quarter of it zinc; acid falls by the sum of both rates.
     """
-    ledger = zinc_and_magnesium_in_acid(acid_mol=0.1, seconds=seconds)
-    reacted_mol = 0.05 * -np.expm1(-(0.3 + 0.9) * seconds)
-    assert ledger.extents[0] == pytest.approx([0.25 * reacted_mol, 0.75 * reacted_mol], rel=0.02)
+    for seconds in [0.01, 1.0, 7.0]:
+        ledger = zinc_and_magnesium_in_acid(acid_mol=0.1, seconds=seconds)
+        reacted_mol = 0.05 * -np.expm1(-(0.3 + 0.9) * seconds)
+        assert ledger.extents[0] == pytest.approx([0.25 * reacted_mol, 0.75 * reacted_mol], rel=0.02), seconds
 
 
 def ledger_of_salt_water(process=(), warmth=UNFOLLOWED_WARMTH):
@@ -146,22 +146,18 @@ def test_liquid_stays_between_freezing_and_boiling(excess_k, warmer_k, latent_k)
     assert ledger.amounts[c, ledger.column[LATENT_HEAT_COLUMN]] == pytest.approx(4.18 * latent_k)
 
 
-@pytest.mark.parametrize(
-    ("warmth", "joule", "expected"),
-    [
-        (UNFOLLOWED_WARMTH, -466.9e3, 0.0),
-        (Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=np.inf), -466.9e3, -466.9e3),
-        (Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=np.inf), np.nan, 0.0),
-    ],
-    ids=["no heat effect", "known", "unknown"],
-)
-def test_reaction_heat_counts_where_known_and_followed(warmth, joule, expected):
+def test_reaction_heat_counts_where_known_and_followed():
     """``joule``: that a mol of magnesium in acid takes, NaN if unknown; ``warmth``: followed by an effect heat or not.
 
     ``expected``: joule that the ledger counts for a mol.
     """
-    process = replace(MAGNESIUM, joule=joule)
-    assert Ledger("a", ["Cl-"], [process], solver=None, warmth=warmth).reactions.process_joule(0) == expected
+    for case, (warmth, joule, expected) in {
+        "no heat effect": (UNFOLLOWED_WARMTH, -466.9e3, 0.0),
+        "known": (Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=np.inf), -466.9e3, -466.9e3),
+        "unknown": (Warmth(per_ml=4.18, glass={}, excess={}, loss=0.0, most=np.inf), np.nan, 0.0),
+    }.items():
+        process = replace(MAGNESIUM, joule=joule)
+        assert Ledger("a", ["Cl-"], [process], solver=None, warmth=warmth).reactions.process_joule(0) == expected, case
 
 
 def test_an_equilibrium_goes_on_while_another_equation_takes_its_product():

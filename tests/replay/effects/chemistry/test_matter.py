@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
 from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.matter import Matter, dilution_of
@@ -20,21 +19,17 @@ def mixed_at(contents, times=TIMES, volume_ml=FILLING):
     return Matter(recipe, ledger=None, vessels={}, histories={"a": history}).is_mixed("a", times, volume_ml).tolist()
 
 
-@pytest.mark.parametrize(
-    "contents",
-    [
-        None,
-        Contents(volume_ml=5.0, amounts={}, solids={"NaCl": 1.0}, solubility={}),
-        Contents(volume_ml=0.0, amounts={}, solids={}, solubility={}),
-    ],
-    ids=["contents not known", "solid in 5 mL of water", "empty"],
-)
-def test_vessel_without_a_dry_solid_is_always_mixed(contents):
+def test_vessel_without_a_dry_solid_is_always_mixed():
     """A vessel is mixed at a time where no dry solid is still to be wetted by water that comes in.
 
     Three millilitres come by 0.3 s, and none until 2 s; none of these vessels has a dry solid at first.
     """
-    assert mixed_at(contents) == [True] * 5
+    for case, contents in {
+        "contents not known": None,
+        "solid in 5 mL of water": Contents(volume_ml=5.0, amounts={}, solids={"NaCl": 1.0}, solubility={}),
+        "empty": Contents(volume_ml=0.0, amounts={}, solids={}, solubility={}),
+    }.items():
+        assert mixed_at(contents) == [True] * 5, case
 
 
 def test_dry_solid_is_mixed_at_start_and_after_the_inflow():

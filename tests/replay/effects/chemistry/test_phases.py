@@ -20,29 +20,29 @@ def phases_of_phreeqc():
     return Phases(database_of(), {}, frozenset())
 
 
-@pytest.mark.parametrize(("formula", "log_product", "counts"), PRODUCTS)
-def test_salt_falls_out_below_a_tenth_mol_by_its_product(formula, log_product, counts):
+def test_salt_falls_out_below_a_tenth_mol_by_its_product():
     """``counts``: ions of each kind in a unit; its solubility s follows from product = (n1 s)^n1 (n2 s)^n2, mol/kg.
 
     ``log_product``: log10 of the solubility product in PHREEQC's data.
     """
-    molal = (10.0**log_product / prod(count**count for count in counts)) ** (1.0 / sum(counts))
-    assert phases_of_phreeqc().is_sparingly_soluble(formula) == (molal < 0.1)
+    for formula, log_product, counts in PRODUCTS:
+        molal = (10.0**log_product / prod(count**count for count in counts)) ** (1.0 / sum(counts))
+        assert phases_of_phreeqc().is_sparingly_soluble(formula) == (molal < 0.1), formula
 
 
-@pytest.mark.parametrize("formula", ["CdI2", "Sn(SO4)2", "NaCl", "Na+", "SnSO4"])
-def test_salt_of_dissolved_molecules_or_hydrolysed_ions_stays(formula):
+def test_salt_of_dissolved_molecules_or_hydrolysed_ions_stays():
     """Salts that stay dissolved: CdI2 stands as a molecule; tin(IV) as its hydroxide, from which its bare ion comes.
 
     Of SnSO4 18.8 g dissolve in 100 g of water (CRC Handbook), far more than by PHREEQC's constant.
     """
-    assert not phases_of_phreeqc().is_sparingly_soluble(formula)
+    for formula in ["CdI2", "Sn(SO4)2", "NaCl", "Na+", "SnSO4"]:
+        assert not phases_of_phreeqc().is_sparingly_soluble(formula), formula
 
 
-@pytest.mark.parametrize("formula", ["MgNH4PO4", "MgNH4PO4.6H2O", "CaHPO4"])
-def test_salts_that_hold_protons_fall_out_of_school_solutions(formula):
+def test_salts_that_hold_protons_fall_out_of_school_solutions():
     """Struvite, its hydrate, calcium hydrogenphosphate: under 0.1 mol/kg dissolves, though their ions hold protons."""
-    assert phases_of_phreeqc().is_sparingly_soluble(formula)
+    for formula in ["MgNH4PO4", "MgNH4PO4.6H2O", "CaHPO4"]:
+        assert phases_of_phreeqc().is_sparingly_soluble(formula), formula
 
 
 def test_solid_is_phreeqcs_or_a_salt_with_its_solubility():
@@ -62,24 +62,20 @@ def test_solid_is_phreeqcs_or_a_salt_with_its_solubility():
     assert phases.slow_solver([]) is None
 
 
-@pytest.mark.parametrize(
-    ("changes", "column"),
-    [
-        ({"CaCO3(s)": -1.0, "H2O": -1.0, "Ca^2+": 1.0, "CO3^2-": 1.0}, "CaCO3(s)"),
-        ({"Mg(OH)2(s)": -1.0, "Mg^2+": 1.0, "H+": -2.0, "H2O": 2.0}, "Mg(OH)2(s)"),
-        ({"CaCO3(s)": -1.0, "H+": -2.0, "Ca^2+": 1.0, "CO2(g)": 1.0, "H2O": 1.0}, ""),
-        ({"CaCO3(s)": 1.0, "Ca^2+": -1.0, "CO3^2-": -1.0}, ""),
-    ],
-    ids=["carbonate", "hydroxide", "in acid", "falls out"],
-)
-def test_process_that_only_dissolves_a_solid_is_slow(changes, column):
+def test_process_that_only_dissolves_a_solid_is_slow():
     """``changes``: mol of each formula that a mol of a process with a rate makes, or takes if below 0.
 
     ``column``: the solid that it only dissolves; none ("") where acid takes part, or the solid falls out.
     """
-    phases = phases_of_phreeqc()
-    assert phases.dissolves_slowly(changes) == column
-    assert set(phases.slow) == ({column} if column else set())
+    for case, (changes, column) in {
+        "carbonate": ({"CaCO3(s)": -1.0, "H2O": -1.0, "Ca^2+": 1.0, "CO3^2-": 1.0}, "CaCO3(s)"),
+        "hydroxide": ({"Mg(OH)2(s)": -1.0, "Mg^2+": 1.0, "H+": -2.0, "H2O": 2.0}, "Mg(OH)2(s)"),
+        "in acid": ({"CaCO3(s)": -1.0, "H+": -2.0, "Ca^2+": 1.0, "CO2(g)": 1.0, "H2O": 1.0}, ""),
+        "falls out": ({"CaCO3(s)": 1.0, "Ca^2+": -1.0, "CO3^2-": -1.0}, ""),
+    }.items():
+        phases = phases_of_phreeqc()
+        assert phases.dissolves_slowly(changes) == column, case
+        assert set(phases.slow) == ({column} if column else set()), case
 
 
 def test_without_phreeqc_no_solid_is_sparing_or_slow():

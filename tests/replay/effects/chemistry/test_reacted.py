@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
 from replay.effects.chemistry.limits import Cause
 from replay.effects.chemistry.processes import Process
@@ -63,60 +62,55 @@ def test_solid_that_an_equation_makes_has_its_mass():
     assert list(reacted_events(flask, followed=("CaCO3",), earlier_events=())) == []
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "reports_it"),
-    [
-        ("stopped", {"equation": "Mg + 2 HCl"}, True),
-        ("stopped", {"equation": "Zn + 2 HCl"}, False),
-        ("colour-change", {"equation": "Mg + 2 HCl"}, False),
-        ("end-point", {}, True),
-        ("not-reached", {"of": Equivalence.OXIDANT_AND_REDUCTANT}, True),
-        ("end-point", {"of": Equivalence.ACID_AND_BASE}, False),
-        ("colour-change", {"of": Equivalence.OXIDANT_AND_REDUCTANT}, False),
-    ],
-)
-def test_an_equation_that_another_event_reports_is_not_repeated(name, values, reports_it):
+OTHERS = [
+    ("stopped", {"equation": "Mg + 2 HCl"}, True),
+    ("stopped", {"equation": "Zn + 2 HCl"}, False),
+    ("colour-change", {"equation": "Mg + 2 HCl"}, False),
+    ("end-point", {}, True),
+    ("not-reached", {"of": Equivalence.OXIDANT_AND_REDUCTANT}, True),
+    ("end-point", {"of": Equivalence.ACID_AND_BASE}, False),
+    ("colour-change", {"of": Equivalence.OXIDANT_AND_REDUCTANT}, False),
+]
+
+
+def test_an_equation_that_another_event_reports_is_not_repeated():
     """Magnesium has dissolved in acid, Mg + 2 HCl; ``name``, ``values``: of an earlier event in the same flask.
 
     A stop reports the equation that it names, an end point any equation but one of acid and base, which this is not.
     """
-    earlier = EffectEvent(time=1.0, name=name, bodies=("flask",), end=None, values=values)
-    flask = flask_in_which(MAGNESIUM, extent=[0.0, 0.0, 0.0, 0.005], limits={"Mg(s)": np.array(1.0)})
-    events = list(reacted_events(flask, followed=(), earlier_events=[earlier]))
-    assert len(events) == (0 if reports_it else 1)
+    for name, values, reports_it in OTHERS:
+        earlier = EffectEvent(time=1.0, name=name, bodies=("flask",), end=None, values=values)
+        flask = flask_in_which(MAGNESIUM, extent=[0.0, 0.0, 0.0, 0.005], limits={"Mg(s)": np.array(1.0)})
+        events = list(reacted_events(flask, followed=(), earlier_events=[earlier]))
+        assert len(events) == (0 if reports_it else 1), (name, values)
 
 
-@pytest.mark.parametrize(
-    "process",
-    [Process("", {"X": -1.0, "H2(g)": 1.0}), Process("", {"X": -1.0}, salt=object())],
-    ids=["frees a gas", "dissolves a salt"],
-)
-def test_gas_and_dissolving_salts_have_events_of_their_own(process):
+def test_gas_and_dissolving_salts_have_events_of_their_own():
     """The process has run by a mol; gas is reported as gas, a salt as a solid that dissolves, and not here again."""
-    flask = flask_in_which(process, extent=[0.0, 0.0, 0.0, 1.0], limits={"X": np.array(1.0)})
-    assert list(reacted_events(flask, followed=(), earlier_events=())) == []
+    for case, process in {
+        "frees a gas": Process("", {"X": -1.0, "H2(g)": 1.0}),
+        "dissolves a salt": Process("", {"X": -1.0}, salt=object()),
+    }.items():
+        flask = flask_in_which(process, extent=[0.0, 0.0, 0.0, 1.0], limits={"X": np.array(1.0)})
+        assert list(reacted_events(flask, followed=(), earlier_events=())) == [], case
 
 
-@pytest.mark.parametrize(
-    ("moles", "expected"),
-    [
-        ([0.0, 0.0, 0.001, 0.002], [(2.0, "0.2 g CaCO3 fall out in flask")]),
-        ([0.01, 0.01, 0.009, 0.008], [(2.0, "0.2 g of 1 g CaCO3 dissolve in flask")]),
-        ([0.0, 0.0, 0.0, 5e-6], []),
-        ([1.0, 1.0, 1.0, 0.9995], []),
-    ],
-    ids=["falls out", "dissolves", "half a milligram", "a two-thousandth"],
-)
-def test_change_of_a_solid_is_reported_where_it_is_visible(moles, expected):
+def test_change_of_a_solid_is_reported_where_it_is_visible():
     """``moles``: of CaCO3, 100 g/mol, at 0, 1, 2 and 3 s; visible are a milligram and a thousandth of what there was.
 
     ``expected``: second and text of the event, none where an effect precipitation follows CaCO3 and reports it itself.
     """
-    reactions = SimpleNamespace(phases=np.array([0]), salt_columns=np.zeros(0, dtype=int))
-    flask = SimpleNamespace(
-        ledger=SimpleNamespace(columns=["CaCO3(s)"], reactions=reactions),
-        histories={"flask": SimpleNamespace(times=np.arange(4.0), amounts=np.array(moles)[:, None])},
-        brines=lambda vessel: {},
-    )
-    assert [(event.time, event.text) for event in solid_events(flask, ())] == expected
-    assert not list(solid_events(flask, ("CaCO3",)))
+    for case, (moles, expected) in {
+        "falls out": ([0.0, 0.0, 0.001, 0.002], [(2.0, "0.2 g CaCO3 fall out in flask")]),
+        "dissolves": ([0.01, 0.01, 0.009, 0.008], [(2.0, "0.2 g of 1 g CaCO3 dissolve in flask")]),
+        "half a milligram": ([0.0, 0.0, 0.0, 5e-6], []),
+        "a two-thousandth": ([1.0, 1.0, 1.0, 0.9995], []),
+    }.items():
+        reactions = SimpleNamespace(phases=np.array([0]), salt_columns=np.zeros(0, dtype=int))
+        flask = SimpleNamespace(
+            ledger=SimpleNamespace(columns=["CaCO3(s)"], reactions=reactions),
+            histories={"flask": SimpleNamespace(times=np.arange(4.0), amounts=np.array(moles)[:, None])},
+            brines=lambda vessel: {},
+        )
+        assert [(event.time, event.text) for event in solid_events(flask, ())] == expected, case
+        assert not list(solid_events(flask, ("CaCO3",))), case

@@ -1,6 +1,5 @@
 """Equations are read as processes of the ledger: what each mol makes, and the acid or hydroxide that it needs."""
 
-import pytest
 from support.liquid_worlds import glass
 
 from replay.effects.chemistry.contents import contents_of_scene
@@ -20,21 +19,18 @@ def process_of(equation, solutes, solid=""):
     return process
 
 
-@pytest.mark.parametrize(
-    ("equation", "solutes", "solid", "protons"),
-    [
+def test_process_needs_the_acid_or_hydroxide_of_its_reagents():
+    """``protons``: that the equation takes of the acid among its reagents, negative where it takes hydroxide.
+
+    Of zinc in acid or lye, two; iodine needs neither, for arsenite is no base that a reaction needs, although it takes
+    protons up. ``solutes``: mol/L in a flask; ``solid``: of which a gram lies there.
+    """
+    for equation, solutes, solid, protons in [
         ("Zn + 2 HCl -> ZnCl2 + H2", {"HCl": 1.0}, "Zn", 2),
         ("Zn + H2SO4 -> ZnSO4 + H2", {"H2SO4": 1.0}, "Zn", 2),
         ("Zn + 2 NaOH + 2 H2O -> Na2Zn(OH)4 + H2", {"NaOH": 1.0}, "Zn", -2),
         ("I2 + AsO3^3- + H2O -> 2 I- + AsO4^3- + 2 H+", {"I2": 1e-4, "KI": 0.1, "Na3AsO3": 0.1}, "", 0),
         ("I2 + H3AsO3 + H2O -> 2 I- + H3AsO4 + 2 H+", {"I2": 1e-4, "KI": 0.1, "H3AsO3": 0.1}, "", 0),
         ("I2 + 2 S2O3^2- -> 2 I- + S4O6^2-", {"I2": 1e-4, "KI": 0.1, "Na2S2O3": 0.1}, "", 0),
-    ],
-)
-def test_process_needs_the_acid_or_hydroxide_of_its_reagents(equation, solutes, solid, protons):
-    """``protons``: that the equation takes of the acid among its reagents, negative where it takes hydroxide.
-
-    Of zinc in acid or lye, two; iodine needs neither, for arsenite is no base that a reaction needs, although it takes
-    protons up. ``solutes``: mol/L in a flask; ``solid``: of which a gram lies there.
-    """
-    assert process_of(equation, solutes, solid).acid == protons
+    ]:
+        assert process_of(equation, solutes, solid).acid == protons, equation

@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from support.liquid_worlds import glass
 
 from replay.effects.chemistry.contents import contents_of_scene
@@ -93,24 +92,23 @@ def flask_at_rest(solutes):
     return Matter(recipe, ledger, {}, {"flask": ledger.history("flask")})
 
 
-@pytest.mark.parametrize(
-    ("solutes", "solids"),
-    [
-        ({"CaCl2": 0.1, "NaOH": 0.3}, ["Ca(OH)2"]),
-        ({"CaCl2": 0.1, "NaOH": 0.3, "Na2SO4": 0.001}, ["Ca(OH)2"]),
-        ({"CaCl2": 0.1, "NaOH": 0.3, "Na2CO3": 0.1}, ["CaCO3"]),
-        ({"CuSO4": 0.1, "NH3": 0.1}, ["Cu4(OH)6SO4"]),
-        ({"CuSO4": 0.1, "NaOH": 0.1}, ["Cu(OH)2"]),
-        ({"NaCl": 0.1}, []),
-    ],
-    ids=["hydroxide", "hardly any sulfate", "carbonate", "basic salt", "copper hydroxide", "all dissolves"],
-)
-def test_solid_beyond_its_solubility_is_reported_once_a_metal(solutes, solids):
+SOLUTIONS = {
+    "hydroxide": ({"CaCl2": 0.1, "NaOH": 0.3}, ["Ca(OH)2"]),
+    "hardly any sulfate": ({"CaCl2": 0.1, "NaOH": 0.3, "Na2SO4": 0.001}, ["Ca(OH)2"]),
+    "carbonate": ({"CaCl2": 0.1, "NaOH": 0.3, "Na2CO3": 0.1}, ["CaCO3"]),
+    "basic salt": ({"CuSO4": 0.1, "NH3": 0.1}, ["Cu4(OH)6SO4"]),
+    "copper hydroxide": ({"CuSO4": 0.1, "NaOH": 0.1}, ["Cu(OH)2"]),
+    "all dissolves": ({"NaCl": 0.1}, []),
+}
+
+
+def test_solid_beyond_its_solubility_is_reported_once_a_metal():
     """``solutes``: mol/L in a flask, whose scene names no solid that may fall out; ``solids``: of the warnings.
 
     A salt that takes the metal away leaves its hydroxide none; gypsum takes more sulfate than 0.001 mol/L. A saturation
     index, log10 of the product of the ions over the soluble one, above 0.3 is more than twice that (10^0.3).
     """
-    events = list(supersaturation_events(flask_at_rest(solutes)))
-    assert [event.values["formula"] for event in events] == solids
-    assert all(event.time == 0.0 and event.values["saturation_index"] > 0.3 for event in events)
+    for case, (solutes, solids) in SOLUTIONS.items():
+        events = list(supersaturation_events(flask_at_rest(solutes)))
+        assert [event.values["formula"] for event in events] == solids, case
+        assert all(event.time == 0.0 and event.values["saturation_index"] > 0.3 for event in events), case
