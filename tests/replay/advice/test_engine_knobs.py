@@ -19,25 +19,25 @@ CHOICES = [(name, choice) for name, engine in engines().items() for choice in en
 GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-8")
 
 
-@pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_every_engine_setting_links_to_a_page_of_the_guide(name, choice):
+def test_every_engine_setting_links_to_a_page_of_the_guide():
     """A choice is a row of settings (knobs) of an engine; pages of its manual that it names are in the guide."""
-    engine = engines()[name]
-    assert choice.pages
-    assert [page for page in choice.pages if engine.pages[page] not in GUIDE] == []
+    for name, choice in CHOICES:
+        engine = engines()[name]
+        assert choice.pages, (name, choice)
+        assert [page for page in choice.pages if engine.pages[page] not in GUIDE] == [], (name, choice)
 
 
-@pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_every_later_choice_changes_settings_of_the_first(name, choice):
+def test_every_later_choice_changes_settings_of_the_first():
     """A choice is a row of settings (knobs) of an engine: the first has all of them, as in a new project.
 
     Later ones have only those that differ.
     """
-    first = engines()[name].choices[0]
-    assert set(choice.knobs) <= set(first.knobs)
-    if choice is not first:
-        assert choice.knobs
-        assert [knob for knob, value in choice.knobs.items() if value == first.knobs[knob]] == []
+    for name, choice in CHOICES:
+        first = engines()[name].choices[0]
+        assert set(choice.knobs) <= set(first.knobs), (name, choice)
+        if choice is not first:
+            assert choice.knobs, (name, choice)
+            assert [knob for knob, value in choice.knobs.items() if value == first.knobs[knob]] == [], (name, choice)
 
 
 @pytest.mark.sampled(3)
@@ -60,47 +60,48 @@ def knobs_of(name, choice):
     return {**engines()[name].choices[0].knobs, **choice.knobs}
 
 
-@pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_no_engine_setting_asks_what_the_engine_does_not_report(name, choice):
+def test_no_engine_setting_asks_what_the_engine_does_not_report():
     """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
 
     No engine reports contact of two triangle meshes, nor of meshes in continuous detection: none has such settings.
     The rate of the recording plays no role.
     """
-    assert not re.search("shape=mesh|continuous", choice.detector_text(frames_hz=1e9))
-    assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
+    for name, choice in CHOICES:
+        assert not re.search("shape=mesh|continuous", choice.detector_text(frames_hz=1e9)), (name, choice)
+        assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values())), (name, choice)
 
 
-@pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_detector_of_a_choice_steps_as_often_as_the_engine(name, choice):
+def test_detector_of_a_choice_steps_as_often_as_the_engine():
     """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
 
     The engine's time step is in seconds; one with "90" in it stands for the 90 Hz of a headset.
     """
-    knobs = knobs_of(name, choice)
-    step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
-    expected_hz = 90 if "90" in step else 1 / float(step)
-    assert choice.settings["rate_hz"] == pytest.approx(expected_hz, rel=2e-3)  # 0.0167 s stand for 60 Hz
+    for name, choice in CHOICES:
+        knobs = knobs_of(name, choice)
+        step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
+        expected_hz = 90 if "90" in step else 1 / float(step)
+        rounded_hz = pytest.approx(expected_hz, rel=2e-3)  # 0.0167 s stand for 60 Hz
+        assert choice.settings["rate_hz"] == rounded_hz, (name, choice)
 
 
-@pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_detector_of_a_choice_has_the_engines_pieces_and_margins(name, choice):
+def test_detector_of_a_choice_has_the_engines_pieces_and_margins():
     """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
 
     Both have 16 convex pieces, or neither, and the same gap from which on contact is reported.
 
     A trigger (Unity) reports overlap without a gap, and does not push. MuJoCo adds the margins of both bodies.
     """
-    knobs = knobs_of(name, choice)
-    has_16_pieces = "16" in " ".join(knobs.values())
-    assert (choice.settings.get("pieces") == 16) == has_16_pieces
-    if knobs.get("Is Trigger") == "on":
-        assert choice.settings.get("skin_m", 0.0) == 0.0
-        assert "does not push" in choice.consequence
-    elif "Is Trigger" in knobs:
-        assert choice.settings.get("skin_m", 0.0) == float(knobs["Default Contact Offset"])
-    if choice.detector == "mujoco":
-        assert choice.settings.get("margin_m", 0.0) == 2 * float(knobs["margin"])
+    for name, choice in CHOICES:
+        knobs, setting = knobs_of(name, choice), (name, choice)
+        has_16_pieces = "16" in " ".join(knobs.values())
+        assert (choice.settings.get("pieces") == 16) == has_16_pieces, setting
+        if knobs.get("Is Trigger") == "on":
+            assert choice.settings.get("skin_m", 0.0) == 0.0, setting
+            assert "does not push" in choice.consequence, setting
+        elif "Is Trigger" in knobs:
+            assert choice.settings.get("skin_m", 0.0) == float(knobs["Default Contact Offset"]), setting
+        if choice.detector == "mujoco":
+            assert choice.settings.get("margin_m", 0.0) == 2 * float(knobs["margin"]), setting
 
 
 def test_a_step_as_fast_as_the_recording_sees_every_frame():

@@ -266,47 +266,44 @@ def detector_of_engine(*reports, rate_hz=50.0):
     )
 
 
-@pytest.mark.parametrize(
-    ("start", "end", "expected"),
-    [
-        (0.041, 0.059, False), (0.041, 0.061, True), (0.039, 0.041, True), (0.04, 0.04, True),
-        (0.0400005, 0.05, True), (0.05, 0.0599995, True), (0.04001, 0.05, False), (0.05, 0.05999, False),
-    ],
-)  # fmt: skip
-def test_physics_step_between_moments_counts_to_a_microsecond(start, end, expected):
+def test_physics_step_between_moments_counts_to_a_microsecond():
     """An engine's steps are at multiples of 0.02 s, as its reports at 0.04 and 0.06 s: is there a step between moments?
 
     Both are seconds. Where the rate of steps is not known, which two reports do not reveal, there is no answer (None).
     """
-    assert detector_of_engine((4, "enter"), (6, "exit")).has_step_between(start, end) is expected
-    assert detector_of_engine((4, "enter"), (6, "exit"), rate_hz=None).has_step_between(start, end) is None
+    has_step = {
+        (0.041, 0.059): False, (0.041, 0.061): True, (0.039, 0.041): True, (0.04, 0.04): True,
+        (0.0400005, 0.05): True, (0.05, 0.0599995): True, (0.04001, 0.05): False, (0.05, 0.05999): False,
+    }  # fmt: skip
+    detector = detector_of_engine((4, "enter"), (6, "exit"))
+    assert {moments: detector.has_step_between(*moments) for moments in has_step} == has_step
+    without_rate = detector_of_engine((4, "enter"), (6, "exit"), rate_hz=None)
+    assert {without_rate.has_step_between(*moments) for moments in has_step} == {None}
 
 
-@pytest.mark.parametrize(("moment_s", "expected"), [(0.045, False), (0.065, True), (0.03, False), (0.09, False)])
-def test_report_ends_at_the_next_physics_step(moment_s, expected):
-    """A report of the only pair lasts from 0.04 to 0.08 s: does it end at the first step after ``moment_s``?
+def test_report_ends_at_the_next_physics_step():
+    """A report of the only pair lasts from 0.04 to 0.08 s: does it end at the first step after a moment?
 
     Steps are at multiples of 0.02 s: after 0.045 s comes 0.06 s, after 0.065 s the end; at the other moments there is
     no report. Without a known rate of steps, or without an end of the report, no step can be its end.
     """
-    only_pair = 0
+    only_pair, ends_next = 0, {0.045: False, 0.065: True, 0.03: False, 0.09: False}
     detector = detector_of_engine((4, "enter"), (8, "exit"))
-    assert detector.ended_at_next_step(only_pair, moment_s) is expected
+    assert {moment: detector.ended_at_next_step(only_pair, moment) for moment in ends_next} == ends_next
     without_rate = detector_of_engine((4, "enter"), (8, "exit"), rate_hz=None)
-    assert without_rate.ended_at_next_step(only_pair, moment_s) is False
     without_end = detector_of_engine((4, "enter"))
-    assert without_end.ended_at_next_step(only_pair, moment_s) is False
+    for other in (without_rate, without_end):
+        assert {other.ended_at_next_step(only_pair, moment) for moment in ends_next} == {False}
 
 
-@pytest.mark.parametrize(
-    ("start", "end", "expected"), [(0.026, 0.044, False), (0.026, 0.046, True), (0.0449, 0.0451, True)]
-)
-def test_physics_steps_between_frames_count(start, end, expected):
+def test_physics_steps_between_frames_count():
     """An engine's reports at 5 and 25 ms lie between frames of 10 ms: it has a step every 20 ms, the third at 45 ms.
 
-    Is one between ``start`` and end, in seconds?
+    Is a step between a start and an end, in seconds?
     """
-    assert detector_of_engine((0.5, "enter"), (2.5, "exit")).has_step_between(start, end) is expected
+    has_step = {(0.026, 0.044): False, (0.026, 0.046): True, (0.0449, 0.0451): True}
+    detector = detector_of_engine((0.5, "enter"), (2.5, "exit"))
+    assert {moments: detector.has_step_between(*moments) for moments in has_step} == has_step
 
 
 def test_reports_count_from_the_first_frame_on():
