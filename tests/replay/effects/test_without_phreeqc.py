@@ -6,12 +6,8 @@ import pytest
 from support import liquid_worlds as proofs
 
 from replay.effects.chemistry import database
-from replay.effects.effect_plan import plan
-from replay.errors import PlanError
-from sessions.synthetic.experiments.record import experiment
-
-WITH_EQUILIBRIUM = ("titration", "silver-chloride", "carbonate-titration", "marble", "ammonia-calorimetry")
-"""Made-up experiments with a reaction without a rate, a precipitation or an indicator."""
+from replay.effects.effect_plan import plan_faults
+from sessions.model.scene import Scene, SceneEffect
 
 WITHOUT_CHEMISTRY = {
     "a pour": "effects_of_tilt_degrees([0.0, 60.0, 60.0])",
@@ -52,19 +48,22 @@ def phreeqc_not_installed(monkeypatch):
 
 
 @pytest.mark.usefixtures("phreeqc_not_installed")
-@pytest.mark.parametrize("name", WITH_EQUILIBRIUM)
-def test_without_the_extra_a_scene_gets_a_sentence(name):
-    """``name``: a made-up experiment with an equilibrium; its only fault is that PHREEQC must be installed."""
-    with pytest.raises(PlanError) as refused:
-        plan(experiment(name).scene())
-    (fault,) = refused.value.faults
-    assert fault.endswith(
-        "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
-    )
+def test_without_the_extra_a_scene_gets_a_sentence():
+    """The only fault of a scene with an equilibrium, which each of three effects asks for, is that PHREEQC is missing.
+
+    These are a reaction without a rate, a precipitation and the colour of an indicator.
+    """
+    advice = "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
+    for kind in ("reaction", "precipitation", "colour"):
+        (fault,) = plan_faults(proofs.scene_of_kinds([kind]))
+        assert fault.endswith(advice), kind
 
 
 @pytest.mark.usefixtures("phreeqc_not_installed")
-@pytest.mark.parametrize("name", ["acid-dilution", "gas-collection"])
-def test_scene_without_equilibrium_is_planned_without_the_extra(name):
-    """``name``: a made-up experiment; one dilutes an acid without a reaction, the other's only reaction has a rate."""
-    assert plan(experiment(name).scene()).effects
+def test_scene_without_equilibrium_is_planned_without_the_extra():
+    """A scene that only mixes liquids, and one whose only reaction, the decay of peroxide, has a rate."""
+    decay = SceneEffect("reaction", {"equation": "2 H2O2 -> 2 H2O + O2", "rate_per_s": 0.1})
+    mixing = SceneEffect("mixing", {"in": ["flask"]})
+    flask = proofs.glass("flask", 50.0, solute="H2O2", molar=0.1)
+    assert plan_faults(proofs.scene_of_kinds(["mixing"])) == ()
+    assert plan_faults(Scene(bodies=(flask,), effects=(mixing, decay))) == ()

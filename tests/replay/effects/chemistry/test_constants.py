@@ -74,11 +74,13 @@ def test_equilibrium_constants_are_those_of_their_sources():
         if source not in SOURCES.FILES:
             continue
         assert SOURCES.log_k(source, reaction) == pytest.approx(value, abs=0.06), equation
+        if heat is None or source in WRONG_SIGN:
+            continue
         reference = SOURCES.kilojoule(source, reaction)
         # NH4+ -> NH3 + H+ takes 52 kJ/mol.
         ammonium = 52.0 * reaction.count("NH4+ =") * int((re.search(r"(\d) NH4", reaction) or [0, 1])[1])
         # A source that gives no enthalpy of its own leaves 0, or that of NH4+ alone.
-        if heat is not None and source not in WRONG_SIGN and abs(reference - ammonium) > 1.0 and abs(reference) > 1.0:
+        if abs(reference - ammonium) > 1.0 and abs(reference) > 1.0:
             assert heat == pytest.approx(reference, abs=1.0), equation
 
 

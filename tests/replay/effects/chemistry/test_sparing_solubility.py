@@ -28,7 +28,7 @@ def session_of_standing(flask, *effects):
     return session_with_effects({"flask": poses_at_rest(count=2)}, (flask,), MIXING_IN_FLASK, HEAT, *effects)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(("solid", "celsius", "tabled_g"), ROWS)
 def test_sparing_solubility_agrees_with_tables_hot_and_cold(solid, celsius, tabled_g):
     """100 mL of water of a temperature stand on three times as much of a solid as dissolves in it by a handbook.
