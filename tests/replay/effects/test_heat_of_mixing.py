@@ -34,6 +34,7 @@ def vessel(name, volume, solute, molar, **properties):
     return glass(name, volume, properties=properties, solute=solute, molar=molar)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])
 def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
     """20 mL of the first solution are poured into 20 mL of the second, at 20 degC and without loss.

@@ -11,7 +11,7 @@ from replay.effects.chemistry.formulas import molar_mass
 HEATS = tomllib.loads(Path(__file__).with_name("textbook_heats.toml").read_text("utf-8"))["heat"]
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])
 def test_a_heat_is_that_of_the_textbook(row):
     """A row has an equation, kJ per mol, and what is in both vessels: 50 mL of a solution each, or 100 mL on a solid.
