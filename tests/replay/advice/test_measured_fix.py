@@ -194,14 +194,19 @@ def test_name_of_any_characters_is_accepted_as_a_spec():
     assert len(repeated.detectors["fixed"].parts["a,b [c]+"]) > 1
 
 
-def test_without_time_nothing_is_measured():
+@pytest.fixture(scope="module")
+def unmeasured():
+    """A run of a rod that stirs in a beaker, whose hull at 50 Hz is full: pieces are advised, without figures."""
+    return compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
+
+
+def test_without_time_nothing_is_measured(unmeasured):
     """A rod stirs in a beaker; its hull, at 50 Hz (``hull50``), is full, so that pieces are advised, without figures.
 
     To measure them within 0 s leaves the result as it is.
     """
-    result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
-    assert not result.answers[0].fix.measured
-    assert measured_fixes(result, 0.0, Silent()) is result
+    assert not unmeasured.answers[0].fix.measured
+    assert measured_fixes(unmeasured, 0.0, Silent()) is unmeasured
 
 
 def test_fix_keeps_the_hull_of_a_mesh_with_holes():
@@ -241,18 +246,17 @@ def test_bodies_whose_cutter_fails_are_named_with_the_reason(empty_piece_store, 
         pytest.param(1.0, 0.6, id="busy as the fix is measured"),
     ],
 )
-def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, fraction_in_run, fraction_in_fix):
+def test_measured_fix_has_no_milliseconds_on_a_busy_machine(unmeasured, monkeypatch, fraction_in_run, fraction_in_fix):
     """Fractions are of the processor that detectors had while they were timed; other programs had the other 40 %.
 
     Then the change names no milliseconds. Of a busy run other sentences say so; of a fix its own note does.
     """
-    result = compute(stirring_session(BEAKER), detectors="subject=hull50,exact")
-    document = result.document
+    document = unmeasured.document
     detectors = {
         label: structs.replace(row, seconds=structs.replace(row.seconds, processor_fraction=fraction_in_run))
         for label, row in document.detectors.items()
     }
-    result = replace(result, document=structs.replace(document, detectors=detectors))
+    result = replace(unmeasured, document=structs.replace(document, detectors=detectors))
     run_detector = measured_fix.run_detector
     monkeypatch.setattr(
         measured_fix,
@@ -290,10 +294,10 @@ class NotedProgress:
         yield self.percentages.append
 
 
-def test_progress_of_a_fix_is_the_fraction_of_time_used():
+def test_progress_of_a_fix_is_the_fraction_of_time_used(unmeasured):
     """A Fix is measured in a few of a million seconds: 0 % is reported until all is done, then 100 %."""
     progress = NotedProgress()
-    measured_fixes(compute(stirring_session(BEAKER), detectors="subject=hull50,exact"), 1e6, progress)
+    measured_fixes(unmeasured, 1e6, progress)
     *while_measuring, last = progress.percentages
     assert set(while_measuring) == {0}
     assert last == 100

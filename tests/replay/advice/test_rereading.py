@@ -7,6 +7,7 @@ import pytest
 import trimesh
 from support.planted_sessions import write_scene
 
+from replay.advice import scene_outcome
 from replay.advice.assumptions import chosen_frames
 from replay.advice.open_guesses import open_rows
 from replay.advice.rereading import SIGNED_PERMUTATIONS, Rereadings, change_of_axes
@@ -51,12 +52,13 @@ def with_open_pose_axes(session):
         pytest.param("ros", "stl", True, id="ros, STL by an exporter", marks=pytest.mark.slow),
     ],
 )
-def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convention, kind, exported):
+def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, monkeypatch, convention, kind, exported):
     """A scene of tool and plate in a program's axes, of which those of poses and those of meshes are open questions.
 
     Each possible answer is a reading of the recording. ``Rereadings`` changes one preparation for each; here each is
     prepared anew as well, which must give the same contacts, depth and closest gap.
     """
+    monkeypatch.setattr(scene_outcome, "DEPTH_FRAMES", 2)  # frames in which a depth is measured: most of the time
     session = with_open_pose_axes(imported(tmp_path, convention, kind, exported))
     prepared = prepare(session).assembly
     rereadings = Rereadings(session, prepared, chosen_frames(len(prepared.motion)))

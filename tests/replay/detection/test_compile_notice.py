@@ -58,14 +58,13 @@ def fresh_kernel(module):
 
 
 def test_compiling_is_announced_once_with_its_duration(monkeypatch):
-    """Three kernels of this program are compiled, and one of another module, which all add 1: one announcement.
+    """Two kernels of this program are compiled, and one of another module, which all add 1: one announcement.
 
     It has a beginning, an end with the time, and a doubt about the times of this run.
     """
     progress = SentencesOnly()
     with compiling_announced(progress):
         assert fresh_kernel("cdcore.narrow.bvh.traverse")(1) == 2
-        assert fresh_kernel("cdcore.narrow.bvh.frame_skips")(1) == 2
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
         assert fresh_kernel("elsewhere")(1) == 2
     beginning, end, doubt = progress.sentences
