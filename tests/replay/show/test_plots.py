@@ -304,21 +304,31 @@ def test_wide_and_non_ascii_characters_count_as_widest():
     assert text_width("M\u00e4a.A") == pytest.approx(15.8 + 15.8 + 8.9 + 5.7 + 10.9)
 
 
-def offset_of_name(other_dots=(), dot=(224.0, 82.0)):
-    """Upper left corner of the name ``abc`` from its dot, in units right and down.
+def plot_of_names(names_by_offset, dot):
+    """A scatter plot of the dot ``abc`` and of others, which stand at these offsets from it, in units right and down.
 
-    Nameless dots stand at the offsets ``other_dots`` from the dot, and six more in a corner of the field, so that
-    names are placed in their order (up to five are tried in every order).
+    Six nameless dots more lie in a corner of the field, so that names are placed in their order (up to five are tried
+    in every order).
     """
-    points = [dot, *(np.add(dot, offset) for offset in other_dots), *[(FIELD["right"], FIELD["bottom"])] * 6]
+    points = {dot: "abc"} | {tuple(np.add(dot, offset)): name for offset, name in names_by_offset.items()}
+    corner = Dot("", x=10.0, y=0.0)
     dots = [
-        Dot("" if number else "abc", x=10.0 * (x - FIELD["left"]) / 380.0, y=10.0 * (FIELD["bottom"] - y) / 120.0)
-        for number, (x, y) in enumerate(points)
+        Dot(name, x=10.0 * (x - FIELD["left"]) / 380.0, y=10.0 * (FIELD["bottom"] - y) / 120.0)
+        for (x, y), name in points.items()
     ]
-    plot = scatter(dots, "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
-    (label,) = [label for label in plot.labels if label.text == "abc"]
+    return scatter([*dots, *[corner] * 6], "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+
+
+def offset_of(plot, name, dot):
+    """Upper left corner of a name in a plot from a dot, in units right and down."""
+    (label,) = [label for label in plot.labels if label.text == name]
     left, top, _right, _bottom = box_of_label(label)
     return pytest.approx((left - dot[0], top - dot[1]), abs=1e-6)
+
+
+def offset_of_name(other_dots=(), dot=(224.0, 82.0)):
+    """Upper left corner of the name ``abc`` from its dot, in units right and down; nameless dots stand around it."""
+    return offset_of(plot_of_names(dict.fromkeys(other_dots, ""), dot), "abc", dot)
 
 
 NAME_WIDTH = 26.7
@@ -381,3 +391,64 @@ def test_name_of_a_dot_on_the_floor_avoids_ticks():
     }
     for row, (x, height, corner) in rows.items():
         assert offset_of_name(dot=(x, FIELD["bottom"] - height)) == corner, row
+
+
+BESIDE = ((-9.0, -18.0), (20.0, -10.0), (-20.0, 0.0))
+"""Dots, by their offsets from a dot, that take all seven places of its name beside it, but not the line upwards."""
+
+
+def on_both_sides(*heights):
+    """Dots 9 left and 9 right of the line upwards from a dot, at these heights (down): a name finds no room there."""
+    return [(x, height) for height in heights for x in (-9.0, 9.0)]
+
+
+def test_distant_name_has_a_line_that_crosses_no_dot():
+    """Seven places beside a dot are taken; its name, 26.7 wide and 15 high, stands at the next that is free.
+
+    Places are given by the upper left corner of the name from the dot (right, down), in their order by the height at
+    which the line from the dot ends: the edge of the name that is nearer. A dot on that line makes the place worse than
+    a later one.
+    """
+    middle, left, right = -NAME_WIDTH / 2, -NAME_WIDTH, 0.0
+    dot = (224.0, 112.0)
+    rows = {
+        "above": ([], (middle, -40.0), -25.0),
+        "above, to the left": ([(9.0, -33.0)], (left, -40.0), -25.0),
+        "above, to the right": ([(-9.0, -33.0)], (right, -40.0), -25.0),
+        "below": (on_both_sides(-33.0), (middle, 14.0), 14.0),
+        "higher": (on_both_sides(-33.0, 21.0), (middle, -58.0), -43.0),
+        "lower": (on_both_sides(-33.0, 21.0, -51.0), (middle, 30.0), 30.0),
+        "third above": (on_both_sides(-33.0, 21.0, -51.0, 37.0), (middle, -76.0), -61.0),
+        "fourth above": (on_both_sides(-33.0, 21.0, -51.0, 37.0, -69.0), (middle, -94.0), -79.0),
+        "a dot on the line upwards": ([(0.0, -13.0)], (middle, 14.0), 14.0),
+    }
+    for row, (more_dots, corner, end) in rows.items():
+        plot = plot_of_names(dict.fromkeys([*BESIDE, *more_dots], ""), dot)
+        assert offset_of(plot, "abc", dot) == corner, row
+        (line,) = [ends for kind, ends in plot.lines if kind == "leader"]
+        assert np.subtract(line, dot) == pytest.approx(np.array([(0.0, 0.0), (0.0, end)])), row
+
+
+def test_later_name_avoids_the_line_of_an_earlier_name():
+    """The name ``abc`` stands 58 above its dot; the dot ``i`` is 33 above that dot too, 13 left of the line.
+
+    Right of its dot, from 10 to 15.7, ``i`` would cover that line: it stands on the left, up to 10 from its dot.
+    """
+    dot, later_dot = (224.0, 112.0), (224.0 - 13.0, 112.0 - 33.0)
+    others = dict.fromkeys([*BESIDE, (9.0, -33.0), *on_both_sides(21.0)], "")
+    plot = plot_of_names({(-13.0, -33.0): "i", **others}, dot)
+    assert offset_of(plot, "abc", dot) == (-NAME_WIDTH / 2, -58.0)
+    assert offset_of(plot, "i", later_dot) == (-10.0 - 5.7, -8.0)
+
+
+def test_line_to_a_later_name_avoids_an_earlier_name():
+    """The name ``abc`` stands right of its dot, 10 to 36.7 from it, 8 above to 7 below.
+
+    The dot ``def`` lies below that name, and its places beside, 40 above and 14 below are taken. The line to the next
+    place, 58 above, would cross the name ``abc``: it stands 30 below.
+    """
+    dot, later_dot = (224.0, 50.0), (224.0 + 23.0, 50.0 + 32.0)
+    taken = [(23.0 + x, 32.0 + y) for x, y in [*BESIDE, *on_both_sides(21.0)]]
+    plot = plot_of_names({(23.0, 32.0): "def", **dict.fromkeys(taken, "")}, dot)
+    assert offset_of(plot, "abc", dot) == RIGHT
+    assert offset_of(plot, "def", later_dot) == (-NAME_WIDTH / 2, 30.0)
