@@ -406,8 +406,8 @@ def test_distant_name_has_a_line_that_crosses_no_dot():
     """Seven places beside a dot are taken; its name, 26.7 wide and 15 high, stands at the next that is free.
 
     Places are given by the upper left corner of the name from the dot (right, down), in their order by the height at
-    which the line from the dot ends: the edge of the name that is nearer. A dot on that line makes the place worse than
-    a later one.
+    which the line from the dot ends: the edge of the name that is nearer. A dot nearer than 7 to that line makes the
+    place worse than a later one.
     """
     middle, left, right = -NAME_WIDTH / 2, -NAME_WIDTH, 0.0
     dot = (224.0, 112.0)
@@ -421,6 +421,10 @@ def test_distant_name_has_a_line_that_crosses_no_dot():
         "third above": (on_both_sides(-33.0, 21.0, -51.0, 37.0), (middle, -76.0), -61.0),
         "fourth above": (on_both_sides(-33.0, 21.0, -51.0, 37.0, -69.0), (middle, -94.0), -79.0),
         "a dot on the line upwards": ([(0.0, -13.0)], (middle, 14.0), 14.0),
+        "a dot 6.5 left of that line": ([(-6.5, -13.0)], (middle, 14.0), 14.0),
+        "a dot 7.5 left of that line": ([(-7.5, -13.0)], (middle, -40.0), -25.0),
+        "a dot 6.5 right of that line": ([(6.5, -13.0)], (middle, 14.0), 14.0),
+        "a dot 7.5 right of that line": ([(7.5, -13.0)], (middle, -40.0), -25.0),
     }
     for row, (more_dots, corner, end) in rows.items():
         plot = plot_of_names(dict.fromkeys([*BESIDE, *more_dots], ""), dot)
@@ -452,3 +456,10 @@ def test_line_to_a_later_name_avoids_an_earlier_name():
     plot = plot_of_names({(23.0, 32.0): "def", **dict.fromkeys(taken, "")}, dot)
     assert offset_of(plot, "abc", dot) == RIGHT
     assert offset_of(plot, "def", later_dot) == (-NAME_WIDTH / 2, 30.0)
+
+
+def test_name_wider_than_the_field_is_left_out():
+    """The field between the axes is 380 units wide, a name of 60 letters of 8.9 is 534; the other name finds room."""
+    dots = [Dot("a" * 60, x=5.0, y=5.0), Dot("abc", x=2.0, y=5.0)]
+    plot = scatter(dots, "", x_title="ms", y_axis=Axis("loss", [0, 5, 10]))
+    assert [label.text for label in plot.labels if label.dot >= 0] == ["abc"]
