@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Final
 
@@ -150,7 +150,7 @@ class Assumption:
 
     def as_json(self) -> dict[str, Any]:
         """Returns the fields that hold something."""
-        fields = {key: value for key, value in asdict(self).items() if value}
+        fields = {key: value for key, value in vars(self).items() if value}
         if not self.guessed_value:
             del fields["guessed_origin"]
         return fields

@@ -26,6 +26,7 @@ LEAST_JOINTS: Final = 8
 """Joints of a hand that a file names before it is taken for one of hands."""
 MOST_LISTED: Final = 5
 AXIS: Final = re.compile(r"([a-z]*?)([xyz])")
+LETTER: Final = re.compile("[A-Za-z]")
 IN_BRACKETS: Final = re.compile(r"[\[(].*?[\])]")
 POSITION_TOKENS: Final = frozenset(VOCABULARY["position"])
 ROTATION_TOKENS: Final = (frozenset(VOCABULARY["quaternion_xyzw"]) | frozenset(VOCABULARY["euler"])) - {"r"}
@@ -141,7 +142,9 @@ def _count_joints(names: Mapping[str, NamedJoint]) -> int:
 
 
 def _named_joint(name: str, known: Mapping[str, NamedJoint]) -> NamedJoint | None:
-    return known[name] if name in known else joint_of(tokens_of(name))
+    if name in known:
+        return known[name]
+    return joint_of(tokens_of(name)) if LETTER.search(name) else None  # most cells are numbers
 
 
 def _split_last_word(column: str, endings: frozenset[str]) -> tuple[str, str]:

@@ -31,40 +31,44 @@ def assumptions_by_draft(folder, header, row, *changes, count=20):
 
 
 @pytest.mark.parametrize(
-    ("header", "row", "subject", "value", "origin"),
+    ("header", "time", "expected"),
     [
-        (f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.GUESS),
-        (f"t_ms,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.FILE),
-        (f"t [ms],x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.FILE),
-        (f"t,x,y,z,{QUATERNION}\nms,cm,cm,cm,,,,", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.FILE),
-        (f"t,x,y,z,{QUATERNION}\nms,cm,cm,cm,,,,", "{ms},1,2,3,0,0,0,1", Subject.LENGTH_UNIT, "cm", Origin.FILE),
-        (f"t,x_mm,y_mm,z_mm,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.LENGTH_UNIT, "mm", Origin.FILE),
-        (f"t,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.LENGTH_UNIT, "m", Origin.GUESS),
-        (f"t,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.QUATERNION_ORDER, "xyzw", Origin.FILE),
-        (f"t,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.CLOCK, "column t, ms", Origin.FILE),
+        ("t_ms,x,y,z", "{ms}", {Subject.TIME_UNIT: ("ms", Origin.FILE)}),
+        ("t [ms],x,y,z", "{ms}", {Subject.TIME_UNIT: ("ms", Origin.FILE)}),
+        ("t,x_mm,y_mm,z_mm", "{ms}", {Subject.LENGTH_UNIT: ("mm", Origin.FILE)}),
         (
-            f"t,x,y,z,{QUATERNION}",
-            "03/04/2026 10:00:{step:02d}.5,1,2,3,0,0,0,1",
-            Subject.TIME_UNIT,
-            "%m/%d/%Y %H:%M:%S.%f",
-            Origin.GUESS,
+            "t,x,y,z",
+            "{ms}",
+            {
+                Subject.TIME_UNIT: ("ms", Origin.GUESS),
+                Subject.LENGTH_UNIT: ("m", Origin.GUESS),
+                Subject.QUATERNION_ORDER: ("xyzw", Origin.FILE),
+                Subject.CLOCK: ("column t, ms", Origin.FILE),
+            },
         ),
         (
-            f"t,x,y,z,{QUATERNION}",
-            "2026-03-04T10:00:{step:02d}.5,1,2,3,0,0,0,1",
-            Subject.TIME_UNIT,
-            "ISO 8601",
-            Origin.FILE,
+            "t,x,y,z",
+            "03/04/2026 10:00:{step:02d}.5",
+            {Subject.TIME_UNIT: ("%m/%d/%Y %H:%M:%S.%f", Origin.GUESS)},
         ),
+        ("t,x,y,z", "2026-03-04T10:00:{step:02d}.5", {Subject.TIME_UNIT: ("ISO 8601", Origin.FILE)}),
     ],
 )
-def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, row, subject, value, origin):
-    """The header or a row below it may state a value (origin FILE); else the draft guesses from the numbers (GUESS).
+def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, time, expected):
+    """The header may state a value (origin FILE); else the draft guesses from the numbers (GUESS).
 
-    Each of 20 rows is ``row`` with 0, 1, 2 ... for {step} and 0, 11, 22 ... for {ms}.
+    Each of 20 rows begins with ``time``: 0, 1, 2 ... for {step} or 0, 11, 22 ... for {ms}.
     """
-    assumption = assumptions_by_draft(tmp_path, header, row)[subject]
-    assert (assumption.value, assumption.origin) == (value, origin)
+    assumptions = assumptions_by_draft(tmp_path, f"{header},{QUATERNION}", f"{time},1,2,3,0,0,0,1")
+    assert {subject: (assumptions[subject].value, assumptions[subject].origin) for subject in expected} == expected
+
+
+def test_row_of_units_is_what_the_file_states(tmp_path):
+    """Below the header stands a row of units, ms and cm: the file gives both units."""
+    header = f"t,x,y,z,{QUATERNION}\nms,cm,cm,cm,,,,"
+    assumptions = assumptions_by_draft(tmp_path, header, "{ms},1,2,3,0,0,0,1")
+    for subject, unit in ((Subject.TIME_UNIT, "ms"), (Subject.LENGTH_UNIT, "cm")):
+        assert (assumptions[subject].value, assumptions[subject].origin) == (unit, Origin.FILE)
 
 
 @pytest.mark.parametrize(
