@@ -95,6 +95,7 @@ def test_imported_mesh_stands_in_the_room_where_exported(tmp_path, convention, k
     assert not axes_row.is_open
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply"])
 @pytest.mark.parametrize("convention", ["z-up", "ros", "unity", "unreal", "z up, left-handed"])
 def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, kind):
