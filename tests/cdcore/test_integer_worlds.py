@@ -11,7 +11,7 @@ from oracles.separating_axes import meets_by_axes
 
 QUICK_SEEDS = range(5)
 SLOW_SEEDS = range(5, 160)
-LATTICE_PAIRS = 120
+LATTICE_PAIRS = 60
 
 
 def lattice_pairs(seed, size):
@@ -23,14 +23,14 @@ def lattice_pairs(seed, size):
 @pytest.mark.parametrize("size", [2, 3, 6])
 @pytest.mark.parametrize("scale", [1.0, 1 / 3, 2.0**-400])
 def test_two_exact_tests_of_triangles_agree(size, scale):
-    """120 random triangle pairs on a lattice of ``size`` points a side, where many touch exactly.
+    """60 random triangle pairs on a lattice of ``size`` points a side, where many touch exactly.
 
     The oracle of other tests decides in whole numbers (``meet_exactly``), or filters in floats before (``meet``).
     Beside it stand separating axes in integers, which share no code with it.
     """
     pairs = lattice_pairs(seed=size, size=size) * scale
     expected = [bool(meets_by_axes(pair)) for pair in pairs]
-    assert 8 < sum(expected) < LATTICE_PAIRS - 2, "some pairs meet and some do not"
+    assert 4 < sum(expected) < LATTICE_PAIRS - 2, "some pairs meet and some do not"
     assert meet_exactly(pairs).tolist() == expected
     answers, _count_of_integer_tests = meet(pairs)
     assert answers.tolist() == expected

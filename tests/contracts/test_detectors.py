@@ -15,7 +15,7 @@ from cdcore.protocol.detection import NO_REASON
 from replay.prepare.assemble import assemble
 from sessions.importers import import_session
 
-FRAMES = 24
+FRAMES = 16
 """Frames of ``scene``: five bodies, three of which move through the others, with poses missing now and then."""
 LIVE = [
     ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("obb", {}),
@@ -85,7 +85,7 @@ def test_repeated_queries_give_the_same_answer_and_change_nothing(name, scene):
 
 @pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
 def test_detector_in_blocks_of_frames_equals_the_whole_motion(name, block, scene):
-    """24 frames are read in blocks of 7, of a single frame, and of 64, more than there are."""
+    """16 frames are read in blocks of 7, of a single frame, and of 64, more than there are."""
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
     assert joined.digest == detection_of_whole_motion(name).digest
@@ -97,7 +97,7 @@ def test_detector_in_blocks_of_frames_equals_the_whole_motion(name, block, scene
 def test_live_detection_equals_offline_and_times_every_frame(name, scene):
     """Asked frame by frame, as in a live session: verdicts, and what is said of bodies inside others, are the same.
 
-    Each stage has seconds for each of 24 frames, and together they are more than 0.
+    Each stage has seconds for each of 16 frames, and together they are more than 0.
     """
     bodies, motion = scene
     live, offline = detect_live(create_detector(name, bodies), motion), detection_of_whole_motion(name)
@@ -234,7 +234,7 @@ def test_an_empty_motion_gives_an_empty_answer(name, scene):
 
 
 def test_single_body_has_no_pairs_and_no_verdicts(name, scene):
-    """24 frames of one body, all at once and frame by frame: verdicts of 24 frames and 0 pairs."""
+    """16 frames of one body, all at once and frame by frame: verdicts of 16 frames and 0 pairs."""
     bodies, motion = scene
     alone = Motion(motion.times, motion.translations[:, :1], motion.rotations[:, :1])
     detector = create_detector(name, bodies[:1])
@@ -243,7 +243,7 @@ def test_single_body_has_no_pairs_and_no_verdicts(name, scene):
 
 
 def test_detection_keeps_times_and_names_with_work_and_seconds(name, scene):
-    """Seconds of a stage are one number, or one for each of 24 frames; counters of work are not negative."""
+    """Seconds of a stage are one number, or one for each of 16 frames; counters of work are not negative."""
     bodies, motion = scene
     detection = detection_of_whole_motion(name)
     assert np.array_equal(detection.times, motion.times)

@@ -1,9 +1,11 @@
 """Meshes in contact for searches and kernels: thousands of faces with the exact answer, and blocks of eight frames."""
 
+from functools import cache
+
 import numpy as np
 from support.processes import kernels_in_python
 from support.random_worlds import face_soup, motion_of, placed
-from support.shapes import ball_mesh, random_rotations
+from support.shapes import ball_mesh, random_rotations, shared
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.kernels import memory
@@ -22,6 +24,7 @@ I3 = np.eye(3)
 NO_SEEDS = np.zeros((0, 2), dtype=np.int64)
 
 
+@shared
 def torus_mesh(major=1.0, minor=0.3, around=40, across=20):
     """A closed torus about z of 2 x around x across faces."""
     u, v = (2 * np.pi * np.arange(n) / n for n in (around, across))
@@ -66,6 +69,7 @@ def exact_pairs(search, mesh_a, mesh_b, pose_a, pose_b):
     return set(zip(*indices, strict=True))
 
 
+@cache
 def colliding_poses(mesh_a, mesh_b, count, seed):
     """Random poses of A around B, which stands at the origin: the first so many at which the surfaces meet."""
     rng = np.random.default_rng(seed)

@@ -171,10 +171,9 @@ def from_both_sides(mesh, *faces):
 
 
 @pytest.mark.parametrize("wound", ["outwards", "inwards", "first face inwards"])
-@pytest.mark.parametrize("exponent", [-330, 0, 330], ids="scaled by 2^{}".format)
-@pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1), (3, 3, 3)], ids="{} boxes".format)
-def test_inner_walls_of_a_solid_of_cells_are_removed(counts, wound, exponent):
-    """A block of boxes side by side is closed, and wound outwards (1) or inwards (-1).
+@pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1)], ids="{} boxes".format)
+def test_inner_walls_of_a_solid_of_cells_are_removed(counts, wound):
+    """A block of boxes side by side is closed, and wound outwards (1) or inwards (-1), at any scale.
 
     Each wall between two neighbours is drawn from both sides, two triangles each: these four are left out.
     """
@@ -182,12 +181,13 @@ def test_inner_walls_of_a_solid_of_cells_are_removed(counts, wound, exponent):
     faces = mesh.faces.copy()
     inwards = {"outwards": slice(0), "inwards": slice(None), "first face inwards": slice(0, 1)}[wound]
     faces[inwards] = faces[inwards, ::-1]
-    surface = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), faces))
-    assert surface.kinds.tolist() == [ComponentKind.CLOSED]
-    assert surface.signs.tolist() == [-1 if wound == "inwards" else 1]
     x, y, z = counts
     walls = (x - 1) * y * z + x * (y - 1) * z + x * y * (z - 1)
-    assert len(surface.grid.triangles) == len(mesh.faces) - 4 * walls
+    for exponent in (-330, 0, 330):
+        surface = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), faces))
+        assert surface.kinds.tolist() == [ComponentKind.CLOSED], exponent
+        assert surface.signs.tolist() == [-1 if wound == "inwards" else 1], exponent
+        assert len(surface.grid.triangles) == len(mesh.faces) - 4 * walls, exponent
 
 
 @pytest.mark.parametrize(

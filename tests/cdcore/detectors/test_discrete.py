@@ -211,7 +211,7 @@ def test_sphere_explains_a_missed_corner_by_its_shape():
     assert explanation.looked is True
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("shape", ["mesh", "hull", "box", "sphere", "capsule"])
 @pytest.mark.parametrize("names", [("cube", "wall"), ("wall", "cube")], ids=["cube first", "wall first"])
 def test_contact_starts_at_the_sum_of_both_skins(shape, names):

@@ -22,11 +22,11 @@ FAMILIES_WITH_PLANES = [family for family in FAMILIES if family.name != "needles
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("family", FAMILIES_WITH_PLANES, ids=lambda family: family.name)
 def test_intersection_segment_ends_lie_on_both_triangles(family):
-    """80 pairs: every pair that meets has a segment (others NaN); its ends are within 1e-12 of both triangles.
+    """40 pairs: every pair that meets has a segment (others NaN); its ends are within 1e-12 of both triangles.
 
     That is of the size of coordinates. Margins are asked of an end as a triangle with three equal corners.
     """
-    pairs = family.pairs(80, seed=9)
+    pairs = family.pairs(40, seed=9)
     sections = triangle_pair_sections(pairs)
     has_section = np.isfinite(sections).all(axis=(1, 2))
     assert has_section[triangles_intersect(pairs)].all()
