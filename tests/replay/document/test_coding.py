@@ -87,6 +87,13 @@ def test_run_document_survives_writing_and_reading_as_json(settings):
     assert [error.message for error in VALIDATOR.iter_errors(json.loads(text))] == []
 
 
+def test_number_that_is_not_finite_is_never_written():
+    """JSON has no infinity and nothing that is no number."""
+    for value in (float("nan"), float("inf"), -float("inf")):
+        with pytest.raises(ValueError, match="not JSON compliant"):
+            json_of({"gap": value})
+
+
 @pytest.mark.parametrize("path", TAMPERED)
 def test_a_tampered_value_is_named_with_its_path(plain_document, path):
     """One value of a run's document is wrong: it is not read, the problem has its path, and the schema does not fit."""
