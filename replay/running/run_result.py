@@ -95,9 +95,10 @@ class RunResult(run_result.RunResult):
 
         Raises ``OutputError``: the extra ``notebook`` is not installed.
         """
-        from replay.show.rerun_log.viewer import notebook_viewer
+        from replay.show.rerun_log.viewer import notebook_viewer, notebook_widget
         from replay.show.results.run_folder import PICTURE_FILE
 
+        notebook_widget()  # without it nothing is written
         if self.out is not None and (self.out / PICTURE_FILE).is_file():
             return notebook_viewer(self.out / PICTURE_FILE, width, height)
         with temporary_folder() as folder:

@@ -100,14 +100,14 @@ def _joined(spans):
 
 @pytest.mark.sampled(15)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
-@pytest.mark.parametrize("name", ANALYTIC)
+@pytest.mark.parametrize("name", sorted(ANALYTIC, reverse=True))  # the quick case is the rod, which misses most
 def test_misses_at_22_5_hz_match_the_closed_form(name, seed):
-    """Ten seconds at 90 Hz; a detector samples every fourth frame.
+    """Six seconds at 90 Hz; a detector samples every fourth frame.
 
     Contacts that by their closed form lie between two samples and on a frame are never reported; others are, but those
     that the faces of round bodies leave open (``undecided``).
     """
-    session, truth = make_analytic(name, seconds=10.0, seed=seed)
+    session, truth = make_analytic(name, seconds=6.0, seed=seed)
     expected = predicted(truth, session.frames.stamp_ns, SLOW_RATE_HZ)
     slow = f"slow=discrete[rate_hz={SLOW_RATE_HZ},sampling_offset_s=0]"
     # The closed form counts contacts of any depth, so no overlap is too shallow to be missed (tau).

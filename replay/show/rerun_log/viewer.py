@@ -251,11 +251,8 @@ def free_port() -> int:
         return port
 
 
-def notebook_viewer(picture: Path, width: int, height: int) -> Any:
-    """A widget that shows the recording ``run.rrd`` of a run folder; pixels.
-
-    Raises ``OutputError``: the extra ``notebook`` is not installed.
-    """
+def notebook_widget() -> Any:
+    """The class of Rerun's widget for notebooks. Raises ``OutputError``: the extra ``notebook`` is not installed."""
     os.environ.setdefault("RERUN_NOTEBOOK_ASSET", SERVE)
     try:
         with redirect_stdout(StringIO()):
@@ -265,10 +262,19 @@ def notebook_viewer(picture: Path, width: int, height: int) -> Any:
         raise OutputError(
             'rerun-notebook is not installed; pip install "vrlab-replay[notebook]", or replay.view(folder) opens it'
         ) from error
+    return Viewer
+
+
+def notebook_viewer(picture: Path, width: int, height: int) -> Any:
+    """A widget that shows the recording ``run.rrd`` of a run folder; pixels.
+
+    Raises ``OutputError``: the extra ``notebook`` is not installed.
+    """
+    widget = notebook_widget()
     read_bookmarks(picture)  # refuses a damaged one
     (store,) = RrdReader(picture).recordings()
     stream = rr.RecordingStream(store.application_id, recording_id=store.recording_id)
-    viewer = Viewer(width=width, height=height, recording=stream)
+    viewer = widget(width=width, height=height, recording=stream)
     stream.log_file_from_path(picture)
     stream.flush()
     return viewer

@@ -93,6 +93,7 @@ def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
         unit_cubes_on_x({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}),
         detectors=detectors,
         out=tmp_path / "run",
+        picture=False,
         progress=watched,
     )
     verbs = [name.split()[0] for name in watched.stages]

@@ -73,8 +73,7 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
     """
     path = tmp_path / "rich.toml"
     faulty = OTHER + Path(__file__).with_name("faulty.toml").read_text("utf-8")
-    titration, _truth = make_scene_session("titration")
-    path.write_text(scene_to_toml(titration.scene) if count > 15 else faulty)
+    path.write_text(scene_to_toml(make_scene_session("titration")[0].scene) if count > 15 else faulty)
 
     def read():
         text = read_text(path, "scene", SceneError)

@@ -52,7 +52,7 @@ class Keeping(Console):
 
 @pytest.fixture(scope="module")
 def screen_of(tmp_path_factory):
-    """Returns what a verb prints, to be drawn at any width; each runs once, after a first run."""
+    """Returns what a verb prints, to be drawn at any width; each runs once."""
     folder = tmp_path_factory.mktemp("shown")
     names = {"small-beaker": [0] * 12, "hand-left-glove": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
     write_session(unit_cubes_on_x(names), folder / "s.mcap")
@@ -61,7 +61,8 @@ def screen_of(tmp_path_factory):
     def screen(verb):
         kept = []
         if verb == "diff":
-            screen("run")  # whose folder it reads
+            screen("first")  # it reads the folders of two runs
+            screen("run")
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(advisor, "find_spec", lambda name: None)
             patch.setattr(console_module, "stdout_console", lambda: Keeping(kept))
@@ -69,7 +70,6 @@ def screen_of(tmp_path_factory):
             assert main([item.format(s=folder / "s.mcap", t=folder) for item in VERBS[verb]]) == 0, verb
         return kept
 
-    screen("first")
     return screen
 
 
