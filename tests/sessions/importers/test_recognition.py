@@ -77,6 +77,15 @@ def test_text_of_several_cells_is_recognised_as_csv(tmp_path):
     assert reason == "line 1 has 3 cells between ';'"
 
 
+def test_seven_numbers_between_spaces_are_recognised_as_csv(tmp_path):
+    """A place and a quaternion are seven numbers; a line of six numbers is of no known format."""
+    (tmp_path / "take.txt").write_text("0.1 0.2 0.3 0 0 0 1\n")
+    assert recognised_format(tmp_path / "take.txt") == ("csv", "line 1 has 7 numbers between spaces")
+    (tmp_path / "take.txt").write_text("0.1 0.2 0.3 0 0 0\n")
+    with pytest.raises(ImportFileError, match="nothing says what it is"):
+        recognised_format(tmp_path / "take.txt")
+
+
 def test_table_of_uxf_trials_is_recognised_by_its_name(tmp_path):
     """UXF always calls this file trial_results.csv; by its text it would be any CSV."""
     (tmp_path / "trial_results.csv").write_text("experiment,ppid\n")
