@@ -8,6 +8,7 @@ from oracles.random_liquids import solver_of
 from scipy.optimize import brentq
 
 from replay.effects.chemistry.equilibrium_extent import EquilibriumExtents
+from replay.effects.chemistry.iodine import TRIIODIDE_CONSTANT
 from replay.effects.chemistry.processes import Process
 
 COLUMNS = ("H+", "H2O", "A", "B", "B(g)", "CH3COO-", "C2H5OH", "CH3COOC2H5", "NH3", "Na+", "Cl-")
@@ -219,3 +220,27 @@ def test_isomers_stop_where_their_activities_have_the_constant():
             made_mol = extents.extent(0, amounts, a_mol, np.full(len(a_mol), 25.0))
             assert made_mol == pytest.approx(fraction * a_mol, abs=2e-5), (power, ratio)
             assert solver.solutions <= 2.5 * len(a_mol), (power, ratio)
+
+
+def test_only_free_iodide_and_iodine_count_in_the_quotient():
+    """A + I- -> B in a kilogram with 0.1 mol of A and of iodide beside 0.05 mol of iodine, whose constant is 100.
+
+    x mol of B are made until x = 100 (0.1 - x) times the iodide that is not bound as triiodide.
+    """
+    column = {name: index for index, name in enumerate(("H+", "H2O", "A", "B", "I-", "I2"))}
+    process = Process("", {"A": -1.0, "I-": -1.0, "B": 1.0}, log_k=2.0)
+    changes = np.array([[process.changes.get(name, 0.0) for name in column]])
+    solver = PowerLaw(1.0)
+    solver.mixture = SimpleNamespace(components=("A", "I-"), bare_names=("A", "I-"), phases=(), changes=())
+    mol = {"H2O": KILOGRAM_MOL, "A": 0.1, "I-": 0.1, "I2": 0.05}
+    amounts = np.array([[mol.get(name, 0.0) for name in column]])
+    extents = EquilibriumExtents([process], changes, column, solver, holds_acid=np.zeros(len(column)))
+    (made_mol,) = extents.extent(0, amounts, np.array([0.1]), np.array([25.0]))
+
+    def free_iodide(iodide):
+        bound = brentq(lambda x: x - TRIIODIDE_CONSTANT * (0.05 - x) * (iodide - x), 0.0, min(0.05, iodide))
+        return iodide - bound
+
+    expected = brentq(lambda x: x - 100.0 * (0.1 - x) * free_iodide(0.1 - x), 0.0, 0.1)
+    assert made_mol == pytest.approx(expected, abs=1e-5)
+    assert made_mol < 0.9 * brentq(lambda x: x - 100.0 * (0.1 - x) ** 2, 0.0, 0.1), "triiodide matters"
