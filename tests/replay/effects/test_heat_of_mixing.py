@@ -165,7 +165,7 @@ def test_solution_that_freezes_states_its_coldest_temperature():
     [
         ("Na2S2O3", 20.0, (), ["Na+ and S2O3^2-"]),
         ("CO(NH2)2", 20.0, (), ["CO(NH2)2"]),
-        ("Na2S2O3", 2.0, (), []),
+        ("CO(NH2)2", 2.0, (), []),
         ("Na2S2O3", 20.0,
          [("reaction", {"equation": "Na2S2O3(s) -> 2 Na+ + S2O3^2-", "heat_kj_mol": 7.0})], []),
         ("NaNO3", 20.0, (), []),
@@ -175,8 +175,8 @@ def test_solution_that_freezes_states_its_coldest_temperature():
 def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, equations, ions):
     """30 mL of water are poured on a powder; ``ions``: of the warning that no heat of so strong a solution is known.
 
-    There is none where 2 g give a weak solution, where the scene declares an equation with its heat, or where a table
-    has the heat, as of sodium nitrate.
+    There is none where 2 g of urea give a weak solution, where the scene declares an equation with its heat, or where a
+    table has the heat, as of sodium nitrate.
     """
     powder = {"solid": {"formula": formula, "mass_g": mass_g}}
     bodies = (vessel("a", volume=30.0, solute="", molar=0.0), glass("b", volume_ml=0.0, properties=powder))

@@ -244,3 +244,9 @@ def test_only_free_iodide_and_iodine_count_in_the_quotient():
     expected = brentq(lambda x: x - 100.0 * (0.1 - x) * free_iodide(0.1 - x), 0.0, 0.1)
     assert made_mol == pytest.approx(expected, abs=1e-5)
     assert made_mol < 0.9 * brentq(lambda x: x - 100.0 * (0.1 - x) ** 2, 0.0, 0.1), "triiodide matters"
+
+
+def test_reaction_without_an_answer_of_phreeqc_runs_to_its_end():
+    """A becomes its isomer B, of which half would be left by concentrations; PHREEQC has no activities."""
+    solver, process = PowerLaw(np.nan), Process("", ISOMER, log_k=0.0)
+    assert extent(process, most=1.0, solver=solver, A=1.0) == 1.0

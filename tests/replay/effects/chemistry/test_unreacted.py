@@ -115,6 +115,29 @@ def test_reaction_stops_when_acid_runs_out_with_iron_left():
     assert reaction.series["flask/potential"].times[-1] < reaction.series["flask/pH"].times[-1]
 
 
+def solid_in_water(formula):
+    """Glass b with 10 mL of water and half a gram of a solid."""
+    return glass("b", volume_ml=10.0, properties={"solid": {"formula": formula, "mass_g": 0.5}})
+
+
+def test_reagent_that_never_came_is_named():
+    """Glass a with 1 mol/L of a reagent stands beside glass b, and nothing is poured.
+
+    A solid that lies in the water of b counts as a reagent that is there, and so do the ions of a salt.
+    """
+    for solute, other, equation in [
+        ("HCl", solid_in_water("Zn"), "Zn + 2 HCl -> ZnCl2 + H2"),
+        ("HCl", solid_in_water("CaCO3"), "CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"),
+        ("Na2S2O3", solid_in_water("AgCl"), "AgCl + 2 Na2S2O3 -> Na3Ag(S2O3)2 + NaCl"),
+        ("AgNO3", glass("b", volume_ml=10.0, solute="NaCl", molar=0.1), "AgNO3 + NaCl -> AgCl + NaNO3"),
+    ]:
+        bodies = (glass("a", volume_ml=60.0, solute=solute, molar=1.0), other)
+        upright, reaction = [0.0] * 3, ("reaction", {"equation": equation})
+        output = effects_of_tilt_degrees(upright, bodies, ("mixing", {"in": ["b"]}), reaction)["reaction"].output
+        (event,) = output.events_named("no-reaction")
+        assert event.text == f"{equation} does not proceed: {solute} never came to its other reagents"
+
+
 METALS = [
     ("Cu", {"AgNO3": 0.1}, "Cu + 2 AgNO3 -> Cu(NO3)2 + 2 Ag", "by 0.1 mmol, until no Cu is left; 0.0216 g Ag come"),
     ("Ag", {"Cu(NO3)2": 0.1}, "2 Ag + Cu(NO3)2 -> 2 AgNO3 + Cu", "does not proceed: its free energy is +88 kJ/mol"),
