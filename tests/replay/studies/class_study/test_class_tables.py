@@ -44,6 +44,15 @@ def all_tables(tables):
     return [make() for make in (tables.detectors, tables.pairs, tables.activity_table, tables.causes)]
 
 
+def with_students(runs, students):
+    """Runs of which each states another of these students."""
+    metrics = {
+        run: {label: row | {"student": student} for label, row in rows.items()}
+        for (run, rows), student in zip(runs.metrics.items(), students, strict=True)
+    }
+    return replace(runs, metrics=metrics)
+
+
 SMALL_CLASSES = pytest.mark.parametrize(
     ("students", "nobody", "known"),
     [
@@ -139,6 +148,30 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of):
     assert students_by_cause == {"search": 8, "budget ran out": "not shown", "late": "fewer than 5"}
 
 
+def test_listed_miss_is_the_longest_of_its_session(tables_of, tmp_path):
+    """Eight sessions of about 20 contacts, of which ``slow`` misses nine in ten; a miss has the length of its cut."""
+    runs, _ = tables_of(**EIGHT_STUDENTS)
+    links = places(runs, tmp_path)
+    number_of_session = {name: number for number, (name, _address) in enumerate(links.values())}
+    misses = runs.tables["misses"].to_pylist()
+    for session, example, _detector in sessions_table(runs, links).rows:
+        own = [row for row in misses if row["place"] == number_of_session[session.text]]
+        longest = max(own, key=lambda row: row["cut_length"])
+        assert example.to.endswith(f"#miss-{longest['number']}"), session.text
+
+
+def test_recorded_time_is_unknown_if_a_session_does_not_state_it(tables_of):
+    """Eight sessions state their minutes; then the first does not, or they are of four students alone."""
+    runs, tables = tables_of(**EIGHT_STUDENTS)
+    minutes = sum(next(iter(rows.values()))["valid_minutes"] for rows in runs.metrics.values())
+    assert tables.recorded_seconds == pytest.approx(60 * minutes)
+    assert ClassTables(with_students(runs, "ABCDDDDD")).recorded_seconds == 0.0
+    unknown = with_students(runs, "ABCDEFGH")
+    for row in next(iter(unknown.metrics.values())).values():
+        row["valid_minutes"] = None
+    assert ClassTables(unknown).recorded_seconds == 0.0
+
+
 def test_list_of_sessions_has_no_figure(tables_of, tmp_path):
     """Five of eight students' sessions are listed: a name, what to look at, and a detector."""
     runs, _ = tables_of(**EIGHT_STUDENTS)
@@ -219,15 +252,6 @@ def test_class_headline_explains_students_missing_from_n(tables_of):
     episodes = pa.Table.from_pylist(remaining, schema=runs.tables["episodes"].schema)
     (headline,) = ClassTables(replace(runs, tables=runs.tables | {"episodes": episodes})).headlines()
     assert "5 of 8 students; the others had no contact to miss" in headline
-
-
-def with_students(runs, students):
-    """Runs of which each states another of these students."""
-    metrics = {
-        run: {label: row | {"student": student} for label, row in rows.items()}
-        for (run, rows), student in zip(runs.metrics.items(), students, strict=True)
-    }
-    return replace(runs, metrics=metrics)
 
 
 def test_class_page_names_the_detector_with_most_deviating_rate(tables_of, tmp_path):

@@ -1,7 +1,9 @@
 import json
+import shutil
 from dataclasses import replace
 
 import pytest
+from support.report_states import tamper
 from support.small_worlds import unit_cubes_on_x
 
 from replay import run
@@ -12,10 +14,11 @@ from replay.studies.diff.runs import diff_runs
 
 # of the frames:  0    1    2    3    4    5    6    7    8    9    10   11   12   13
 CUBE_B_BEFORE = [3.0, 0.9, 3.0, 3.0, 0.9, 3.0, 3.0, 3.0, 0.9, 0.8, 0.9, 3.0, 3.0, 3.0]
-CUBE_B_AFTER = [3.0, 0.9, 3.0, 3.0, 3.0, 3.0, 3.0, 0.9, 0.9, 0.8, 3.0, 3.0, 0.9, 3.0]
+CUBE_B_AFTER = [3.0, 0.9, 3.0, 3.0, 3.0, 0.9, 3.0, 0.9, 0.9, 0.8, 3.0, 3.0, 0.9, 3.0]
 """Metres on X, frame by frame of 10 ms, of a cube of 1 m beside one at 0: they touch below 1 m.
 
-The second motion lost the contact of frame 4, has that of frames 8 to 10 a frame earlier, and gained one in frame 12.
+The second motion lost the contact of frame 4, has that of frames 8 to 10 a frame earlier, and gained two, in frames 5
+and 12.
 """
 
 
@@ -26,11 +29,14 @@ def cubes(b):
 
 @pytest.fixture(scope="module")
 def run_folders(tmp_path_factory):
-    """Run folders a, b and c without a reference: b and c replay the second motion, b with other detectors and seed."""
+    """Run folders a, b and c without a reference: b and c replay the second motion, b with other detectors and seed.
+
+    Detectors of b got all frames at once, so that no frame of theirs was timed alone.
+    """
     at = tmp_path_factory.mktemp("runs")
     before, after, more = cubes(CUBE_B_BEFORE), cubes(CUBE_B_AFTER), {"picture": False, "oracle": "none"}
     run(before, detectors="slow=discrete[rate_hz=100],hybrid", out=at / "a", **more)
-    run(after, detectors="slow=discrete[rate_hz=50],sphere,aabb", out=at / "b", seed=3, **more)
+    run(after, detectors="slow=discrete[rate_hz=50],sphere,aabb", out=at / "b", seed=3, offline=True, **more)
     run(after, detectors="slow=discrete[rate_hz=100]", out=at / "c", **more)
     return at
 
@@ -47,13 +53,13 @@ def diff_of_slow(run_folders):
 
 
 def test_diff_finds_planted_gained_lost_and_shifted_contacts(diff_of_slow):
-    """Frames of 10 ms: the contact in frame 4 is lost, one in 12 gained, that of 8 to 10 is a frame earlier.
+    """Frames of 10 ms: the contact in frame 4 is lost, in 5 and 12 two are gained, that of 8 to 10 is a frame earlier.
 
-    The contact in frame 1 is the same in both.
+    The contact in frame 1 is the same in both. The one gained in frame 5 begins where that of frame 4 ended.
     """
     assert diff_of_slow.same == 1
     assert [contact.start for contact in diff_of_slow.lost] == [pytest.approx(0.04)]
-    assert [contact.start for contact in diff_of_slow.gained] == [pytest.approx(0.12)]
+    assert [contact.start for contact in diff_of_slow.gained] == pytest.approx([0.05, 0.12])
     (shift,) = diff_of_slow.shifted
     assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
     assert diff_of_slow.same_verdicts is False
@@ -102,6 +108,7 @@ def test_runs_of_a_single_recording_are_compared(run_folders):
     """Runs b and c replay the second motion, at 50 and at 100 Hz, and share no contact."""
     detector = diff_runs(run_folders / "b", run_folders / "c").detectors["slow"]
     assert detector.same == 0 and detector.changed
+    assert detector.p99_ratio is None, "only frames of c were timed each"
 
 
 def test_another_interval_of_a_recording_is_a_setting_that_differs(run_folders, tmp_path):
@@ -149,8 +156,20 @@ def test_diff_counts_late_contacts_as_the_ranking_does(before_and_after):
         next(rank for rank in read_run_folder(folder).ranking if rank.label == label)
         for folder, label in zip(folders, ("wide50", "collider-shipped-50"), strict=True)
     )
-    detector = diff_runs(*folders).detectors["wide50 -> collider-shipped-50"]
-    assert detector.late == (wide.late_counts, shipped.late_counts)
+    detectors = diff_runs(*folders).detectors
+    colliders = detectors["wide50 -> collider-shipped-50"]
+    assert colliders.late == (wide.late_counts, shipped.late_counts)
+    assert colliders.loss == (wide.loss, shipped.loss) and wide.loss > shipped.loss
+    assert detectors["exact"].loss == (None, None), "the reference is not audited"
+
+
+def test_body_of_a_single_run_is_a_setting_that_differs(before_and_after, tmp_path):
+    """The summary of a copy of run coarse has a body c beside a and b."""
+    copy = shutil.copytree(before_and_after / "coarse", tmp_path / "copy")
+    bodies = json.loads((copy / "summary.json").read_text())["session"]["bodies"]
+    tamper(copy, "session", bodies=bodies | {"c": bodies["b"]})
+    settings = diff_runs(before_and_after / "coarse", copy).settings
+    assert settings == {"session.bodies.c": (None, bodies["b"])}
 
 
 def test_diff_compares_the_last_detectors_under_different_names(before_and_after):
