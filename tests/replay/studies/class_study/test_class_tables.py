@@ -148,6 +148,41 @@ def test_small_cells_cannot_be_derived_from_totals(tables_of):
     assert students_by_cause == {"search": 8, "budget ran out": "not shown", "late": "fewer than 5"}
 
 
+def missed_of(contacts):
+    """Text of a cell: how many of these contacts of exact some detector never finds."""
+    return f"{sum(row['missed_by'] != '' for row in contacts)} of {len(contacts)}"
+
+
+def test_pairs_have_recounts_of_their_misses_and_contacts(tables_of):
+    """Rows of misses and of contacts of exact in eight sessions, by the pair of their bodies."""
+    runs, tables = tables_of(**EIGHT_STUDENTS)
+    misses, contacts = (runs.tables[name].to_pylist() for name in ("misses", "episodes"))
+    rows = tables.pairs().plain()
+    assert len(rows) == 4
+    for row in rows:
+        own_misses, own_contacts = (
+            [fault for fault in faults if f"{fault['body_a']} - {fault['body_b']}" == row["pair"]]
+            for faults in (misses, contacts)
+        )
+        sessions, sessions_with_a_miss = ({fault["place"] for fault in own} for own in (own_contacts, own_misses))
+        assert row["sessions"] == len(sessions)
+        assert row["misses"].text == str(len(own_misses))
+        assert row["sessions with a miss"].text == f"{len(sessions_with_a_miss)} of {len(sessions)}"
+        assert row["contacts never found"].text == missed_of(own_contacts)
+
+
+def test_activities_have_recounts_of_their_contacts(tables_of):
+    """Contacts of exact in eight sessions, by stage: first or second."""
+    runs, tables = tables_of(**EIGHT_STUDENTS)
+    contacts = runs.tables["episodes"].to_pylist()
+    rows = [row for row in tables.activity_table().plain() if row["what"] == "stage"]
+    assert {row["which"] for row in rows} == {"first", "second"}
+    for row in rows:
+        own = [contact for contact in contacts if contact["stage"] == row["which"]]
+        assert row["sessions"] == len({contact["place"] for contact in own})
+        assert (row["contacts"].text, row["missed by any"].text) == (str(len(own)), missed_of(own))
+
+
 def test_listed_miss_is_the_longest_of_its_session(tables_of, tmp_path):
     """Eight sessions of about 20 contacts, of which ``slow`` misses nine in ten; a miss has the length of its cut."""
     runs, _ = tables_of(**EIGHT_STUDENTS)
