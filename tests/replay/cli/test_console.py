@@ -62,6 +62,13 @@ def test_long_stage_prints_lines_without_a_terminal(capsys):
     assert end.startswith("Long: 100 %  0 s")
 
 
+def test_stage_without_a_total_prints_its_time_so_far(capsys):
+    """Nobody knows how much work there is, so no percent are printed before the end; a line may be printed at once."""
+    with TerminalProgress(People(), report_interval=0.0).stage("Long") as advance:
+        advance(1)
+    assert capsys.readouterr().err.splitlines() == ["Long: 0 s so far", "Long: 100 %  0 s"]
+
+
 def test_quiet_program_prints_no_stage(capsys):
     """A line might be printed at once (0 s), but the program runs with ``-q``."""
     with TerminalProgress(People(quiet=True), report_interval=0.0).stage("Long") as advance:

@@ -99,8 +99,8 @@ def test_unreals_colliders_are_tried_without_unreal(unreal_advice):
 
 @pytest.fixture
 def session_with_long_contact():
-    """Two cubes that touch in 30 of 90 frames at 90 Hz, long enough for every step rate of an engine."""
-    positions = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
+    """Two cubes that touch in 30 of 40 frames at 90 Hz, long enough for every step rate of an engine."""
+    positions = {"a": [0] * 40, "b": [3] * 5 + [0.9] * 30 + [3] * 5}
     return unit_cubes_on_x(positions, step_ns=HEADSET_STEP_NS)
 
 
