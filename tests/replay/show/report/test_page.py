@@ -109,13 +109,16 @@ def test_page_script_has_no_comments_or_blank_lines():
 
 
 def test_report_draws_temperatures_of_warmed_bodies_only():
-    """An effect reports that the dish is warmest, by an event; it has four series, all from 20 to 24 degC.
+    """Events of an effect report that the dish is warmest, and a spill on the lid. It has four series, which rise by 4.
 
-    Drawn is the temperature of the dish: no event is about the lid, and the other two series are no temperatures.
+    Drawn is the temperature of the dish: the lid did not become warmer, and the other two series are no temperatures.
     """
-    names = ("dish/temperature", "lid/temperature", "dish", "dish/mass")
-    series = {name: Series(np.array([0.0, 1.0]), np.array([20.0, 24.0])) for name in names}
-    output = EffectOutput(events=(EffectEvent(1.0, "warmest", ("dish",)),), series=series)
+    first_values = {"dish/temperature": 20.0, "lid/temperature": 30.0, "dish": 40.0, "dish/mass": 50.0}
+    series = {
+        name: Series(np.array([0.0, 1.0]), np.array([first, first + 4.0])) for name, first in first_values.items()
+    }
+    events = (EffectEvent(0.5, "spill", ("lid",)), EffectEvent(1.0, "warmest", ("dish",)))
+    output = EffectOutput(events=events, series=series)
     spec = EffectSpec("heat", "x", lambda _: None)
     heat = EffectRun(spec, ("declared",), output, seconds=0.1, counters={}, frames=2, frames_run=2)
     page = report_html(replace(run_with_steady_times("effects"), effects={"heat": heat}))
