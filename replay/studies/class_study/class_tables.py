@@ -315,7 +315,7 @@ class ClassTables:
         return self._known_counts[name, *columns]
 
     def _row_counts(self, name: str, columns: Sequence[str]) -> Counts:
-        """What ``counts`` returns: a page needs the same counts several times."""
+        """Count the rows; ``counts`` remembers them, since a page needs the same several times."""
         row_counts: dict[tuple[str, ...], FloatArray] = {}
         grouped_counts = self.runs.tables[name].group_by([*columns, "place"]).aggregate([([], "count_all")])
         for row in grouped_counts.to_pylist():

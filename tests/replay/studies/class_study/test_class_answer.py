@@ -186,21 +186,19 @@ def test_no_detector_is_proposed_if_every_other_changes_a_conclusion(class_table
 
 
 @pytest.mark.parametrize(
-    ("detectors", "words_of_change"),
+    ("detectors", "beginning"),
     [
         (["coarse"], "coarse reverses the sign of a result: "),
         (["slow", "coarse"], "slow and coarse reverse the sign of a result: "),
     ],
 )
-def test_detectors_that_reverse_a_sign_are_named_as_such(
-    class_tables, study_without_association, detectors, words_of_change
-):
+def test_detectors_that_reverse_a_sign_are_named_as_such(class_tables, study_without_association, detectors, beginning):
     """Motivation goes with contacts by exact, beta -0.7, and by these detectors, beta +0.7."""
     changed = with_conclusion_changed_by(study_without_association, *detectors)
     before = replace(as_association(changed.sensitivity[0].before), beta=-0.7, low=-0.9, high=-0.4)
     rows = tuple(replace(row, before=before) for row in changed.sensitivity if row.detector in detectors)
     result = answer_rows(class_tables, replace(changed, sensitivity=rows))["What"].text
-    assert result.startswith(words_of_change) and "is +0.70 with " in result and "-0.70 with exact." in result
+    assert result.startswith(beginning) and "is +0.70 with " in result and "-0.70 with exact." in result
 
 
 def wrong_contacts_in_files(runs):

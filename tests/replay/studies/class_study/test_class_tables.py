@@ -164,7 +164,7 @@ def test_pairs_have_recounts_of_their_misses_and_contacts(tables_of):
             [fault for fault in faults if f"{fault['body_a']} - {fault['body_b']}" == row["pair"]]
             for faults in (misses, contacts)
         )
-        sessions, sessions_with_a_miss = ({fault["place"] for fault in own} for own in (own_contacts, own_misses))
+        sessions, sessions_with_a_miss = ({fault["place"] for fault in faults} for faults in (own_contacts, own_misses))
         assert row["sessions"] == len(sessions)
         assert row["misses"].text == str(len(own_misses))
         assert row["sessions with a miss"].text == f"{len(sessions_with_a_miss)} of {len(sessions)}"
@@ -195,7 +195,7 @@ def test_listed_miss_is_the_longest_of_its_session(tables_of, tmp_path):
         assert example.to.endswith(f"#miss-{longest['number']}"), session.text
 
 
-def test_recorded_time_is_unknown_if_a_session_does_not_state_it(tables_of):
+def test_recorded_time_is_unknown_if_a_session_states_none(tables_of):
     """Eight sessions state their minutes; then the first does not, or they are of four students alone."""
     runs, tables = tables_of(**EIGHT_STUDENTS)
     minutes = sum(next(iter(rows.values()))["valid_minutes"] for rows in runs.metrics.values())

@@ -42,7 +42,7 @@ def test_student_id_like_a_name_is_refused_without_repeating_it():
 @pytest.mark.parametrize(
     ("wrong_rows", "listed"), [(5, "data row 2, 3, 4, 5, 6:"), (6, "data row 2, 3, 4, 5, 6, ...:")]
 )
-def test_at_most_five_rows_with_a_wrong_student_id_are_listed(wrong_rows, listed):
+def test_at_most_five_rows_with_wrong_ids_are_listed(wrong_rows, listed):
     """Row 1 has a code, S1; so many rows below have a name in its place."""
     with pytest.raises(StudyRefusedError) as refused:
         check_pseudonyms(["S1", *["ada"] * wrong_rows], "q.csv")
