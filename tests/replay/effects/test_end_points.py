@@ -55,7 +55,7 @@ def glass_arguments(row, name):
     return liquid
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     "row",
     [

@@ -34,7 +34,7 @@ def reaction(burette, flask, equation):
     ("burette", "flask", "equation", "solid"),
     [
         ({"KCl": 1.0}, {"C4H6O6": 0.5}, "C4H6O6 + KCl -> KHC4H4O6(s) + HCl", "KHC4H4O6"),
-        ({"FeCl3": 0.1}, {"K4Fe(CN)6": 0.05}, PRUSSIAN, "Fe4(Fe(CN)6)3"),
+        pytest.param({"FeCl3": 0.1}, {"K4Fe(CN)6": 0.05}, PRUSSIAN, "Fe4(Fe(CN)6)3", marks=pytest.mark.slow),
     ],
 )
 def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
