@@ -1,4 +1,5 @@
 import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -53,3 +54,11 @@ def test_live_contact_of_unknown_phase_or_partial_point_is_refused(phase, point)
     payload = message_class("Contact")(body_a="a", body_b="b", phase=phase, point=point).SerializeToString()
     with pytest.raises(SessionFileError, match="no known phase or a point that is not three numbers"):
         a.read_contact(payload)
+
+
+def test_level_that_no_event_has_counts_as_info():
+    """Levels of a log go from 1, debug, to 5, fatal; other programs leave it at 0 or write a greater number."""
+    levels = [
+        a.read_event(Log(message="drop", file="drop", level=level).SerializeToString(), 0).level for level in range(7)
+    ]
+    assert levels == ["info", "debug", "info", "warning", "error", "fatal", "info"]
