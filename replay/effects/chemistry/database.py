@@ -34,7 +34,7 @@ Makeup = Mapping[str, float]
 """Column, ``H+``, ``H2O`` or ``e-`` -> how many are in one species or phase."""
 
 BARE_IONS: Final[Mapping[str, Makeup]] = {PROTON: {PROTON: 1}, WATER: {WATER: 1}, ELECTRON: {ELECTRON: 1}}
-"""What equations are written in before any element is defined."""
+"""Names that equations may use before any element is defined."""
 
 
 @dataclass(frozen=True)
