@@ -56,6 +56,12 @@ def test_live_contact_of_unknown_phase_or_partial_point_is_refused(phase, point)
         a.read_contact(payload)
 
 
+def test_interval_without_an_end_does_not_end_before_its_start():
+    """It lasts to the last frame, at 20 ns; begun behind that, at 50 ns, it ends as it begins."""
+    unclosed = [a.interval_message(Interval(start, 60, "task", "pour"), closed=False)[2] for start in (10, 50)]
+    assert [(item.start_ns, item.end_ns) for item in a.read_intervals(unclosed, last_ns=20)] == [(10, 20), (50, 50)]
+
+
 def test_level_that_no_event_has_counts_as_info():
     """Levels of a log go from 1, debug, to 5, fatal; other programs leave it at 0 or write a greater number."""
     levels = [
