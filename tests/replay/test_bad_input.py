@@ -65,14 +65,14 @@ READERS = {
 """What a row of the table is ``of``: the function that reads a file with what is given."""
 
 
-def error_of(name, given, path):
-    """The error in which a function of CALLS, or a reader of READERS, refuses what is given; None if it takes it."""
+def error_of(name, value, path):
+    """The error in which a function of CALLS, or a reader of READERS, refuses a value; None if it takes it."""
     try:
         if name in READERS:
-            path.write_text(given, encoding="utf-8")
+            path.write_text(value, encoding="utf-8")
             READERS[name](path)
         else:
-            CALLS[name](given)
+            CALLS[name](value)
     except (ReplayError, SessionError) as error:
         return error
     return None
@@ -84,9 +84,9 @@ def test_bad_input_is_refused_in_a_sentence_with_its_cure(tmp_path, row):
 
     The message has no line breaks and no control characters.
     """
-    for given in row["given"]:
-        error = error_of(row["of"], given, tmp_path / "given")
+    for value in row["given"]:
+        error = error_of(row["of"], value, tmp_path / "given")
         message = str(error)
-        assert type(error).__name__ == row["error"], given
-        assert message.isprintable(), given
-        assert re.search(row["words"], message), (given, message)
+        assert type(error).__name__ == row["error"], value
+        assert message.isprintable(), value
+        assert re.search(row["words"], message), (value, message)
