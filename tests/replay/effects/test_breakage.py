@@ -127,7 +127,7 @@ GAP = "not judged: gap, loss or jump before it"
 
 
 def test_a_tracking_jump_into_contact_breaks_nothing():
-    """A cup rests over a block and in the next frame is ``step`` m lower, 0.5 mm in the block: an error of tracking.
+    """A cup rests over a block and from a frame to the next is ``step`` m lower, 0.5 mm in the block: tracking jumped.
 
     As a motion even 5 mm in a frame of 1/90 s are 0.45 m/s; 30 mm are 2.7 m/s, and the cup breaks from 1 m/s on.
     """

@@ -70,7 +70,10 @@ CHANGES = {
 
 
 def test_incomplete_row_of_the_effect_catalogue_is_named():
-    """A complete row, of hazard-proximity, is made incomplete by a ``change``; ``lacking`` says so in this ``line``."""
+    """The row of hazard-proximity is complete; a ``change`` takes something out of it or puts something wrong in.
+
+    ``lacking`` says so in this ``line``.
+    """
     for case, (change, line) in CHANGES.items():
         row = deepcopy(CATALOGUE["hazard-proximity"])
         change(row)

@@ -38,9 +38,10 @@ TO_BLUE, TO_RED = "mine in flask turns from red to blue", "mine in flask turns f
 
 
 def test_indicator_changes_between_both_ends_of_its_range():
-    """The indicator "mine" is red up to pH 6 and blue from pH 8; ``ph``: of rows 0.1 s apart.
+    """The indicator "mine" is red up to pH 6 and blue from pH 8; ``ph``: of moments 0.1 s apart.
 
-    ``events``: text, start and end in seconds: the first row within the range or beyond, and the row beyond its end.
+    ``events``: text, start and end in seconds: the first moment that leaves the old colour, and the first with the new;
+    no end (None) where that is not reached. A pH that turns back, or that starts between 6 and 8, is no event.
     """
     for case, (ph, events) in {
         "acid to base": ([5, 7, 9], [(TO_BLUE, 0.1, 0.2)]),

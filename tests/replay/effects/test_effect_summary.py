@@ -106,7 +106,7 @@ METALS = Equivalence.METAL_AND_ANION
 
 
 def test_titration_curve_is_of_the_quantity_with_an_end_point():
-    """``ends``: kind and second of each end point, when as many mL have run in; ``series``: name and unit of each.
+    """``ends``: kind and second of each end point; a mL a second runs in. ``series``: name -> unit of what is known.
 
     ``expected``: quantity of each curve that is drawn -> mL of the end points on it. The curve of an end point is of
     what it is defined by, such as the pH of acid and base; without end points the pH is drawn.

@@ -125,7 +125,7 @@ OUTPUT = EffectOutput(
 
 
 def test_any_visible_difference_changes_the_digest():
-    """``changed``: a field of an effect's output, and its other value."""
+    """``changed``: a field of an effect's output -> another value of it; the digest is a SHA-256 of the output."""
     for case, changed in {
         "last digit of a value": {"events": (replace(SPILL, values={"volume_ml": 3.0000001}),)},
         "last bit of a series": {"series": {"cup/volume": Series(TIMES, np.nextafter(TIMES * 2, 9), "mL")}},

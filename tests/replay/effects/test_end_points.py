@@ -66,9 +66,9 @@ def glass_arguments(row, name):
     ids=lambda row: row["name"],
 )
 def test_nothing_is_equivalent_where_nothing_is_titrated(row):
-    """``row``: of mixtures.toml, a glass a that is poured into b, and an equation between what they hold.
+    """``row``: of mixtures.toml, a glass a that is poured into b in 20 steps, and an equation between what they hold.
 
-    It is of hydrolysis, metals, solids, copper or complexes, in which nothing is titrated: no end point.
+    It is of hydrolysis, metals, solids, copper or complexes, in which nothing is titrated: no end point is reported.
     """
     assert end_point_texts(glass_arguments(row, "a"), glass_arguments(row, "b"), row["equations"][0]) == []
 

@@ -46,9 +46,10 @@ def test_no_velocity_is_fitted_across_a_gap():
 
 
 def test_a_fit_takes_five_to_nine_frames_of_a_run():
-    """A run of frames 0 to 9, after a gap another of 10 to 21, and frame 22, which has no pose (-1).
+    """Frames 0 to 9 are a run without a gap in the poses, 10 to 21 another, and frame 22 has no pose (-1).
 
-    ``rows``: frames of the fit for ``frame``, which are those before it in its run, and itself.
+    ``rows``: frames of the fit for ``frame``: itself and at most eight before it in its run; none if these are fewer
+    than five in all.
     """
     for case, (frame, rows) in {
         "last nine": (9, range(1, 10)),

@@ -39,8 +39,8 @@ MOHRS_SALT = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
 def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
     """39.2 mg of Mohr's salt, 392.14 g/mol, are 0.1 mmol: ``weighed`` into 10 mL of acid, or dissolved in it before.
 
-    Permanganate of 0.02 mol/L runs in; a fifth of 0.1 mmol is in 1 mL of it. It is pink once iron is used up. The
-    equation is of ions or of any of its salts.
+    Permanganate of 0.02 mol/L runs in; iron(II) takes a fifth of 0.1 mmol, which is in 1 mL. It is pink once iron is
+    used up. The equation may be of ions or of any salt of iron(II); the event names both as the equation does.
     """
     dissolved_molar = 0.0392 / 392.14 / 10e-3
     solutes = {"H2SO4": 1.0} if weighed else {"H2SO4": 1.0, "(NH4)2Fe(SO4)2": dissolved_molar}

@@ -80,9 +80,9 @@ def test_solid_in_water_dissolves_at_the_stated_temperature(celsius):
 
 
 def test_heat_of_a_solid_is_released_by_equations_with_rates():
-    """4 g of anhydrous copper sulfate dissolve in 50 mL of water within 5 s, by an equation with a rate of 1 a second.
+    """4 g of anhydrous copper sulfate dissolve in 50 mL of water in 5 s, but for exp(-5), by a rate of 1 a second.
 
-    Their heat is computed, without loss, so no event says that they dissolved before the recording.
+    Their heat warms the water, without loss; no event says that they dissolved before the recording.
     """
     flask = glass("flask", volume_ml=50.0, properties={"solid": {"formula": "CuSO4", "mass_g": 4.0}})
     slowly = ("reaction", {"equation": "CuSO4(s) -> Cu2+ + SO4^2-", "rate_per_s": 1.0})
@@ -122,7 +122,7 @@ def test_shades_are_ordered_from_pale_to_dark():
 
 
 def test_plain_water_needs_no_concentration():
-    """A scene's 50 mL of liquid name no solute, or water as the solute: no fault, though no mol/L is given."""
+    """A flask of 50 mL names no solute, or water as the solute: no fault, though the scene has no mol/L."""
     for liquid in [{}, {"solute": "H2O"}, {"solute": "water"}]:
         assert faults_of_flask(glass("flask", volume_ml=50.0, **liquid), MIXING_IN_FLASK) == (), liquid
 
@@ -228,9 +228,10 @@ def test_nothing_is_announced_where_all_stays_dissolved():
 
 
 def test_initial_temperature_must_be_between_freezing_and_boiling():
-    """A flask of 50 mL without a temperature of its own has that of the room; ``texts``: in the scene's faults.
+    """A flask of 50 mL has the ``temperature_c`` of its ``properties`` or else that of the room, ``room_c``.
 
-    A salt solution of 3 mol/L freezes below -5 degC.
+    ``texts``: in the scene's faults, where it is not between freezing and boiling. Water with 3 mol/L of NaCl freezes
+    below -5 degC.
     """
     for case, (properties, room_c, solutes, texts) in {
         "steam": (
@@ -252,9 +253,9 @@ def test_initial_temperature_must_be_between_freezing_and_boiling():
 
 
 def test_vessel_temperature_without_a_heat_effect_is_refused():
-    """A flask of water on potassium nitrate has a temperature: a fault, for without an effect heat nothing uses it.
+    """A flask with water and potassium nitrate has a temperature, which nothing uses without an effect heat: a fault.
 
-    The salt would dissolve as at 25 degC; with the effect the scene has no fault.
+    The salt would dissolve as at 25 degC; with such an effect the scene has no fault.
     """
     for celsius in [0.0, 50.0, 90.0]:
         bodies = (flask_of_nitre(celsius),)

@@ -113,10 +113,10 @@ def test_output_of_the_experiments_reads_as_it_did(make, snapshot):
 @pytest.mark.sampled(len(SCENES))
 @pytest.mark.parametrize("make", SCENES)
 def test_order_of_tables_and_names_change_no_output(make):
-    """Output is printed lines, figures of the summary and rows of the series: equal with bodies and tables backwards.
+    """``make``: an experiment; with bodies and tables in the opposite order its output is the same.
 
-    Equal too with new names, whose alphabetical order is the opposite, once they are replaced by the old ones again;
-    only lines of one moment may then stand in another order.
+    Output is printed lines, figures of the summary and rows of the series. It is the same too with new names, in the
+    opposite order of the alphabet, once the old ones are put back; only lines of a moment may then change places.
     """
     lines, figures, rows = printed_as_declared(make)
     assert printed(make, order=lambda declared: declared[::-1], step_ns=STEP_NS) == (lines, figures, rows)

@@ -66,9 +66,9 @@ def test_a_full_glass_pours_from_its_first_tilt():
     b_ml=st.floats(0.0, 75.0),
 )
 def test_pouring_conserves_volume_for_any_sequence_of_tilts(degrees, a_ml, b_ml):
-    """Glass a is tilted over b by so many degrees, frame by frame, and only loses.
+    """Glass a, with ``a_ml``, is tilted over b, with ``b_ml``, by so many degrees, frame by frame.
 
-    What is in both glasses and spilled in the end is what was in them at first.
+    What is in both glasses and spilled in the end is what was in them at first; a never gains any.
     """
     run = effects_of_tilt_degrees(degrees, (glass("a", a_ml), glass("b", b_ml)))["pour"]
     assert total_ml(run) == pytest.approx(a_ml + b_ml, rel=1e-9, abs=1e-9)

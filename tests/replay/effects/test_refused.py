@@ -29,7 +29,10 @@ def test_a_slip_is_refused_with_a_remedy():
 
 
 def test_the_scene_is_planned_after_a_right_change():
-    """A burn at the flask, of which heat has a temperature, or alcohol in the flask are no fault."""
+    """A burn between the hand and the flask, whose temperature an effect heat computes, is no fault.
+
+    Nor is alcohol in the flask.
+    """
     assert plan_faults(scene_with_changes({"burn.between": ["hand", "flask"]})) == ()
     assert plan_faults(scene_with_changes({"flask.properties.liquid.solutes.C2H5OH": 0.1})) == ()
 
@@ -38,10 +41,12 @@ RETIRED = [(kind, word) for kind, row in CATALOGUE.items() for word in row.get("
 
 
 def test_a_retired_key_or_word_is_refused_with_its_successor():
-    """``word``: of an effect in scenes of former versions, a key, or a value of a key that allows certain words only.
+    """``word``: of an effect in scenes of former versions, a key, or a value of a key with a list of ``among`` words.
 
-    The catalogue's row of the effect says what to write instead; used as either, it is refused with that.
+    The catalogue's row of the effect says what to write instead (``advice``). The word is refused with that advice, as
+    a key and as a value of each such key.
     """
+    assert RETIRED
     for kind, word in RETIRED:
         row = CATALOGUE[kind]
         advice = row["retired"][word]

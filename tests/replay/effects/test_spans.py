@@ -26,7 +26,7 @@ def test_two_frames_open_and_two_close_a_span():
     """
     for text, expected in ROWS.items():
         is_on, is_known = flags(text)
-        assert steady_spans(is_on, is_known, 2) == expected, text
+        assert steady_spans(is_on, is_known, frames_in=2) == expected, text
 
 
 @given(st.text(alphabet="C.-", max_size=60))

@@ -172,9 +172,9 @@ def test_catalysed_reaction_runs_only_where_the_catalyst_is():
 
 
 def test_vessel_starts_at_its_declared_temperature():
-    """A flask of 50 mL is declared to have 80 degC, and salt that takes up heat when it dissolves, as it all does.
+    """A flask of 50 mL at 80 degC has salt in it, all of which dissolves; that takes up heat.
 
-    It dissolves before the first frame, which does not change the temperature there.
+    It has dissolved before the first frame: the temperature there is the declared, not a lower.
     """
     for mass_g in [5.0, 30.0]:
         properties = {"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": 80.0}
@@ -241,7 +241,8 @@ def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
 def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
     """Base of 0.1 mol/L runs into 25 mL of acid of 0.01 mol/L, about so many ``millilitres``; 2.5 mL are equivalent.
 
-    Base that stops short of them is reported, with both volumes, if a quarter more would have reached them.
+    Base that stops short of 2.5 mL is reported, with both volumes, if a quarter more would have reached them: of the
+    three only 2.2 mL, 2.75 with a quarter more, for 1 mL would be 1.25 and 3 mL reach the end point.
     """
     flask = glass("flask", volume_ml=25.0, solute="HCl", molar=0.01)
     area_for_5_ml, frames_of_80_ms = 6e-7, 50
@@ -332,7 +333,10 @@ def test_slaking_lime_warms_water_by_its_heat_of_reaction():
 
 
 def test_edta_abbreviation_is_refused_with_the_full_formula():
-    """``written``: the solute of a flask in a scene, as labels of bottles have it; it is no formula of elements."""
+    """``written``: the solute of a flask in a scene, as labels of bottles have it; EDTA and Y are no elements.
+
+    The fault names the formula to write instead.
+    """
     for written in ["Na2H2EDTA", "EDTA", "Na2H2Y", "Na2EDTA"]:
         flask = glass("flask", volume_ml=9.0, solute=written, molar=0.01)
         scene = session_with_effects({"flask": poses_at_rest(count=2)}, (flask,), MIXING_IN_FLASK).scene

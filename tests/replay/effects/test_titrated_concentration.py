@@ -83,7 +83,10 @@ def test_no_titrated_concentration_without_a_whole_number_ratio():
 
 
 def test_nothing_that_ran_in_gives_no_concentration():
-    """A flask with acid has an end point after ``volume_ml``, but no base can have run in: no text and no values."""
+    """A flask with 1 mmol of acid has an end point after ``volume_ml`` mL of base from ``source``.
+
+    No base can have run in where that is no vessel, where the burette is empty, or after 0 mL: no text and no values.
+    """
     for case, arguments in {
         "unknown vessel": {"volume_ml": 10.0, "source": "a vessel that is not there"},
         "empty burette": {"volume_ml": 10.0, "burette_ml": 0.0, "base_mol": 0.0},

@@ -100,7 +100,10 @@ class Inputs(SimpleNamespace):
 
 
 def test_flow_ends_unless_it_runs_in_the_last_frame():
-    """Liquid runs from a into b in three of ten frames, which are 0.1 s apart: 6.5 mL together."""
+    """Liquid runs from a into b in three of ten ``frames``, 0.1 s apart: 1, 2 and 3.5 mL, 6.5 together.
+
+    The event ends with the last of them, or has no end (None) where that is the last of the recording.
+    """
     for case, (frames, end_s) in {
         "until frame 5": ([2, 3, 5], 0.5),
         "until the last frame": ([2, 3, 9], None),

@@ -49,9 +49,9 @@ def phreeqc_not_installed(monkeypatch):
 
 @pytest.mark.usefixtures("phreeqc_not_installed")
 def test_without_the_extra_a_scene_gets_a_sentence():
-    """The only fault of a scene with an equilibrium, which each of three effects asks for, is that PHREEQC is missing.
+    """A scene has a reaction without a rate, a precipitation or the colour of an indicator: each needs an equilibrium.
 
-    These are a reaction without a rate, a precipitation and the colour of an indicator.
+    The only fault is that PHREEQC, which computes it, is missing, and how to install it.
     """
     advice = "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
     for kind in ("reaction", "precipitation", "colour"):
@@ -61,7 +61,7 @@ def test_without_the_extra_a_scene_gets_a_sentence():
 
 @pytest.mark.usefixtures("phreeqc_not_installed")
 def test_scene_without_equilibrium_is_planned_without_the_extra():
-    """A scene that only mixes liquids, and one whose only reaction, the decay of peroxide, has a rate."""
+    """A scene that only mixes liquids, and one whose only reaction, the decay of peroxide, has a rate: no fault."""
     decay = SceneEffect("reaction", {"equation": "2 H2O2 -> 2 H2O + O2", "rate_per_s": 0.1})
     mixing = SceneEffect("mixing", {"in": ["flask"]})
     flask = proofs.glass("flask", 50.0, solute="H2O2", molar=0.1)

@@ -36,9 +36,13 @@ def reaction(burette, flask, equation):
         ({"KCl": 1.0}, {"C4H6O6": 0.5}, "C4H6O6 + KCl -> KHC4H4O6(s) + HCl", "KHC4H4O6"),
         pytest.param({"FeCl3": 0.1}, {"K4Fe(CN)6": 0.05}, PRUSSIAN, "Fe4(Fe(CN)6)3", marks=pytest.mark.slow),
     ],
+    ids=["potassium bitartrate", "Prussian blue"],
 )
 def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
-    """A titrant makes potassium bitartrate or Prussian blue, whose solubility no table has; both: solute -> mol/L."""
+    """Some 2.5 mL run from a burette into 2 mL in a flask and make a solid, whose solubility no table has.
+
+    ``burette``, ``flask``: solute -> mol/L. The event comes once some has run in, not at the first frame, 0 s.
+    """
     (event,) = reaction(burette, flask, equation).events_named("assumed")
     assert event.text.startswith(f"no data know how much {solid} dissolves") and event.time > 0.0
 
@@ -152,10 +156,10 @@ CHLORINE = {
 
 
 def test_chlorine_water_without_its_acid_is_reported():
-    """``mol``: of chlorine in 10 mL; ``reagents``: of the scene's equation, if there is one.
+    """``mol``: of chlorine in 10 mL; ``reagents``: of the scene's equation, () where it has none.
 
-    Chlorine makes acid with water, which is not computed; ``expected``: the formula of the warning. Traces are not
-    reported, nor chlorine whose equation lets it react with water or hydroxide.
+    Chlorine makes acid with water, which is not computed; ``expected``: the formula of the warning. Traces, below 1e-4
+    mol/L, are not reported, nor chlorine whose equation lets it react with water or hydroxide.
     """
     for case, (mol, reagents, expected) in CHLORINE.items():
         assert reported_assumptions({"Cl2": mol}, reactions=[equation(*reagents)] if reagents else ()) == expected, case
@@ -176,7 +180,7 @@ def test_halogens_in_lye_are_reported_without_their_equation():
     """Lye takes halogens apart, which is not computed: iodine is reported above pH 9, bromine above pH 8.
 
     Not reported are traces, below 1e-4 mol/L, and halogens whose equation has hydroxide. ``mol``: in 10 mL;
-    ``reagents``: of the scene's equation, if there is one; ``expected``: the formula of the warning.
+    ``reagents``: of the scene's equation, () where it has none; ``expected``: the formula of the warning.
     """
     for case, (formula, mol, ph, reagents, expected) in HALOGENS.items():
         assert (
@@ -185,9 +189,9 @@ def test_halogens_in_lye_are_reported_without_their_equation():
 
 
 def test_permanganate_in_little_acid_is_doubted():
-    """An equation makes ``product`` of permanganate and has run by ``extent`` mol; above pH 4 it makes no Mn^2+.
+    """An equation makes ``product`` of permanganate and has run by ``extent`` mol.
 
-    ``expected``: the equation that the warning names.
+    Above pH 4 permanganate makes MnO2 instead of Mn^2+: a warning names the equation that says Mn^2+ (``expected``).
     """
     for case, (product, ph, extent, expected) in {
         "little acid": ("Mn^2+", 5.0, 1e-3, ["equation of permanganate"]),
@@ -200,9 +204,9 @@ def test_permanganate_in_little_acid_is_doubted():
 
 
 def test_equation_that_would_stop_early_is_named():
-    """The equation A -> B has run by ``extent`` mol; where it is ``free_of_equilibrium`` no stop of it is computed.
+    """The equation A -> B has run to its end, by ``extent`` mol; ``free_of_equilibrium``: no earlier stop is computed.
 
-    ``energy_j``: its free energy; at 1 kJ/mol much of both sides would be left, at -1,000 kJ/mol nothing.
+    ``energy_j``: its free energy for a mol; at 1 kJ much of A would be left, which a warning says, at -1,000 kJ none.
     """
     for case, (energy_j, free_of_equilibrium, extent, expected) in {
         "even": (1e3, True, 1e-3, ["A -> B"]),
@@ -228,10 +232,10 @@ SOLIDS = {
 
 
 def test_hot_solid_by_its_constant_at_25_degrees_is_doubted():
-    """A vessel has ``solid`` mol of silver bromide and ``ion`` mol of its ions; its constant holds at 25 degC.
+    """A vessel has ``solid`` mol of silver bromide and ``ion`` mol of each of its ions; its constant is of 25 degC.
 
-    A warning names it above 45 degC, unless PHREEQC's data have a course by temperature (``options``), or less than a
-    twentieth of the solid is dissolved.
+    A warning names it above 45 degC, unless PHREEQC's data have the constant by temperature (``options``), no solid is
+    there, or less than a twentieth as much is dissolved as is solid.
     """
     for case, (solid, ion, celsius, options, expected) in SOLIDS.items():
         ions = {"Ag+": 1, "Br-": 1}

@@ -34,9 +34,10 @@ def test_gas_that_left_is_reported_from_a_bubble_on(moles, expected):
 
 
 def test_solid_counts_beyond_what_was_brought():
-    """``moles``: of solid CaCO3, 100.09 g/mol, in a flask at its first row, of which the scene brought some.
+    """``moles``: of solid CaCO3, 100.09 g/mol, in a flask at its first moment, of which the scene put in ``brought``.
 
-    Less than a milligram is not reported, nor are solids (``followed``) that an effect precipitation reports itself.
+    The rest has fallen out before the recording, which an event says (``expected``). Less than a milligram is not
+    reported, nor are solids (``followed``) that an effect precipitation reports itself.
     """
     for case, (moles, brought, followed, expected) in {
         "none brought": (2e-3, {}, (), ["0.2 g CaCO3 have fallen out in flask"]),
@@ -49,9 +50,9 @@ def test_solid_counts_beyond_what_was_brought():
 
 
 def test_equation_that_ran_before_the_start_is_reported():
-    """``extent``: mol by which an equation ran until the first row, of which 1e-6 mol count.
+    """``extent``: mol by which an equation ran until the first moment; more than 1e-6 mol are an event.
 
-    ``process``: row of the equation's process among those computed, -1 where it has none, as it runs by PHREEQC.
+    ``process``: index of the equation among those with an extent, -1 where it has none, as PHREEQC computes it.
     """
     for case, (extent, process, events) in {
         "2 mmol": (2e-3, 0, 1),

@@ -129,9 +129,10 @@ def test_dilute_acid_in_salt_water_is_not_reported_as_brine():
 
 
 def test_gypsum_in_a_brine_is_named_in_the_warning():
-    """Calcium runs into sulfate, both in 3 mol/L of NaCl, and gypsum falls out.
+    """Calcium runs into sulfate, both in 3 mol/L of NaCl, and gypsum, CaSO4, falls out.
 
-    In 3 mol/kg of NaCl 0.058 mol/kg of it dissolve by Pitzer's equations, 0.025 by minteq.v4, which computes it here.
+    In 3 mol/kg of NaCl 0.058 mol/kg of it dissolve by Pitzer's equations, which are made for brines, and 0.025 by
+    PHREEQC's minteq.v4, which computes it here: so the warning says that twice as much may dissolve.
     """
     calcium = glass("burette", volume_ml=50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0}, cavity=BURETTE_COLUMN)
     sulfate = glass("flask", volume_ml=2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
@@ -154,7 +155,8 @@ def test_gypsum_in_a_brine_is_named_in_the_warning():
 def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, formula, grams, equation):
     """0.8 mL of an acid, 0.8 or 1.6 mmol, run on a solid: 0.6 mmol of soda, or 10 mmol of marble.
 
-    Soda dissolves to its last grain, of marble as much as acid comes: the acid decides, not how much dissolves.
+    Soda dissolves to its last grain, of marble as much as acid comes: the acid decides, not a solubility. So there is
+    neither an event "brine" nor a "concentrated" one that doubts the solubility, as that of gypsum in the test above.
     """
     burette = glass("burette", volume_ml=50.0, solute=acid, molar=molar, cavity=BURETTE_COLUMN)
     flask = glass("flask", volume_ml=0.0, properties={"solid": {"formula": formula, "mass_g": grams}})

@@ -52,16 +52,17 @@ def comments(section):
 
 
 def test_equilibrium_constants_are_those_of_their_sources():
-    """Rows of the product's constants.phr name a source, and its reaction there: each log_k is the source's.
+    """A row of the product's constants.phr: equation, log_k, kJ/mol, its source, and the reaction there.
 
-    Sources that are data bases at hand are read, to 0.06; values of others stand at the top of this file. Heats of
-    reaction agree to 1 kJ/mol.
+    ``SOURCES.FILES`` are data bases that are read: log_k agrees to 0.06, the heat to 1 kJ/mol. Values of other sources
+    stand at the top of this file or in the row; "buffers", "solubility" and "unverified" are not compared here.
     """
     others = ("nist46", "smith-martell", "harvey", "eawag", "buffers", "solubility", "unverified")
     for equation, value, heat, source, reaction in EQUATIONS:
         assert source in (*SOURCES.FILES, *others) and reaction, equation
         if source == "nist46":
             assert (value, heat) == NIST_46[int(reaction.split()[1].rstrip(","))], equation
+        # Books count an ammine from NH3, rows from NH4+: each NH3 of it costs the pKa of ammonium, 9.244, in log_k.
         if source == "harvey":
             metal, number = equation[:2], int(re.search(r"(\d) NH4", equation)[1])
             assert value + PKA_AMMONIUM * number == pytest.approx(sum(AMMINES[metal][:number]), abs=0.006), equation
@@ -103,11 +104,11 @@ def test_unverified_ammines_of_zinc_are_near_those_of_llnl():
 
     ``reaction``: the same equation as llnl writes it.
     """
+    own_log_k = {own_equation: log_k for own_equation, log_k, *_ in EQUATIONS}
     for equation, reaction in [
         ("Zn+2 + NH4+ = ZnNH3+2 + H+", "Zn+2 + NH4+ = Zn(NH3)+2 + H+"),
         ("Zn+2 + 4 NH4+ = Zn(NH3)4+2 + 4 H+", "Zn+2 + 4 NH4+ = Zn(NH3)4+2 + 4 H+"),
     ]:
-        own_log_k = {own_equation: log_k for own_equation, log_k, *_ in EQUATIONS}
         assert own_log_k[equation] == pytest.approx(SOURCES.log_k("llnl", reaction), abs=0.7), equation
 
 

@@ -33,9 +33,10 @@ def database_with_extra():
 
 
 def test_phase_is_made_of_ions_protons_and_water(database_with_extra):
-    """``makeup``: what a solid of PHREEQC's data, by its name there, is made of; a hydroxide is water less a proton.
+    """``makeup``: what a solid (``phase``: its name in PHREEQC's data) is made of; a hydroxide is water less a proton.
 
-    minteq.v4 counts chromium as Cr(OH)2+ and tin as Sn(OH)2; here both are bare ions.
+    minteq.v4 counts chromium as Cr(OH)2+ and tin as Sn(OH)2; here both are bare ions. CobaltSalt, Na2CoCl4, is no
+    solid of minteq.v4 but of text that the fixture adds.
     """
     for phase, makeup in [
         ("Cr(OH)3", {"Cr^3+": 1, "H+": -3, "H2O": 3}),
@@ -77,7 +78,7 @@ def test_later_constant_of_a_species_replaces_the_former(database_with_extra):
 
 
 def test_ion_differs_from_its_column_by_protons_and_water():
-    """``ion``: by its name in minteq.v4; ``makeup``: columns of the ledger that it is counted in."""
+    """``ion``: its name in minteq.v4; ``makeup``: what the product counts it as, hydroxide as water less a proton."""
     for ion, makeup in [
         ("NH4+", {"NH3": 1, "H+": 1}),
         ("HS-", {"S^2-": 1, "H+": 1}),

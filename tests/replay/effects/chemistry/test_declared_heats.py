@@ -68,9 +68,13 @@ def test_a_sparing_solid_dissolves_with_its_declared_heat():
         ({"CH3COOH": 0.4}, "Mg", "Mg + 2 CH3COOH -> Mg(CH3COO)2 + H2", -466.0),
         ({"HCl": 0.4}, "Zn", "Zn + 2 HCl -> ZnCl2 + H2", -150.0),
     ],
+    ids=["magnesium", "zinc"],
 )
 def test_reactions_give_their_declared_heat(acid, metal, equation, heat_kj_mol):
-    """100 mL of an acid, 40 mmol, are poured on 2 mmol of a metal, which all dissolves with its declared heat."""
+    """100 mL of an acid, 40 mmol, are poured on 2 mmol of a metal, which needs 4 mmol and all dissolves.
+
+    It dissolves in a few ms, by 1,000 a second, and gives the heat that the scene declares for a mol.
+    """
     moles = 0.002
     joule, _coldest_c, _warmest_c = heat_of_pouring(
         {"volume_ml": 100.0, "solutes": acid}, solid_in_b(metal, moles), equation,
@@ -113,9 +117,9 @@ def test_scene_is_accepted_after_following_advice_on_missing_heat(solid):
 
 
 def test_solids_of_unknown_solubility_are_refused():
-    """A solid lies in glass b beside water, acid and lye; nothing says how much of it dissolves: the scene is refused.
+    """A solid lies in glass b; a scene mixes what is in a, water, and b. No table has its solubility: a fault.
 
-    It would stand in the water as if it were sand, without a word.
+    Otherwise it would lie in water undissolved, as sand does, and no event would say so.
     """
     for solid in ["Na3PO4.12H2O", "C6H12O6", "I2", "K2S2O8"]:
         bodies = (

@@ -35,7 +35,8 @@ ISOMER = {"A": -1.0, "B": 1.0}
 def test_isomers_stop_at_the_ratio_of_their_constant():
     """There are ``a`` mol of A and ``b`` mol of its isomer B; x mol of A become B.
 
-    (b + x) / (a - x) is then the constant K, so x = (K a - b) / (1 + K), below 0 where there is too much B.
+    (b + x) / (a - x) is then the constant K, so x = (K a - b) / (1 + K), below 0 where there is too much B. ``most``:
+    mol by which it could run without an equilibrium, all of A.
     """
     for a, b, log_k in [(1.0, 0.0, 0.0), (0.2, 0.8, 0.0), (0.5, 0.5, 0.5), (0.5, 0.5, -0.5), (1.0, 0.0, 2.0)]:
         constant = 10.0**log_k
@@ -57,7 +58,10 @@ def test_isomers_of_a_long_titration_stop_in_every_row():
 
 
 def test_slow_reactions_and_gases_never_run_back():
-    """There are 0.2 mol of A and 0.8 mol of B: at a constant of 1, at once, dissolved, 0.3 mol of B would become A."""
+    """There are 0.2 mol of A and 0.8 mol of B, and the constant is 1: in equilibrium there is as much of both.
+
+    So 0.3 mol of B would become A again, if A -> B were neither slow nor freed B as a gas.
+    """
     for case, process in {
         "slow": Process("", ISOMER, rate=1.0, log_k=0.0),
         "B is a gas": Process("", {"A": -1.0, "B(g)": 1.0}, log_k=0.0),
@@ -203,10 +207,11 @@ class PowerLaw:
 
 
 def test_isomers_stop_where_their_activities_have_the_constant():
-    """A becomes its isomer B in 20 rows with 0.1 to 2 mol of A, until (B / A) to a power is the constant.
+    """A becomes its isomer B in 20 mixtures of 0.1 to 2 mol of A, until (B / A) to a power is the constant.
 
-    With r for B / A, r / (1 + r) of all is B: more than 0.999 counts as all, less than a millionth as nothing. Secants
-    take at most 2.2 solutions a row; bisection to the last step, 1e-5 of the way, would take 17.
+    ``PowerLaw`` stands in for PHREEQC: an activity is mol/kg to this power. At a ``ratio`` r of B to A, r / (1 + r) of
+    all is B: more than 0.999 counts as all, 1e-7 as nothing. At most 2.5 solutions of PHREEQC are computed a mixture;
+    bisection to 1e-5 would take 17.
     """
     a_mol = np.linspace(0.1, 2.0, 20)
     amounts = np.zeros((len(a_mol), len(COLUMNS)))
@@ -223,9 +228,9 @@ def test_isomers_stop_where_their_activities_have_the_constant():
 
 
 def test_only_free_iodide_and_iodine_count_in_the_quotient():
-    """A + I- -> B in a kilogram with 0.1 mol of A and of iodide beside 0.05 mol of iodine, whose constant is 100.
+    """A + I- -> B has a constant of 100; a kilogram of water has 0.1 mol of A and of iodide, and 0.05 mol of iodine.
 
-    x mol of B are made until x = 100 (0.1 - x) times the iodide that is not bound as triiodide.
+    x mol of B are made until x = 100 (0.1 - x) times the iodide that iodine does not bind as triiodide.
     """
     column = {name: index for index, name in enumerate(("H+", "H2O", "A", "B", "I-", "I2"))}
     process = Process("", {"A": -1.0, "I-": -1.0, "B": 1.0}, log_k=2.0)
@@ -247,6 +252,9 @@ def test_only_free_iodide_and_iodine_count_in_the_quotient():
 
 
 def test_reaction_without_an_answer_of_phreeqc_runs_to_its_end():
-    """A becomes its isomer B, of which half would be left by concentrations; PHREEQC has no activities."""
+    """A mol of A becomes its isomer B with a constant of 1, by which half would be left.
+
+    All reacts where PHREEQC, for which ``PowerLaw`` stands in, gives no activities (NaN).
+    """
     solver, process = PowerLaw(np.nan), Process("", ISOMER, log_k=0.0)
     assert extent(process, most=1.0, solver=solver, A=1.0) == 1.0

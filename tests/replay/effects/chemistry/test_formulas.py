@@ -32,20 +32,23 @@ def test_atoms_are_counted():
 
 
 def test_text_that_is_no_chemical_formula_is_refused():
-    """Nothing, lower case, and brackets that do not close, do not open, or are empty."""
+    """The texts: nothing, lower case, and brackets that do not close, do not open, or are empty."""
     for formula in ["", "nacl", "Na(", "Na)", "()"]:
         assert "formula" in refusal(atoms, formula), formula
 
 
 def test_half_equations_ask_for_their_other_half():
-    """An equation with free electrons, e-, on one side."""
+    """An equation with free electrons, e-, is refused; ``advice`` is part of the error."""
     advice = "is half an equation; add the half that gives or takes its electrons"
     for text in ["MnO4- + 8 H+ + 5 e- -> Mn2+ + 4 H2O", "Zn -> Zn2+ + 2e-", "Fe3+ + e- -> Fe2+", "Ag+ + e⁻ → Ag"]:
         assert advice in refusal(equation_of, text), text
 
 
 def test_equation_is_read_with_any_arrow_phase_or_superscript():
-    """``reagents``: formula and coefficient, charges as in SO4^2-; ``phases``: of a solid, s or an arrow down."""
+    """``reagents``: formula -> coefficient, a charge as in SO4^2-.
+
+    ``phases``: formula -> "s", a solid, for (s) or an arrow down, or "g", a gas, for an arrow up.
+    """
     for text, reagents, phases in [
         ("Zn + 2 HCl -> ZnCl2 + H2", {"Zn": 1, "HCl": 2}, {}),
         ("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
@@ -79,7 +82,8 @@ READINGS = [
 def test_of_several_readings_the_balanced_is_taken():
     """Without a caret SO42- may be SO4 with 2- or SO42 with -: that is meant whose atoms and charges balance.
 
-    Where several do, those are meant whose formulas are in the tables.
+    Where several do, those are meant whose formulas are in the tables. ``reagents``: formula -> coefficient;
+    ``phases``: formula -> "s", solid, where the text says so.
     """
     for text, reagents, phases in READINGS:
         equation = equation_of(text, is_in_the_tables)
@@ -87,7 +91,7 @@ def test_of_several_readings_the_balanced_is_taken():
 
 
 def test_edta_by_its_abbreviation_is_refused_with_its_formula():
-    """Textbooks write EDTA or Y for an ion whose atoms nobody could balance."""
+    """Textbooks write EDTA or Y for its ion, C10H12N2O8^4-; without its atoms no equation can be balanced."""
     for text in ["Ca2+ + EDTA4- -> CaEDTA2-", "Mg2+ + H2Y2- -> MgY2- + 2 H+", "Ca2+ + Y4- -> CaY^2-"]:
         assert "write EDTA as C10H12N2O8^4-, as in" in refusal(equation_of, text), text
 
@@ -99,7 +103,7 @@ def test_two_balanced_readings_are_refused_with_a_remedy():
 
 
 def test_of_two_balanced_readings_the_known_is_taken():
-    """Xe22+ is Xe2 with 2+ or Xe22 with +; the tables know ``reading`` alone. A molecule need not be known."""
+    """Xe22+ is Xe2 with 2+ or Xe22 with +; the tables know ``reading`` alone, not even H2O: a molecule need not be."""
     for reading in ["Xe2^2+", "Xe22+"]:
         equation = equation_of("Xe22+ + H2O -> Xe22+ + H2O", {reading}.__contains__)
         assert equation.reagents == {reading: 1, "H2O": 1}, reading
@@ -130,7 +134,10 @@ IONS = [
 
 
 def test_an_ion_alone_is_read_as_known():
-    """Its charge is written behind a caret, unless it is 1; brackets of a complex are left out."""
+    """``written``: an ion, such as SO42-; ``read``: the same with a charge above 1 behind a caret, SO4^2-.
+
+    Square brackets of a complex are left out.
+    """
     for written, read in IONS:
         assert ion_of(written, is_in_the_tables) == read, written
 
@@ -141,7 +148,10 @@ MOLECULES_AND_METALS = [
 
 
 def test_molecules_and_metals_are_not_split_into_ions():
-    """Also formulas whose charges do not add up, as NaCl2; they have no components, which are ions that dissolve."""
+    """Components are the ions that a formula dissolves into: molecules and metals have none (``None``).
+
+    Nor have formulas whose charges do not add up, such as NaCl2.
+    """
     for formula in MOLECULES_AND_METALS:
         assert components_of(formula) is None, formula
 
@@ -181,7 +191,7 @@ def test_species_on_both_sides_changes_by_the_difference():
 
 
 def test_unbalanced_equation_is_refused_with_atoms_of_both_sides():
-    """``counted``: what differs, with its number on the left and on the right."""
+    """``counted``: part of the error, each atom or charge whose numbers on the left and on the right differ."""
     for text, counted in [
         ("NH3 + H2O -> NH4+", "H 5 and 4, O 1 and 0, charge 0 and 1"),
         ("Cu2+ + 2 NH3 -> Cu(OH)2 + 2 NH4+", "H 6 and 10, O 0 and 2"),

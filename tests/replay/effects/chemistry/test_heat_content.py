@@ -81,7 +81,10 @@ def test_heat_of_dissolved_salts_depends_only_on_their_ions():
 
 
 def test_heat_of_a_dissolved_salt_is_that_of_the_table():
-    """``solution``: mol/kg. The table has -1.43 kJ for a mol of NaCl at 4 mol/kg, and none of HCl and Na2CO3."""
+    """``solution``: formula -> mol in a kilogram of water. The table has -1.43 kJ for a mol of NaCl at 4 mol/kg.
+
+    It has no row of HCl and Na2CO3, which counts as 0.
+    """
     for solution, joule in [({"NaCl": 4.0}, -4.0 * 1430.0), ({"HCl": 1.0}, 0.0), ({"Na2CO3": 0.5}, 0.0)]:
         assert joule_of(solution) == pytest.approx(joule, rel=1e-9), solution
 
@@ -152,9 +155,9 @@ CAPACITIES = [
 
 
 def test_a_dissolved_solid_adds_to_the_heat_capacity():
-    """A kilogram of water, 4180 J/K, has ``molal`` mol of a salt, all dissolved: ``joule_k`` in all by the literature.
+    """A kilogram of water, 4180 J/K, has ``molal`` mol of a salt; with it ``joule_k`` in all by the literature.
 
-    Within 7 %; a solid alone would add its own heat capacity.
+    The product is within 7 % of that; all of the salt is dissolved, so nothing is added for a solid.
     """
     for formula, molal, joule_k in CAPACITIES:
         solid_j_per_k, dissolved_j_per_k = capacities_of(formula, moles=molal, solid_moles=0.0)

@@ -14,10 +14,10 @@ HEATS = tomllib.loads(Path(__file__).with_name("textbook_heats.toml").read_text(
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])
 def test_a_heat_is_that_of_the_textbook(row):
-    """A row has an equation, kJ per mol, and what is in both vessels: 50 mL of a solution each, or 100 mL on a solid.
+    """Glass a is poured into b, in three steps: 50 mL of a solution into 50 mL of another, or 100 mL on a solid.
 
-    The heat, below 0 where the mixture warms, is right within 3 %; temperatures stay between the lowest freezing point
-    of brine, -21.1 degC, and boiling.
+    ``row``: an equation, its kJ for a mol by a textbook, below 0 where the mixture warms, and what is in a and b. The
+    heat is right within 3 %; b stays between the lowest freezing point of brine, -21.1 degC, and boiling.
     """
     poured, receiver = row.get("a", {}), row["b"]
     moles = receiver.get("moles", row.get("moles"))
@@ -40,9 +40,10 @@ def test_a_heat_is_that_of_the_textbook(row):
     ids=lambda row: row["b"]["solid"],
 )
 def test_dissolving_solid_has_its_tabled_heat_without_an_equation(row):
-    """100 mL of water are poured on a solid, and the scene has no equation by which it dissolves.
+    """100 mL of water are poured on a solid, in three steps; the scene has no equation by which it dissolves.
 
-    ``row``: the solid, its moles, and the kJ/mol of the literature, below 0 where the water warms; within 3 %.
+    ``row``: the solid, its moles, and the kJ/mol of the literature, below 0 where the water warms. The heat that the
+    water gets is that within 3 %.
     """
     formula, moles = row["b"]["solid"], row["b"].get("moles", row.get("moles"))
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}

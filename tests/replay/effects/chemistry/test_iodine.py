@@ -7,7 +7,10 @@ from replay.effects.chemistry.iodine import TRIIODIDE_CONSTANT, free_iodine
 
 
 def test_triiodide_takes_iodine_and_iodide_by_its_constant():
-    """Bound over free iodine and free iodide is the constant, each in mol/kg; amounts are in half a kilogram."""
+    """``iodine``, ``iodide``: mol/kg in all; ``free_iodine`` gets the mol of both in half a kilogram of water.
+
+    A triiodide binds an iodine and an iodide: the same mol/kg of both are bound, the constant times both free ones.
+    """
     for iodine, iodide in [(0.01, 0.2), (0.2, 0.01), (0.05, 0.05), (0.0, 0.1)]:
         kilograms = np.array([0.5])
         free = free_iodine(
@@ -15,9 +18,9 @@ def test_triiodide_takes_iodine_and_iodide_by_its_constant():
         )
         (free_iodine_kg,), (free_iodide_kg,) = free["I2"], free["I-"]
         bound = iodine - free_iodine_kg
-        assert free_iodine_kg >= 0.0 and free_iodide_kg >= 0.0, iodine
-        assert bound == pytest.approx(iodide - free_iodide_kg), iodine
-        assert bound == pytest.approx(TRIIODIDE_CONSTANT * free_iodine_kg * free_iodide_kg), iodine
+        assert free_iodine_kg >= 0.0 and free_iodide_kg >= 0.0, (iodine, iodide)
+        assert bound == pytest.approx(iodide - free_iodide_kg), (iodine, iodide)
+        assert bound == pytest.approx(TRIIODIDE_CONSTANT * free_iodine_kg * free_iodide_kg), (iodine, iodide)
 
 
 def test_without_iodide_all_iodine_is_free():

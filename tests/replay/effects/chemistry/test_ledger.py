@@ -69,8 +69,11 @@ def zinc_and_magnesium_in_acid(acid_mol, seconds):
     return ledger
 
 
-def test_two_slow_reactions_last_as_long_as_time_does():
-    """A mol of zinc, which reacts by 0.3 a second, and a mol of magnesium, by 0.9, lie in 10 mol of acid: plenty."""
+def test_metals_in_plenty_of_acid_decay_exponentially_by_their_rates():
+    """A mol of zinc, with a rate of 0.3 a second, and a mol of magnesium, of 0.9, lie in 10 mol of acid.
+
+    They need 4 mol, so the acid slows neither: after t seconds exp(-rate t) of each is left.
+    """
     for seconds in [0.01, 1.0, 7.0]:
         ledger = zinc_and_magnesium_in_acid(acid_mol=10.0, seconds=seconds)
         zinc_mol, magnesium_mol = (ledger.amounts[0, ledger.column[metal]] for metal in ("Zn(s)", "Mg(s)"))
@@ -79,9 +82,10 @@ def test_two_slow_reactions_last_as_long_as_time_does():
 
 
 def test_scarce_acid_goes_to_slow_reactions_by_their_rates():
-    """A mol of zinc, which reacts by 0.3 a second, and a mol of magnesium, by 0.9, lie in 0.1 mol of acid.
+    """A mol of zinc, with a rate of 0.3 a second, and a mol of magnesium, of 0.9, lie in 0.1 mol of acid.
 
-    A mol of metal takes two of acid, so 0.05 mol react, a quarter of it zinc; acid falls by the sum of both rates.
+    A mol of metal takes two of acid, so 0.05 mol of metal react in the end: 0.3 / 1.2, a quarter, is zinc. Of the acid
+    exp(-1.2 t) is left after t seconds, by the sum of both rates.
     """
     for seconds in [0.01, 1.0, 7.0]:
         ledger = zinc_and_magnesium_in_acid(acid_mol=0.1, seconds=seconds)
@@ -147,9 +151,10 @@ def test_liquid_stays_between_freezing_and_boiling(excess_k, warmer_k, latent_k)
 
 
 def test_reaction_heat_counts_where_known_and_followed():
-    """``joule``: that a mol of magnesium in acid takes, NaN if unknown; ``warmth``: followed by an effect heat or not.
+    """``joule``: that a mol of magnesium takes up in acid, NaN if not known, below 0 as it gives heat off.
 
-    ``expected``: joule that the ledger counts for a mol.
+    ``warmth``: settings of an effect heat, or that none follows the temperature; ``expected``: joule that the ledger
+    counts for a mol.
     """
     for case, (warmth, joule, expected) in {
         "no heat effect": (UNFOLLOWED_WARMTH, -466.9e3, 0.0),

@@ -55,9 +55,9 @@ def test_lye_dissolves_half_as_many_mol_of_zinc():
 
 
 def test_protons_of_a_weak_acid_catalyse_nothing():
-    """Protons are the catalyst of a process, by which any amount may run, and without which none.
+    """Protons are the catalyst of a process: with them any amount of it may run (infinite), without them none.
 
-    Half a mol of protons beside a mol of sulfite are hydrogensulfite, a weak acid, pKa 7.2.
+    Half a mol of protons beside a mol of sulfite become hydrogensulfite, a weak acid, pKa 7.2: none is free.
     """
     for case, (acid_mol, sulfite_mol, expected_mol) in {
         "strong acid": (0.5, 0.0, np.inf),

@@ -20,9 +20,10 @@ def mixed_at(contents, times=TIMES, volume_ml=FILLING):
 
 
 def test_vessel_without_a_dry_solid_is_always_mixed():
-    """A vessel is mixed at a time where no dry solid is still to be wetted by water that comes in.
+    """A vessel counts as mixed while no dry solid lies in it that water, which is still coming in, has yet to wet.
 
-    Three millilitres come by 0.3 s, and none until 2 s; none of these vessels has a dry solid at first.
+    Three millilitres come until 0.3 s, and none from then to 2 s, the last of five times; none of these vessels has a
+    dry solid at first, so all five are mixed.
     """
     for case, contents in {
         "contents not known": None,

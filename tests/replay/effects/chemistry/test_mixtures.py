@@ -173,10 +173,10 @@ def phreeqc_in_steps(steps):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize(("steps", "leaves"), [(3, True), (1, False), (5, True), (50, True)])
 def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
-    """Glass a, 50 mL, is poured into b at once, which makes 100 mL with barium carbonate; then 50 mL of acid from c.
+    """Glass a, 50 mL, is poured into b, which makes 100 mL with 5 mmol of BaCO3; then 15 mmol of acid, 50 mL, from c.
 
-    They come in so many ``steps``, and as much CO2 leaves as by PHREEQC in steps. All at once it stays dissolved in
-    150 mL; in 3 steps 0.44 mmol leave while there are only 133 mL.
+    The acid comes in so many ``steps``, and as much CO2 leaves as by PHREEQC in as many. All at once it stays dissolved
+    in 150 mL; in 3 steps 0.44 mmol leave while there are only 133 mL. ``leaves``: whether more than 0.1 mmol do.
     """
     row = next(row for row in MIXTURES if row["name"] == "BaCl2 + Na2CO3, then HCl")
     scene = scene_of(row)

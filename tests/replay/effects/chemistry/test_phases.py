@@ -21,9 +21,9 @@ def phases_of_phreeqc():
 
 
 def test_salt_falls_out_below_a_tenth_mol_by_its_product():
-    """``counts``: ions of each kind in a unit; its solubility s follows from product = (n1 s)^n1 (n2 s)^n2, mol/kg.
+    """``log_product``: log10 of a salt's solubility product in PHREEQC's data; ``counts``: n1, n2 ions in a unit of it.
 
-    ``log_product``: log10 of the solubility product in PHREEQC's data.
+    Its solubility s in mol/kg follows from product = (n1 s)^n1 (n2 s)^n2; below 0.1 the salt is sparingly soluble.
     """
     for formula, log_product, counts in PRODUCTS:
         molal = (10.0**log_product / prod(count**count for count in counts)) ** (1.0 / sum(counts))
@@ -31,16 +31,17 @@ def test_salt_falls_out_below_a_tenth_mol_by_its_product():
 
 
 def test_salt_of_dissolved_molecules_or_hydrolysed_ions_stays():
-    """Salts that stay dissolved: CdI2 stands as a molecule; tin(IV) as its hydroxide, from which its bare ion comes.
+    """None of these salts, nor an ion, is sparingly soluble.
 
-    Of SnSO4 18.8 g dissolve in 100 g of water (CRC Handbook), far more than by PHREEQC's constant.
+    Dissolved CdI2 is a molecule, and tin(IV) a hydroxide with hardly a bare ion. Of SnSO4 18.8 g dissolve in 100 g of
+    water (CRC Handbook), far more than by PHREEQC's constant.
     """
     for formula in ["CdI2", "Sn(SO4)2", "NaCl", "Na+", "SnSO4"]:
         assert not phases_of_phreeqc().is_sparingly_soluble(formula), formula
 
 
 def test_salts_that_hold_protons_fall_out_of_school_solutions():
-    """Struvite, its hydrate, calcium hydrogenphosphate: under 0.1 mol/kg dissolves, though their ions hold protons."""
+    """Struvite, its hydrate and calcium hydrogenphosphate are sparingly soluble, though their ions hold protons."""
     for formula in ["MgNH4PO4", "MgNH4PO4.6H2O", "CaHPO4"]:
         assert phases_of_phreeqc().is_sparingly_soluble(formula), formula
 

@@ -76,7 +76,8 @@ OTHERS = [
 def test_an_equation_that_another_event_reports_is_not_repeated():
     """Magnesium has dissolved in acid, Mg + 2 HCl; ``name``, ``values``: of an earlier event in the same flask.
 
-    A stop reports the equation that it names, an end point any equation but one of acid and base, which this is not.
+    ``reports_it``: whether that event stands for this equation: a stop that names it, or an end point that is not of
+    acid and base, as a redox equation has it.
     """
     for name, values, reports_it in OTHERS:
         earlier = EffectEvent(time=1.0, name=name, bodies=("flask",), end=None, values=values)
@@ -86,7 +87,10 @@ def test_an_equation_that_another_event_reports_is_not_repeated():
 
 
 def test_gas_and_dissolving_salts_have_events_of_their_own():
-    """The process has run by a mol; gas is reported as gas, a salt as a solid that dissolves, and not here again."""
+    """An equation has run by a mol of X. Gas that it frees, or a salt that it dissolves, has an event of its own.
+
+    So no event "reacted" says again that X reacted, as it does for magnesium in the tests above.
+    """
     for case, process in {
         "frees a gas": Process("", {"X": -1.0, "H2(g)": 1.0}),
         "dissolves a salt": Process("", {"X": -1.0}, salt=object()),
@@ -96,9 +100,10 @@ def test_gas_and_dissolving_salts_have_events_of_their_own():
 
 
 def test_change_of_a_solid_is_reported_where_it_is_visible():
-    """``moles``: of CaCO3, 100 g/mol, at 0, 1, 2 and 3 s; visible are a milligram and a thousandth of what there was.
+    """``moles``: of CaCO3, 100 g/mol, at 0, 1, 2 and 3 s; ``expected``: second and text of the event.
 
-    ``expected``: second and text of the event, none where an effect precipitation follows CaCO3 and reports it itself.
+    A change is visible from a milligram and a thousandth of what there was. Where an effect precipitation follows
+    CaCO3, it reports the change, and there is no event here.
     """
     for case, (moles, expected) in {
         "falls out": ([0.0, 0.0, 0.001, 0.002], [(2.0, "0.2 g CaCO3 fall out in flask")]),

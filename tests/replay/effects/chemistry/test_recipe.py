@@ -20,10 +20,10 @@ def process_of(equation, solutes, solid=""):
 
 
 def test_process_needs_the_acid_or_hydroxide_of_its_reagents():
-    """``protons``: that the equation takes of the acid among its reagents, negative where it takes hydroxide.
+    """``protons``: mol that an equation takes from an acid among its reagents, below 0 of hydroxide that it takes.
 
-    Of zinc in acid or lye, two; iodine needs neither, for arsenite is no base that a reaction needs, although it takes
-    protons up. ``solutes``: mol/L in a flask; ``solid``: of which a gram lies there.
+    Zinc takes two of acid or of hydroxide. Iodine takes neither: arsenite is the anion of a weak acid, which counts as
+    neither, although it takes protons up. ``solutes``: mol/L in a flask; ``solid``: of which a gram lies there.
     """
     for equation, solutes, solid, protons in [
         ("Zn + 2 HCl -> ZnCl2 + H2", {"HCl": 1.0}, "Zn", 2),

@@ -61,7 +61,8 @@ HANDBOOK = [
 def test_standard_potentials_agree_with_the_handbook():
     """``changes``: mol of each formula that a redox equation makes, negative where it uses them up.
 
-    It has two couples; their standard potentials, from free energies, are those of the handbook within 25 mV.
+    Its oxidant and its reductant are a couple each, such as MnO4-/Mn^2+; their standard potentials, from free energies,
+    are those of the handbook within 25 mV.
     """
     for changes, oxidant_volt, reductant_volt in HANDBOOK:
         oxidant, reductant = couples_of(changes)
@@ -69,9 +70,9 @@ def test_standard_potentials_agree_with_the_handbook():
 
 
 def test_couples_without_free_energies_are_not_invented():
-    """Acetate alone is no pair of reagents, silver and chloride exchange no electron, no table has vanadium's ions.
+    """``changes``: mol of each formula that an equation makes, negative where it uses them up; none has potentials.
 
-    ``changes``: mol of each formula that an equation makes, negative where it uses them up.
+    Acetate has no oxidant beside it, silver and chloride exchange no electron, and no table has vanadium's ions.
     """
     for case, changes in {
         "no oxidant": {"H+": -1.0, "CH3COO-": -1.0, "CO2(g)": 1.0},
@@ -134,9 +135,10 @@ def test_peroxide_in_iodide_has_the_potential_of_iodine():
 
 
 def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
-    """10 mL with 0.05 mol/L of iron(II), 0.5 mmol, take 10 mL of cerium(IV) of 0.05 mol/L.
+    """Cerium(IV) of 0.05 mol/L runs into 10 mL with 0.05 mol/L of iron(II), 0.5 mmol: 10 mL of it are equivalent.
 
-    Cerium's potential in sulfuric acid is not known; the only curve is that of the iron(II) that is left.
+    Cerium's potential in sulfuric acid is not known, so there is no curve of a potential, only one of the iron(II) that
+    is left after ``added_ml``: half after 5 mL, none from 10 mL on.
     """
     ((quantity, left),) = curves(
         {"FeSO4": 0.05, "H2SO4": 0.5}, {"Ce(SO4)2": 0.05}, "Ce4+ + Fe2+ -> Ce3+ + Fe3+"

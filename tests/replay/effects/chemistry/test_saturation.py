@@ -58,10 +58,10 @@ def dissolved_in_portions(acid_mol, kilograms):
 @pytest.mark.slow
 @pytest.mark.parametrize("molar", [1.0, 0.3, 0.1])
 def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
-    """Acid is poured on a gram of marble in 1 mL of water; after 0.4 s, at a rate of 20, all has dissolved that can.
+    """Acid is poured on a gram of marble in 1 mL of water; after 0.4 s, at 20 a second, all has dissolved that can.
 
-    Expected is what dissolves, what CO2 leaves, and the pH, where PHREEQC dissolves 200 portions of marble one by one
-    in the acid that came, until it is saturated, while CO2 leaves for good.
+    Expected are the mol that dissolve, the mol of CO2 and the pH by PHREEQC, which dissolves marble in the acid that
+    came in small portions, until it is saturated; CO2 leaves for good after each.
     """
     last_values, gas_mol, effects = acid_poured_on("CaCO3", "HCl", molar=molar, equation=MARBLE, rate_per_s=20.0)
     volume_ml = effects["mixing"].series["b/volume"].values[-1]
@@ -78,11 +78,13 @@ def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
         ("FeS", "FeS + 2 HCl -> FeCl2 + H2S", 0.03),
         pytest.param("ZnS", "ZnS + 2 HCl -> ZnCl2 + H2S", 0.01, marks=pytest.mark.slow),
     ],
+    ids=["FeS", "ZnS"],
 )
 def test_a_rate_changes_no_amount_of_a_sulfide_that_dissolves(solid, equation, tolerance):
-    """Acid of 1 mol/L is poured on a gram of a sulfide; as much gas leaves at once as within 0.4 s by 20 a second.
+    """Acid of 1 mol/L is poured on a gram of a sulfide, which dissolves at once, or within 0.4 s by 20 a second.
 
-    ``tolerance``: of that, as a fraction. The pH is the same too, and no event says that nothing reacts.
+    As much gas leaves either way, but for the fraction ``tolerance`` of it, and the pH is the same. No event says that
+    nothing reacts.
     """
     at_once, gas_at_once_mol, _effects = acid_poured_on(solid, "HCl", molar=1.0, equation=equation)
     slow, slow_gas_mol, effects = acid_poured_on(solid, "HCl", molar=1.0, equation=equation, rate_per_s=20.0)

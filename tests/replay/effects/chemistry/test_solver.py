@@ -33,12 +33,12 @@ def equilibrium(solver, totals, celsius=25.0):
     return solver.equilibrium(totals, np.full(count, WATER), np.full(count, celsius))
 
 
-@pytest.mark.parametrize("solids", [(), (("CaCO3", "Calcite"), ("Mg(OH)2", "Brucite"))])
+@pytest.mark.parametrize("solids", [(), (("CaCO3", "Calcite"), ("Mg(OH)2", "Brucite"))], ids=["none", "two"])
 def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
     """Fifteen random solutions are computed together, again backwards, and each alone by a solver without a memory.
 
-    Backwards takes no new query of PHREEQC; the answers are the same each time, with or without ``solids``, which may
-    fall out: (formula, PHREEQC's name).
+    Together they take a query of PHREEQC each or more, backwards none; the answers are the same each time. ``solids``
+    may fall out: (formula, PHREEQC's name).
     """
     rng = np.random.default_rng(1)
     formulas = ("CaCl2", "MgCl2", "Na2CO3", "NaOH", "CH3COOH", "HCl")
@@ -71,9 +71,10 @@ def test_species_sum_to_totals_and_charges_to_zero():
 
 
 def test_oxidation_states_do_not_react_with_each_other():
-    """Two solutions in mol/kg; the second has a ``reduced`` ion, only to make it a component of both.
+    """By free energies iron(III) would oxidise iodide, and nitrite ammonium; every component keeps its total instead.
 
-    In the first none of it forms, though by free energies it might; every component keeps its total.
+    ``solution``: mol/kg. A second solution with a ``reduced`` ion, iron(II) or sulfide, only makes this ion a component
+    of both: none of it forms in the first.
     """
     for case, (solution, reduced) in {
         "iron(III) with iodide": ({"FeCl3": 0.01, "KI": 0.02}, "Fe^2+"),

@@ -31,9 +31,9 @@ def session_of_standing(flask, *effects):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize(("solid", "celsius", "tabled_g"), ROWS)
 def test_sparing_solubility_agrees_with_tables_hot_and_cold(solid, celsius, tabled_g):
-    """100 mL of water of a temperature stand on three times as much of a solid as dissolves in it by a handbook.
+    """100 mL of water of so many degC stand on three times ``tabled_g``, which dissolve in it by a handbook.
 
-    What dissolves is that within 18 %.
+    The event says that within 18 % of ``tabled_g`` have dissolved.
     """
     contents = {"solid": {"formula": solid, "mass_g": 3.0 * tabled_g}, "temperature_c": float(celsius)}
     flask = glass("flask", volume_ml=100.0, cavity={"radius": 0.05, "height": 0.08}, properties=contents)

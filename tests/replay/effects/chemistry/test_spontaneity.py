@@ -204,9 +204,9 @@ ENDS = {
 
 
 def test_equation_that_does_not_proceed_has_its_reason():
-    """``joule``: free energy of a mol, NaN if not known; ``changes``: mol of a solid that it makes or, below 0, takes.
+    """``joule``: free energy of a mol of an equation, NaN if not known; ``sides``: its formulas without coefficients.
 
-    ``sides``: formulas of reagents and products, without coefficients; ``reason``: none ("") where it proceeds.
+    ``changes``: mol of a solid that it makes or, below 0, takes; ``reason``: why it does not proceed, "" where it does.
     """
     for case, (joule, changes, sides, reason) in ENDS.items():
         reagents, products = (side.split() for side in sides.split(" -> "))
@@ -225,9 +225,9 @@ VESSELS = {
 
 
 def test_strongest_acid_has_the_most_protons_a_litre():
-    """``vessels``: millilitres, and mol of each formula; ``molar``: mol/L of protons in the most acid of them.
+    """``vessels``: (millilitres, formula -> mol) of each; ``molar``: mol/L of protons in the most acid of them.
 
-    Weak acids, salts and a dry vessel do not count.
+    H2SO4 has two protons, HCl and HNO3 one; weak acids, salts and a dry vessel do not count.
     """
     for case, (vessels, molar) in VESSELS.items():
         contents = {str(row): Contents(*vessel, solids={}, solubility={}) for row, vessel in enumerate(vessels)}
@@ -248,7 +248,10 @@ def test_constant_follows_from_free_energies():
 
 
 def test_sulfide_and_thiosulfate_that_falls_apart_have_no_constant():
-    """Tables contradict each other on sulfide; thiosulfate goes on to acids of sulfur."""
+    """``changes``: mol that an equation makes, below 0 takes; its constant is NaN, that is, not known.
+
+    Tables contradict each other on sulfide; thiosulfate does not stop at sulfur but makes acids of sulfur too.
+    """
     for case, changes in {
         "sulfide": {"S^2-": -1.0, "S(s)": 1.0},
         "thiosulfate to sulfur": {"S2O3^2-": -1.0, "S(s)": 1.0},
@@ -257,7 +260,7 @@ def test_sulfide_and_thiosulfate_that_falls_apart_have_no_constant():
 
 
 def test_ester_has_a_constant_of_four():
-    """Acetic acid and ethanol make ethyl acetate with a constant of 4, and come of it with the inverse, 1/4."""
+    """Acetic acid and ethanol make ethyl acetate and water with a constant of 4; the reverse has 1/4, -log10(4)."""
     for case, direction in {
         "made": 1,
         "taken apart": -1,
@@ -269,9 +272,10 @@ def test_ester_has_a_constant_of_four():
 
 
 def test_protons_in_neutral_water_count_unless_an_acid_brings_them():
-    """A constant of 100 is -2 x 5.708 kJ; a proton of neutral water has 7 x 5.708 kJ less than one of an acid.
+    """A constant of 100 is -2 x 5.708 kJ; a mol of protons at pH 7 has 39.95 kJ less, about 7 x 5.708, than at pH 0.
 
-    ``protons``: that a mol of the process makes, below 0 takes; ``acid``: above 0 where an acid brings those it takes.
+    ``protons``: that a mol of the process makes, below 0 takes; ``acid``: above 0 where an acid brings those it takes,
+    so that these count as at pH 0.
     """
     for acid, protons, kilojoule in [
         (0.0, -1.0, -11.416 + 39.95),
@@ -284,9 +288,10 @@ def test_protons_in_neutral_water_count_unless_an_acid_brings_them():
 
 
 def test_reaction_near_zero_energy_stops_early():
-    """A reaction of -12 to 20 kJ/mol leaves some of its reagents; below it is complete, above it does not proceed.
+    """A reaction with more than -12 and up to 20 kJ/mol leaves some of its reagents.
 
-    Both limits are the product's; of an energy that is not known (NaN) nothing is said.
+    With less it is complete, with more it does not run: both limits are chosen. An energy that is not known (NaN) is no
+    reason to stop early.
     """
     for joule, is_early in [
         (-20e3, False),

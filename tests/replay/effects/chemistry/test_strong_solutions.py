@@ -103,10 +103,11 @@ ANGSTROM = {"Cu+2": 6.0, "Fe+2": 6.0, "Zn+2": 5.0}
 
 
 def test_ions_of_sulfates_have_their_measured_activity():
-    """Mean activity coefficients of a sulfate at 0.2 and 1 mol/kg, by ion pairs and activities, are within a third.
+    """Mean activity coefficients of a sulfate at 0.2 and 1 mol/kg are within a third of those measured.
 
-    Free ions have the activity of the extended equation of Debye and Hueckel, with sizes in angstrom (5 of sulfate), of
-    the ionic strength of a salt of charges 2, four times its molality.
+    They are the fraction of ions free of pairs, by the product, times the coefficient of free ions by the extended
+    equation of Debye and Hueckel, with sizes in angstrom (5 of sulfate) and an ionic strength of four times the free
+    ions' molality, as of any salt of charges 2.
     """
     for salt in MEAN_ACTIVITY:
         for molal, measured in zip((0.2, 1.0), MEAN_ACTIVITY[salt], strict=True):
@@ -123,7 +124,10 @@ def test_ions_of_sulfates_have_their_measured_activity():
 
 
 def test_alkaline_earth_ammonia_complexes_have_their_nist_constants():
-    """1 mol/kg of a metal's chloride and of ammonia; ``expected``: stability constant of M(NH3)^2+ by NIST 46."""
+    """1 mol/kg of a metal's chloride and of ammonia; ``expected``: stability constant (no log) of M(NH3)^2+ by NIST 46.
+
+    By mol/kg of the complex, of free ammonia and of the free metal the product has it within 10 %.
+    """
     for metal, expected in [("Ba", 0.63), ("Sr", 0.79), ("Ca", 1.26)]:
         _ph, species = ph_and_species({f"{metal}Cl2": 1.0, "NH3": 1.0})
         constant = species[f"{metal}NH3+2"] / (species["NH3"] * species[f"{metal}+2"])
@@ -156,9 +160,10 @@ BUFFERS = [
 
 
 def test_standard_buffers_have_their_certified_ph():
-    """``molal``: mol/kg of a standard buffer, with its certified pH at 25 degC, within 0.05.
+    """``molal``: formula -> mol/kg of a standard buffer; its pH at 25 degC is the certified within 0.05.
 
-    PHREEQC's minteq.v4 as it is has 6.75 for phosphate and 9.87 for carbonate, as it pairs sodium with them.
+    PHREEQC's minteq.v4 unchanged has 6.75 for phosphate, certified 6.863, and 9.87 for carbonate, 10.011, as it pairs
+    sodium with them.
     """
     for molal, certified_ph in BUFFERS:
         ph, _species = ph_and_species(molal)
@@ -166,13 +171,16 @@ def test_standard_buffers_have_their_certified_ph():
 
 
 def test_ph_of_hydrochloric_acid_follows_measured_activities():
-    """``molal``: mol/kg of HCl, with its mean activity coefficient by Robinson and Stokes; within a third of a pH."""
+    """``molal``: mol/kg of HCl; ``mean_activity``: its mean activity coefficient, measured by Robinson and Stokes.
+
+    The pH is -log10 of their product within 0.35.
+    """
     for molal, mean_activity in [(1.0, 0.809), (3.0, 1.316), (5.0, 2.38), (10.0, 10.44)]:
         ph, _species = ph_and_species({"HCl": molal})
         assert ph == pytest.approx(-np.log10(molal * mean_activity), abs=0.35), molal
 
 
 def test_ion_sizes_leave_stability_constants_unchanged():
-    """The product gives ions of PHREEQC's data a size; their log10 of the constant is what minteq.v4 states."""
+    """The product gives ions of PHREEQC's data a size, for their activity; ``log_k`` is that of minteq.v4."""
     for ion, log_k in [("Cr+3", 9.5688), ("Sn+2", 7.094), ("Hg+2", 6.194), ("S-2", -17.3)]:
         assert database_of().species[ion].log_k == pytest.approx(log_k, abs=0.01), ion

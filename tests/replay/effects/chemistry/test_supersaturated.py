@@ -36,11 +36,11 @@ ALUMINIUM = {
 
 
 def test_aluminium_that_ammonia_keeps_dissolved_is_fresh():
-    """In a flask are mol of aluminium hydroxide, of dissolved aluminium and of ammonia.
+    """In a flask are mol of aluminium hydroxide (``solid``), of dissolved aluminium and of ammonia.
 
-    In textbooks ammonia leaves fresh hydroxide, by PHREEQC it dissolves some: an event "fresh" says which ``percent``
-    of the aluminium. None is reported ("") with less ammonia than aluminium, of less than 5 %, up to pH 7, or from pH
-    11.5 on, where lye dissolves it too.
+    In textbooks ammonia dissolves no fresh hydroxide, by PHREEQC it does: an event "fresh" says how many ``percent`` of
+    the aluminium. There is none ("") with less ammonia than aluminium, below 5 %, in acid (pH 6.5), or in lye (pH 12),
+    which dissolves it in textbooks too.
     """
     for case, (solid, dissolved, ammonia, ph, percent) in ALUMINIUM.items():
         amounts = {"Al(OH)3(s)": solid, "Al^3+": dissolved, "NH3": ammonia}
@@ -70,8 +70,9 @@ COPPER = {
 def test_copper_hydroxide_left_beside_much_ammonia_is_aged():
     """In a flask are mol of copper hydroxide, of dissolved copper, of ammonia, and a mol of an ``anion``.
 
-    The ammine takes 4 mol of ammonia, so fresh hydroxide would dissolve in 5, not in 3: what is left is aged, and an
-    event names the basic ``salt`` of the anion that falls out at first. 1 in 200 of the copper does not count.
+    The ammine takes 4 mol of ammonia, so 5 mol would dissolve all of the mol of copper fresh, 3 would not: what is left
+    beside 5 is aged, and an event names the basic ``salt`` of the anion that falls out at first, "" where there is
+    none. Less than 1 in 100 of the copper does not count.
     """
     for case, (hydroxide, copper, ammonia, anion, salt) in COPPER.items():
         amounts = {"Cu(OH)2(s)": hydroxide, "Cu^2+": copper, "NH3": ammonia, anion: 1.0}
@@ -103,9 +104,9 @@ SOLUTIONS = {
 
 
 def test_solid_beyond_its_solubility_is_reported_once_a_metal():
-    """``solutes``: mol/L in a flask, whose scene names no solid that may fall out; ``solids``: of the warnings.
+    """``solutes``: mol/L in a flask, whose scene names no solid that may fall out; ``solids``: that warnings name.
 
-    A salt that takes the metal away leaves its hydroxide none; gypsum takes more sulfate than 0.001 mol/L. A saturation
+    Of a metal, calcium or copper, one solid alone is named. Gypsum takes more sulfate than 0.001 mol/L. A saturation
     index, log10 of the product of the ions over the soluble one, above 0.3 is more than twice that (10^0.3).
     """
     for case, (solutes, solids) in SOLUTIONS.items():

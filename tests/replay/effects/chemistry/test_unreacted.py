@@ -121,9 +121,9 @@ def solid_in_water(formula):
 
 
 def test_reagent_that_never_came_is_named():
-    """Glass a with 1 mol/L of a reagent stands beside glass b, and nothing is poured.
+    """Glass a with 1 mol/L of ``solute`` stands beside glass b with the other reagent, and nothing is poured.
 
-    A solid that lies in the water of b counts as a reagent that is there, and so do the ions of a salt.
+    In b a solid in water counts as a reagent that is there, and so do the ions of a salt: only ``solute`` is lacking.
     """
     for solute, other, equation in [
         ("HCl", solid_in_water("Zn"), "Zn + 2 HCl -> ZnCl2 + H2"),
@@ -134,8 +134,8 @@ def test_reagent_that_never_came_is_named():
         bodies = (glass("a", volume_ml=60.0, solute=solute, molar=1.0), other)
         upright, reaction = [0.0] * 3, ("reaction", {"equation": equation})
         output = effects_of_tilt_degrees(upright, bodies, ("mixing", {"in": ["b"]}), reaction)["reaction"].output
-        (event,) = output.events_named("no-reaction")
-        assert event.text == f"{equation} does not proceed: {solute} never came to its other reagents"
+        texts = [event.text for event in output.events_named("no-reaction")]
+        assert texts == [f"{equation} does not proceed: {solute} never came to its other reagents"], equation
 
 
 METALS = [
@@ -258,10 +258,10 @@ FRACTIONS = {
 
 
 def test_equilibrium_states_what_fraction_has_reacted():
-    """The equation A -> B has run by ``extent`` mol in a flask, and ``to_the_end`` mol of A are left.
+    """The equation A -> B has run by ``extent`` mol in a flask, and ``to_the_end`` mol of A are left, a mol in all.
 
-    ``fraction``: as the event states it. There is none ("") of 0 or more than 99 %, nor of an equation with a rate or
-    without an equilibrium.
+    ``fraction``: of the mol has reacted, as the event states it. There is no event ("") of 0 or of 99 % and
+    more, nor of an equation with a rate or without an equilibrium.
     """
     for case, (process, extent, to_the_end, has_equilibrium, fraction) in FRACTIONS.items():
         texts = texts_of_stops(process, extent, limits={}, to_the_end=to_the_end, has_equilibrium=has_equilibrium)
@@ -286,9 +286,10 @@ STOPS = {
 
 
 def test_reaction_stopped_for_want_of_acid_names_what_is_left():
-    """2 A + B + H+ -> C has run by ``extent`` mol; ``limits``: mol by which each reagent would let it run on.
+    """2 A + B + H+ -> C has run by ``extent`` mol; ``limits``: mol by which each reagent, or acid, lets it run on.
 
-    0.2 by A are 400 mmol of it. A stop is reported where it ran, both reagents are left, and acid or hydroxide is not.
+    0.2 by A are 400 mmol of it. A stop is reported where the equation ran, by more than 1 in 10,000, more than 1 % of
+    both reagents is left, and acid or hydroxide is used up.
     """
     for case, (extent, limits, is_reported) in STOPS.items():
         texts = texts_of_stops(TWO_REAGENTS, extent, limits)

@@ -48,9 +48,9 @@ DROPS = {
 
 
 def test_liquid_falls_into_the_upward_opening_below():
-    """A drop starts at a place with a velocity, in metres and m/s, y up; it enters where it falls through the opening.
+    """A drop starts at a point with a velocity, in metres and m/s, y up; it enters where it falls through the opening.
 
-    The opening is a disc of 3 cm radius about the origin that looks up, but for what ``opening`` says.
+    The opening is a disc of 3 cm radius about the origin that looks up; ``opening``: what of that is changed.
     """
     for case, (start, velocity, opening, enters) in DROPS.items():
         assert enters_opening(start, velocity, **opening) == enters, case
@@ -71,9 +71,10 @@ def stream(times, volumes, source="a", target="b"):
 
 
 def test_liquid_lands_where_its_parabola_meets_the_height():
-    """Released at (1, 0.5, 2) with 0.3 m/s along x, and ``speed_up`` in m/s, it lands at a height of 0.2 m.
+    """Liquid is released at (1, 0.5, 2) m, y up, with 0.3 m/s along x and ``speed_up`` m/s along y.
 
-    To a height of 5 m it never gets: its point is then where it was released.
+    It comes down to a height of 0.2 m at the later root of the parabola. To a height of 5 m it never gets: then the
+    answer is the point of release.
     """
     for speed_up in [1.0, 0.0, -1.0]:
         start, velocity = [1.0, 0.5, 2.0], [0.3, speed_up, 0.0]
