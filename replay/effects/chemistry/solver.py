@@ -26,6 +26,9 @@ COMPOSITIONS_PER_CALL: Final = 256
 FIRST_SOLID_FRACTION: Final = 0.999
 """Share of what could be solid that PHREEQC starts with as solid: no start is far beyond saturation."""
 
+LEAST_WATER_KG: Final = 1e-6
+"""kg of water below which PHREEQC is asked for about a kilogram of the same solution: its sums of traces diverge."""
+
 MOST_MOLAL: Final = 60.0
 """mol/kg of one part: more is no solution."""
 
@@ -154,10 +157,10 @@ class Solver:
         # What is far beyond any solution is not asked for as one.
         is_beyond_solution = (np.abs(table[:, :count_of_components]).max(axis=1) > MOST_MOLAL * water) & ~allowed.any()
         rows = np.flatnonzero(~is_beyond_solution)
-        answers = self._run_phreeqc(table[rows], allowed) if len(rows) else None
+        answers = self._run_scaled(table[rows], allowed) if len(rows) else None
         if answers is None:
             singles = [
-                self._run_phreeqc(table[row : row + 1], allowed) if len(rows) > 1 else None for row in rows.tolist()
+                self._run_scaled(table[row : row + 1], allowed) if len(rows) > 1 else None for row in rows.tolist()
             ]
             known = {row: single[0] for row, single in zip(rows.tolist(), singles, strict=True) if single is not None}
         else:
@@ -185,6 +188,22 @@ class Solver:
         count = len(mixture.phases)
         unknown = np.full(count + len(mixture.components), np.nan)
         return np.concatenate([[np.nan, np.nan], species, np.zeros(count), unknown])
+
+    def _run_scaled(self, table: FloatArray, allowed: BoolArray) -> FloatArray | None:
+        """Answers (n, ...) of rows, traces of a solution by about a kilogram of it; ``None``: one has no answer.
+
+        The factors are powers of two, so that no amount is rounded.
+        """
+        water = np.maximum(table[:, -2] * WATER_KG_MOL, 1e-300)
+        factors = np.where(water < LEAST_WATER_KG, np.exp2(-np.floor(np.log2(water))), 1.0)[:, None]
+        scaled = table.copy()
+        scaled[:, :-1] *= factors
+        answers = self._run_phreeqc(scaled, allowed)
+        if answers is not None:
+            _, species, phases, _, _ = self._columns()
+            answers[:, species] /= factors
+            answers[:, phases] /= factors
+        return answers
 
     def _run_phreeqc(self, table: FloatArray, allowed: BoolArray) -> FloatArray | None:
         """Answers (n, ...) of rows by PHREEQC; ``None``: it found none for one of them."""

@@ -107,6 +107,24 @@ def test_an_unanswered_row_leaves_the_others_answered(impossible):
     assert ph[0] == pytest.approx(2.04, abs=0.02)
 
 
+def test_a_trace_of_a_solution_has_its_ph_and_share_of_solid():
+    """Of a glass that was poured out 1e-17 kg may be left: pH is as in a kilogram, and each amount 1e-17 of it.
+
+    Zinc in ammonia and hydrochloric acid, and gypsum beyond its solubility of about 0.015 mol/kg.
+    """
+    dissolved = {"HCl": 0.38, "NH4Cl": 0.12, "NH3": 0.13, "ZnCl2": 0.06}
+    solver, totals = solver_and_totals([dissolved, {"CaCl2": 0.1, "Na2SO4": 0.1}], [("CaSO4.2H2O", "Gypsum")])
+    water = np.full(2, WATER)
+    celsius = np.full(2, 24.0)
+    whole = solver.equilibrium(totals, water, celsius)
+    assert whole.phases[1, 0] == pytest.approx(0.08, abs=0.01)
+    for share in (1e-8, 1e-17):
+        trace = solver.equilibrium(share * totals, share * water, celsius)
+        assert trace.ph == pytest.approx(whole.ph, abs=1e-6), share
+        assert trace.species / share == pytest.approx(whole.species, rel=1e-6, abs=1e-12), share
+        assert trace.phases / share == pytest.approx(whole.phases, rel=1e-6), share
+
+
 def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
     """The pKw of pure water, twice its pH, is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
     solver, totals = solver_and_totals([{"NaCl": 1e-9}])  # hardly any salt, as some component is needed
