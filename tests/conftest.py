@@ -28,7 +28,7 @@ os.environ["COLUMNS"] = "160"
 
 
 def pytest_configure(config):
-    """Kernels compile beside workers; a property gets the same examples in every run, 15 without slow tests, or 100.
+    """Kernels compile beside workers; examples of a property come from a fixed seed, 15 without slow tests, or 100.
 
     ``--hypothesis-profile fresh`` draws 100 new ones, as the weekly run does: a release does not depend on a draw.
     """

@@ -1,4 +1,4 @@
-"""Properties get the same examples wherever a release is decided; the weekly run alone draws new ones."""
+"""Examples of properties come from a fixed seed where a release is decided; the weekly run alone draws new ones."""
 
 from pathlib import Path
 
@@ -8,8 +8,8 @@ from hypothesis import settings
 SCRIPTS = Path(__file__).resolve().parents[2] / ".ci"
 
 
-def test_properties_repeat_their_examples(pytestconfig):
-    """Without an option of the command line Hypothesis draws the same examples in every run."""
+def test_properties_draw_their_examples_from_a_fixed_seed(pytestconfig):
+    """Hypothesis takes its seed from the test itself (``derandomize``), unless the command line asks for a profile."""
     if pytestconfig.getoption("--hypothesis-profile"):
         pytest.skip("a profile was requested")
     assert settings.default.derandomize
