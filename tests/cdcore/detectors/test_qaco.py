@@ -45,8 +45,8 @@ def test_every_contact_and_every_face_pair_is_true(variant):
     contacts = np.argwhere(result.verdict == Verdict.CONTACT).tolist()
     assert contacts
     for frame, pair in contacts:
-        assert exact.verdict[frame, pair] == Verdict.CONTACT
-        assert set(map(tuple, result.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
+        assert exact.verdict[frame, pair] == Verdict.CONTACT, (frame, pair)
+        assert set(map(tuple, result.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair))), (frame, pair)
 
 
 @pytest.mark.sampled(3)
@@ -171,16 +171,18 @@ def test_hybrid_takes_faces_of_the_search_where_meshes_have_none(monkeypatch):
 
 
 def test_deciding_by_search_gives_no_false_contact():
-    """80 frames of a laboratory: contacts of ``hybrid-qaco`` and their faces are some of those of ``exact``; what it
-    misses is NOT_FOUND.
+    """80 frames of a laboratory: contacts of ``hybrid-qaco`` and their faces are some of those of ``exact``.
+
+    With 50 evaluations a search it misses some contacts: these are NOT_FOUND.
     """
-    search, exact = detection_of_lab("hybrid-qaco"), detection_of_lab("exact")
+    search, exact = detection_of_lab("hybrid-qaco", budget=50), detection_of_lab("exact")
     contacts = np.argwhere(search.verdict == Verdict.CONTACT).tolist()
     assert contacts
     for frame, pair in contacts:
-        assert exact.verdict[frame, pair] == Verdict.CONTACT
-        assert set(map(tuple, search.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
+        assert exact.verdict[frame, pair] == Verdict.CONTACT, (frame, pair)
+        assert set(map(tuple, search.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair))), (frame, pair)
     missed = (exact.verdict == Verdict.CONTACT) & (search.verdict != Verdict.CONTACT)
+    assert missed.any()
     assert (search.verdict[missed] == Verdict.NOT_FOUND).all()
 
 

@@ -58,7 +58,7 @@ def test_no_lane_with_contact_is_dropped_and_many_others_are(seed):
             for lane, (faces_a, faces_b) in enumerate(world_of_lane):
                 meeting = meeting_faces_exhaustive(faces_a[faces_below(tree_a, a)], faces_b[faces_below(tree_b, b)])
                 may_meet = bits >> lane & 1
-                assert may_meet or not len(meeting)
+                assert may_meet or not len(meeting), (a, b, lane)
                 without_contact += not len(meeting)
                 dropped += not may_meet
     assert dropped > 0.3 * without_contact
@@ -92,8 +92,8 @@ def test_meeting_face_pairs_survive_in_their_lanes(seed):
     for lane in range(8):
         first, second = scene.world(lane)
         meets = triangles_intersect(np.array([[a, b] for a in first for b in second])).reshape(40, 60)
-        assert (may_meet[meets] >> lane & 1).all()
-        assert np.array_equal(certain >> lane & 1, meets)
+        assert (may_meet[meets] >> lane & 1).all(), lane
+        assert np.array_equal(certain >> lane & 1, meets), lane
         meeting += meets.sum()
     survived = sum(bits.bit_count() for bits in may_meet.ravel().tolist())
     assert meeting > 10
@@ -103,7 +103,7 @@ def test_meeting_face_pairs_survive_in_their_lanes(seed):
 @pytest.mark.parametrize(
     ("pad", "grains"),
     [
-        pytest.param(1e-3, False, id="soups, 1 mm"),
+        pytest.param(1e-4, False, id="soups, 0.1 mm"),
         pytest.param(0.3, False, id="soups, 0.3 m"),
         pytest.param(0.03, True, id="large faces and bunches of tiny ones, 3 cm"),
     ],
@@ -112,7 +112,7 @@ def test_certain_face_pairs_meet_wherever_rounding_may_have_moved_them(pad, grai
     """A pad is how far a triangle may really lie from its rounded place, metres.
 
     One mesh is shifted by almost the pad in 14 directions: faces that meet after some shift must be candidates, and
-    faces called certain must meet after every shift.
+    faces called certain must meet after every shift. Some are certain with the smallest pad alone.
     """
     scene = EightFrames(seed=1, size=0.6, grains=grains, faces=(25, 30))
     may_meet, certain = candidate_and_certain_lanes(scene, pad)
@@ -128,7 +128,9 @@ def test_certain_face_pairs_meet_wherever_rounding_may_have_moved_them(pad, grai
         after_every_shift &= meets
     assert after_some_shift.sum() > 5
     assert (may_meet[after_some_shift] >> lane & 1).all()
-    assert after_every_shift[certain >> lane & 1 == 1].all()
+    is_certain = certain >> lane & 1 == 1
+    assert is_certain.any() == (pad == 1e-4)
+    assert after_every_shift[is_certain].all()
 
 
 CERTAIN_CONTACT, CERTAIN_SEPARATION, NEITHER = ALL_LANES, ALL_LANES << 8, 0
