@@ -35,8 +35,8 @@ def test_references_have_commits_and_commands(tmp_path):
     commands = [*command.fetch_commands(tmp_path)]
     assert all(shlex.split(line) for line in commands)
     for repository, (commit, _) in command.REPOSITORIES.items():
-        assert re.fullmatch("[0-9a-f]{40}", commit)
-        assert any(repository in line for line in commands)
+        assert re.fullmatch("[0-9a-f]{40}", commit), repository
+        assert any(repository in line for line in commands), repository
 
 
 def test_absent_models_are_reported(tmp_path, capsys):

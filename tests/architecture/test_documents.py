@@ -345,7 +345,7 @@ def test_shell_and_powershell_install_the_same():
     """The first blocks of either shell in README both install this copy and run the demo."""
     shell, power = blocks(README, "bash")[0], blocks(README, "powershell")[0]
     for command in ("pip install -e .", "replay demo -o"):
-        assert command in shell and command in power
+        assert command in shell and command in power, command
 
 
 def test_readme_says_how_to_run_the_tests():

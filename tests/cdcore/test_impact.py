@@ -190,7 +190,7 @@ def test_no_sampled_pose_before_the_impact_is_in_contact(seed, largest_angle):
             pose_matrix((1 - fraction) * poses[0, :3, 3] + fraction * poses[1, :3, 3], rotation(fraction).as_rotvec())
             for poses, rotation in zip(motions, rotations, strict=True)
         )
-        assert len(intersecting_faces(box, ball, box_pose, ball_pose)) == 0
+        assert len(intersecting_faces(box, ball, box_pose, ball_pose)) == 0, fraction
 
 
 def random_poses_from_to(rng, reach, largest_angle):

@@ -143,7 +143,7 @@ def test_components_are_named_by_their_lowest_face():
 
 
 def test_content_hash_depends_on_coordinates_and_faces_alone():
-    """Equal boxes have one hash; a shift by 1e-16 m, about a rounding of their coordinates of 0.5 m, changes it.
+    """Equal boxes have the same hash; a shift by 1e-16 m, about a rounding of their coordinates of 0.5 m, changes it.
 
     So does another order of faces.
     """
@@ -187,7 +187,7 @@ def test_placing_errs_by_less_than_the_sphere_pad(point, translation, seed):
     size = math.hypot(*point) + np.abs(translation).max() + UNDERFLOW_PAD
     for i in range(3):
         exact = sum(Fraction(float(rotation[i, k])) * Fraction(point[k]) for k in range(3)) + Fraction(translation[i])
-        assert abs(float(Fraction(float(placed[i])) - exact)) <= PAD_ULPS / 4 * EPS * size
+        assert abs(float(Fraction(float(placed[i])) - exact)) <= PAD_ULPS / 4 * EPS * size, i
 
 
 @pytest.mark.slow

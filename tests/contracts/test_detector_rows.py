@@ -86,7 +86,7 @@ def test_settings_that_make_a_detector_complete_are_accepted(name):
     settings_of(name, complete_with)
     assert Setting(spec_text(name, complete_with), name, complete_with).complete
     for key in complete_with:
-        assert not Setting("other", name, complete_with | {key: "no such value"}).complete
+        assert not Setting("other", name, complete_with | {key: "no such value"}).complete, key
 
 
 @pytest.mark.parametrize("name", ROWS)

@@ -271,7 +271,7 @@ def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
         assert np.array_equal(detection.face_counts > 0, detection.verdict == Verdict.CONTACT)
     for frame, pair in np.argwhere(detection.face_counts > 0).tolist():
         face_pairs = [tuple(faces) for faces in detection.faces(frame, pair).tolist()]
-        assert face_pairs == sorted(set(face_pairs))
+        assert face_pairs == sorted(set(face_pairs)), (frame, pair)
 
 
 def test_bad_input_is_refused_by_a_named_error(name, scene):
@@ -347,6 +347,6 @@ def test_every_undecided_verdict_carries_a_reason(name):
     for mode, detection in detections.items():
         is_undecided = (detection.verdict == Verdict.UNRESOLVED) | (detection.verdict == Verdict.INVALID)
         for frame, pair in np.argwhere(is_undecided).tolist():
-            assert detection.reasons[frame, pair] not in ("", NO_REASON), mode
+            assert detection.reasons[frame, pair] not in ("", NO_REASON), (mode, frame)
         if any(text.startswith(PARTLY_DECIDED) for text in detection.containment):
             assert (detection.verdict == Verdict.UNRESOLVED).any(), mode

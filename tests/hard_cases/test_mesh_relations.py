@@ -77,7 +77,7 @@ def test_permuting_faces_permutes_the_face_pairs(kind):
         expected = sorted(
             zip(new_numbers[first][first_faces].tolist(), new_numbers[second][second_faces].tolist(), strict=True)
         )
-        assert [tuple(faces) for faces in after.faces(frame, pair).tolist()] == expected
+        assert [tuple(faces) for faces in after.faces(frame, pair).tolist()] == expected, (frame, pair)
 
 
 def split_in_four(solid):
@@ -111,8 +111,8 @@ def test_pairs_queried_together_equal_pairs_queried_alone(kind):
     together = exact_detection(bodies, motion, pairs)
     for column, pair in enumerate(pairs):
         alone = exact_detection(bodies, motion, [pair])
-        assert np.array_equal(together.verdict[:, [column]], alone.verdict)
-        assert np.array_equal(together.face_counts[:, [column]], alone.face_counts)
+        assert np.array_equal(together.verdict[:, [column]], alone.verdict), column
+        assert np.array_equal(together.face_counts[:, [column]], alone.face_counts), column
 
 
 @pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])

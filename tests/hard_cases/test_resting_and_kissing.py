@@ -118,7 +118,7 @@ def test_malformed_mesh_changes_no_verdict_and_no_face_pair(name, row):
     assert np.array_equal(detection.verdict[:, 0], scene.truth)
     for frame in range(3):
         expected = meeting_faces(scene.bodies, scene.motion, frame)
-        assert np.array_equal(detection.faces(frame, pair=0), expected)
+        assert np.array_equal(detection.faces(frame, pair=0), expected), frame
     undecided = "partly: inside undecided: second has holes"
     assert detection.containment == (undecided if mesh in UNDECIDED_INSIDE else "decided",)
 

@@ -41,7 +41,7 @@ def test_good_session_file_is_accepted_by_four_commands(good_files_by_kind, tmp_
 @pytest.mark.sampled(14)
 @pytest.mark.parametrize("case", WRONG)
 def test_four_commands_agree_about_a_wrong_file(good_files_by_kind, tmp_path, case):
-    """``WRONG``: changes that make a good file wrong, by name.
+    """``doctor``, ``info``, ``run`` and ``recover`` read a good file with a change of ``WRONG``, which spoils it.
 
     A contradiction is, for example, a file that ``run`` reads and ``info`` refuses.
     """
@@ -59,8 +59,8 @@ def test_four_commands_do_not_contradict_each_other_on_damaged_files(good_files_
     assert contradictions(damaged, folder_of_damaged_files) == []
 
 
-def test_number_of_messages_is_bounded_by_the_size_of_the_file(good_files_by_kind, tmp_path):
-    """110,000 equal messages pack into 33 kB, for which 100,000 and a message for every 4 bytes are allowed."""
+def test_number_of_messages_is_bounded_by_file_size(good_files_by_kind, tmp_path):
+    """110,000 equal messages pack into 33 kB; 100,000 are allowed, and one more for every 4 bytes: 108,000 and some."""
     bomb = tmp_path / "bomb.mcap"
     bomb.write_bytes(plus(chunk([message(5)] * 110_000))(good_files_by_kind["own"]))
     assert bomb.stat().st_size < 34_000

@@ -94,8 +94,8 @@ def test_bad_files_are_refused_in_a_sentence_with_their_cure(tmp_path, reader):
         (tmp_path / "m.toml").write_text(case.get("mapping", MAPPING))
         message = refusal(read, path)
         assert re.search(case["words"], message), (case["words"], message)
-        assert case.get("names", name) in message
-        assert message.isprintable()
+        assert case.get("names", name) in message, (case["words"], message)
+        assert message.isprintable(), (case["words"], message)
 
 
 def test_every_case_has_a_reader():
@@ -144,4 +144,4 @@ def test_invalid_arguments_are_refused_in_a_sentence(tmp_path):
         }
         message = refusal(calls[function], *case.get("given", ()), **case.get("options", {}))
         assert re.search(case["words"], message), (case["of"], case["words"], message)
-        assert message.isprintable()
+        assert message.isprintable(), (case["of"], message)

@@ -48,7 +48,7 @@ READ = {
 def test_value_is_taken_as_written_or_refused(kind, taken, refused):
     """A row is a ``kind`` of READ, TOML of values -> what is read, and TOML of values that are refused by their key."""
     for text, value in taken.items():
-        assert READ[kind](parse_toml(f"key = {text}", "scene.toml", SceneError)) == value
+        assert READ[kind](parse_toml(f"key = {text}", "scene.toml", SceneError)) == value, text
     for text in refused:
         with pytest.raises(SceneError, match=r"scene.toml: key "):
             READ[kind](parse_toml(f"key = {text}", "scene.toml", SceneError))

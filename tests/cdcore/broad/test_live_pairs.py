@@ -34,7 +34,7 @@ def test_live_candidate_pairs_equal_the_offline_broad_phase():
     assert 0 < len(offline.frames) < offline.verdict.size, "some pairs may meet in some frames, and some may not"
     for frame in range(len(motion)):
         candidate_pairs = sorted(offline.columns[offline.frames == frame].tolist())
-        assert live.near(motion.frames(frame, frame + 1)) == candidate_pairs
+        assert live.near(motion.frames(frame, frame + 1)) == candidate_pairs, frame
 
 
 def test_verdicts_stay_until_a_move_or_a_lost_pose():
@@ -96,7 +96,7 @@ def test_pairs_are_tested_again_once_points_moved_by_the_margin():
         live.near(motion.frames(frame - 1, frame))
         live.verdict[0] = Verdict.CLEAR
         live.skips.keep_margin(pair=0, margin=longest_moves[frame - 1], separated=True)
-        assert live.near(motion.frames(frame, frame + 1)) == [0]
+        assert live.near(motion.frames(frame, frame + 1)) == [0], frame
 
 
 def test_stage_seconds_of_a_sample_fit_into_its_time():

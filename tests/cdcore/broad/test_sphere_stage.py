@@ -53,7 +53,7 @@ def test_spheres_decide_by_distance_of_placed_centres():
     for column, (a, b) in enumerate(pairs.tolist()):
         meet = np.linalg.norm(centres[a] - centres[b], axis=1) <= spheres[a].radius + spheres[b].radius
         assert 20 < meet.sum() < 180, "both answers are frequent"
-        assert ((verdict[:, column] == Verdict.CANDIDATE) == meet).all()
+        assert ((verdict[:, column] == Verdict.CANDIDATE) == meet).all(), column
 
 
 @pytest.mark.parametrize("centre", [0.0, 1e3], ids="centre {:g} m from its body".format)

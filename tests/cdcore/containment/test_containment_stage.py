@@ -105,7 +105,7 @@ def test_body_with_a_component_inside_is_contained(case, inner_first):
 
 @pytest.mark.parametrize("away", [0.0, 1e4], ids="{:g} m from the origin".format)
 def test_random_relative_poses_agree_with_the_exact_answer(away):
-    """A ball of 4 mm at 120 places in and around a beaker with a wall of 1 cm; inside is inside the glass.
+    """A ball of radius 4 mm at 120 places in and around a beaker with walls of 1 cm; inside is inside the glass.
 
     Truth is the exact parity of a ray from one corner of the ball, where the surfaces do not meet.
     """
@@ -125,7 +125,7 @@ def test_random_relative_poses_agree_with_the_exact_answer(away):
         if len(meeting_faces_exhaustive(ball_faces, beaker_faces)):
             continue  # where the surfaces meet the question does not apply
         inside.append(point_inside(ball_faces[0, 0], beaker_faces))
-        assert answers[frame] == inside[-1]
+        assert answers[frame] == inside[-1], frame
     assert 5 < sum(inside) < len(inside) - 5, "both answers occur"
 
 

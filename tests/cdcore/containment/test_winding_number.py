@@ -30,7 +30,7 @@ def test_side_of_a_cube_winds_by_a_sixth():
     cube, middle = box_mesh((2, 2, 2)), np.zeros((1, 3))
     for axis in range(3):
         side = cube.triangles[(cube.triangles[:, :, axis] == 1).all(axis=1)]
-        assert winding_number(middle, side) == pytest.approx([1 / 6], abs=1e-12)
+        assert winding_number(middle, side) == pytest.approx([1 / 6], abs=1e-12), axis
 
 
 @pytest.mark.parametrize("height", [0.1, 0.5, 1.0, 3.0])

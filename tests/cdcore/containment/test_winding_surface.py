@@ -105,7 +105,7 @@ def test_open_components_have_the_sign_they_agree_on():
     inwards = TriangleMesh(bowl.vertices, bowl.faces[:, ::-1])
     for first, second, sign in ((bowl, bowl, 1), (inwards, inwards, -1), (bowl, inwards, 0)):
         both = merge_meshes(first, shift_mesh(second, [5, 0, 0]))
-        assert winding_surface(both).signs.tolist() == [sign]
+        assert winding_surface(both).signs.tolist() == [sign], sign
 
 
 def test_rims_too_many_to_follow_belong_to_their_components(monkeypatch):
@@ -173,9 +173,10 @@ def from_both_sides(mesh, *faces):
 @pytest.mark.parametrize("wound", ["outwards", "inwards", "first face inwards"])
 @pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1)], ids="{} boxes".format)
 def test_inner_walls_of_a_solid_of_cells_are_removed(counts, wound):
-    """A block of boxes side by side is closed, and wound outwards (1) or inwards (-1), at any scale.
+    """A block of boxes side by side is closed, and wound outwards (1) or inwards (-1), at scales from 2^-330 to 2^330.
 
-    Each wall between two neighbours is drawn from both sides, two triangles each: these four are left out.
+    A single face that is wound the other way is turned round. Each wall between two neighbours is drawn from both
+    sides, two triangles each: these four are left out.
     """
     mesh = lattice_of_boxes(counts)
     faces = mesh.faces.copy()

@@ -24,11 +24,11 @@ ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 def test_contact_is_reported_below_the_reach_and_not_beyond(name, settings, error_m):
     """``contact_reach`` says from which distance a detector reports contact; ``error_m``: how far it may be off.
 
-    Two random convex hulls stand at 0.3 of that distance, a little within it, and a little beyond.
+    Two random convex hulls stand at 0.3 of that distance, and by ``error_m`` within it and beyond it.
     """
     if name in ENGINES:
         pytest.importorskip(ENGINES[name])
-    bodies, _motion = hulls_at(seed=0, gaps=[0.1])
+    bodies, _motion = hulls_at(seed=0, gaps=[0.1])  # the same bodies at any gap
     reach = create_detector(name, bodies, **settings).contact_reach(FIRST_PAIR)
     bodies, motion = hulls_at(seed=0, gaps=[0.3 * reach, reach - error_m, reach + error_m])
     verdict = create_detector(name, bodies, **settings).detect(motion).verdict[:, 0]

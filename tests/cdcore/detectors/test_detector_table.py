@@ -198,9 +198,9 @@ def test_every_row_names_and_describes_its_class(name):
     assert all(len(source.split()) >= 4 for source in sources)
     assert len(set(sources)) == len(sources)
     for phrase in (detector.choose_when, detector.cannot):
-        assert phrase == phrase.strip()
+        assert phrase == phrase.strip(), phrase
         assert len(phrase.split()) >= 2, phrase
-        assert "\n" not in phrase
+        assert "\n" not in phrase, phrase
         assert not phrase.endswith("."), phrase
 
 

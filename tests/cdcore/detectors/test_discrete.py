@@ -62,7 +62,7 @@ def test_faces_queried_afterwards_equal_faces_of_detection():
     assert np.array_equal(afterwards.frame, at_once.frame)
     assert np.array_equal(afterwards.pair, at_once.pair)
     for frame, pair in zip(afterwards.frame, afterwards.pair, strict=True):
-        assert np.array_equal(afterwards.at(frame, pair), at_once.at(frame, pair))
+        assert np.array_equal(afterwards.at(frame, pair), at_once.at(frame, pair)), (frame, pair)
 
 
 def test_faces_of_repeated_contacts_are_unknown_afterwards():
@@ -215,9 +215,10 @@ def test_sphere_explains_a_missed_corner_by_its_shape():
 @pytest.mark.parametrize("shape", ["mesh", "hull", "box", "sphere", "capsule"])
 @pytest.mark.parametrize("names", [("cube", "wall"), ("wall", "cube")], ids=["cube first", "wall first"])
 def test_contact_starts_at_the_sum_of_both_skins(shape, names):
-    """A cube of 2 cm beside a wall 10 cm thick, at gaps from -1 to 4 mm; without skins contact is below a gap of 0.
+    """A cube of 2 cm beside a wall, a cube of 10 cm, at gaps of -1 to 4 mm; without skins contact is below a gap of 0.
 
-    With a skin of 1 mm on both it is below 2 mm, frame by frame (live) too.
+    With a skin of 1 mm on both it is below 2 mm, frame by frame (live) too. A sphere or a capsule in place of a cube
+    has half its edge as radius, so that gaps along x stay the same.
     """
     cube, wall = Body("cube", box_mesh((0.02, 0.02, 0.02))), Body("wall", box_mesh((0.1, 0.1, 0.1)))
     gaps = np.array([-0.001, 0.0005, 0.0019, 0.0021, 0.004, 0.0019])

@@ -109,8 +109,8 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach_
     for seed in range(6):
         bodies, motion = hulls_at(seed, gaps=reach_m + offsets)
         answer = contact_by_frame(name, bodies, motion, **settings)
-        assert answer[offsets < -late_m].all()
-        assert not answer[offsets > early_m].any()
+        assert answer[offsets < -late_m].all(), seed
+        assert not answer[offsets > early_m].any(), seed
 
 
 @pytest.mark.slow

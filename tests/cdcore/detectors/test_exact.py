@@ -169,7 +169,7 @@ def test_within_epsilon_a_verdict_is_at_most_that_far_off():
     first_contact = {}
     for epsilon in (0.0, 2e-3):
         contact = create_detector("static", BODIES, epsilon=epsilon).detect(motion).verdict[:, 0] == Verdict.CONTACT
-        assert contact.any()
+        assert contact.any(), epsilon
         first_contact[epsilon] = int(np.argmax(contact))
     assert first_contact[0.0] <= first_contact[2e-3] <= first_contact[0.0] + 5
 

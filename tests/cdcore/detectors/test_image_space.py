@@ -55,7 +55,7 @@ def test_contained_bodies_are_not_called_contact(name):
     """An inner mesh at 12 random places within the bounds of an outer one; ``exact`` says where it is contained.
 
     ``image-space`` compares depth images of a limited resolution: now and then its rays pass a thin crossing, so that a
-    contact is called contained, in fewer than 10 % of the frames.
+    contact is called contained, in fewer than 10 % of the frames: at most one of 12.
     """
     outer, inner = outer_and_inner_meshes()[name]
     truth, answer = (verdicts(detector, outer, inner).verdict[:, 0] for detector in ("exact", "image-space"))
@@ -67,10 +67,11 @@ def test_contained_bodies_are_not_called_contact(name):
 
 @pytest.mark.parametrize("name", ["ball in box", "one ball of two"])
 def test_contained_bodies_are_not_called_contact_outer_mesh_second(name):
-    """A box as the second body of a pair, at 12 random places within the bounds of a ball, or of two; ``exact`` is the
-    truth.
+    """A ball, or two as a single body, is the first of a pair; the second, a box, has its middle at 12 random places
+    within the bounds of the first.
 
-    Bodies that are contained are not called contact, and fewer than 10 % of the frames are contacts called contained.
+    Where ``exact`` calls them contained they are not called contact; a contact is called contained in one frame at most
+    (fewer than 10 %).
     """
     outer, inner = outer_and_inner_meshes()[name]
     truth, answer = (verdicts(detector, inner, outer).verdict[:, 0] for detector in ("exact", "image-space"))
@@ -93,9 +94,10 @@ def test_contained_bodies_are_not_called_contact_outer_mesh_second(name):
     ],
 )
 def test_meshes_without_ray_parity_are_invalid_not_clear(mesh, reason):
-    """A ball at 12 random places in a box: crossings along a ray tell no inside of it, where it is open or overlaps.
+    """A ball is at 12 random places in a mesh that is open or overlaps itself: the parity of crossings along a ray says
+    nothing of its inside.
 
-    It is clear at most where the boxes around both are apart; every invalid frame has the reason.
+    A frame is invalid, with the reason, or clear, where the boxes around both are apart.
     """
     answer = verdicts("image-space", mesh, ball_mesh(0.1))
     invalid = answer.verdict[:, 0] == Verdict.INVALID

@@ -137,8 +137,8 @@ def test_sections_exist_for_every_contact():
     assert len(contacts) > 9
     for frame, pair in contacts[::9]:
         segments = detection.section(frame, pair)
-        assert 0 < len(segments) <= detection.face_counts[frame, pair]
-        assert np.isfinite(segments).all()
+        assert 0 < len(segments) <= detection.face_counts[frame, pair], (frame, pair)
+        assert np.isfinite(segments).all(), (frame, pair)
 
 
 @pytest.mark.parametrize(("mode", "most_faces"), [("all", np.inf), ("first", 1)])

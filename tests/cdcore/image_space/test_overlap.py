@@ -147,5 +147,5 @@ def test_rays_through_edges_and_corners_cross_twice(world):
     for faces in (world, world[::-1]):
         for axis in range(3):
             start, depths = layers_in_python(faces, axis, window)
-            assert depths[start[middle_ray] : start[middle_ray + 1]].tolist() == [-end, end]
-            assert (np.diff(start) % 2 == 0).all()
+            assert depths[start[middle_ray] : start[middle_ray + 1]].tolist() == [-end, end], axis
+            assert (np.diff(start) % 2 == 0).all(), axis

@@ -50,7 +50,10 @@ def defined(lines, name):
 
 
 def test_inlining_marks_hold_through_nested_callers():
-    """``shifted``, x * x + OFFSET, is never inlined, ``halved`` always is: LLVM's text has a call of the one only."""
+    """``shifted``, x * x + OFFSET, is never inlined: LLVM's text calls it.
+
+    ``halved``, x / 2, always is: the text has no definition of it.
+    """
 
     @uncached_kernel
     def of_both(x):
@@ -65,7 +68,7 @@ def test_inlining_marks_hold_through_nested_callers():
 def test_shared_callee_is_compiled_once_for_two_callers():
     """Two kernels call ``shifted``, which calls ``squared``; the code of both kernels contains it.
 
-    No other test compiles for numbers of 32 bits: 5^2 is 25.
+    All four compile here, once each: no other test compiles them for floats of 32 bits. 5^2 is 25.
     """
 
     @uncached_kernel

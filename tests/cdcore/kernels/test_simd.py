@@ -57,8 +57,9 @@ def test_lane_operations_give_bits_of_their_python_bodies():
 
 
 def test_lane_comparisons_give_bits_of_their_python_bodies():
-    """A comparison of eight lanes (``above``, ``outside``) gives an integer of eight bits, one for each lane; 500 rows,
-    extreme ones among them.
+    """A comparison of eight lanes (``above``, ``outside``) gives an integer of eight bits, one for each lane.
+
+    500 rows of ordinary and extreme doubles are compared, compiled and as Python.
     """
     rng, load8, above, outside = np.random.default_rng(2), simd.load8, simd.above, simd.outside
 
@@ -73,8 +74,8 @@ def test_lane_comparisons_give_bits_of_their_python_bodies():
     is_above, is_outside = np.empty((2, 500), dtype=np.int64)
     compare_rows(first, second, is_above, is_outside)
     for operation, bits in ((above, is_above), (outside, is_outside)):
-        assert bits.tolist() == [operation.interpreted(*rows) for rows in zip(first, second, strict=True)]
-        assert 0 < bits.max() <= 255
+        assert bits.tolist() == [operation.interpreted(*rows) for rows in zip(first, second, strict=True)], operation
+        assert 0 < bits.max() <= 255, operation
 
 
 def test_lanes_are_loaded_shuffled_and_spread_as_in_python():

@@ -55,8 +55,8 @@ def test_poses_in_bulk_answer_as_single_poses():
     for k in range(count):
         for body in (rod, ball):
             meshes.set_pose(body, rotations[k, body], positions[k, body])
-        assert meshes.touch(rod, ball) == touches[k]
-        assert meshes.faces(rod, ball).tolist() == faces[k].tolist()
+        assert meshes.touch(rod, ball) == touches[k], k
+        assert meshes.faces(rod, ball).tolist() == faces[k].tolist(), k
 
 
 def test_ball_wholly_inside_a_box_has_no_meeting_faces():

@@ -45,7 +45,7 @@ def test_near_agrees_with_margins_of_all_face_pairs(kind, tau):
     bodies, rotations, translations, rows = face_pairs_in_frames(kind)
     near = MarginStage(bodies, tau).near(PAIR, rotations, translations)
     for frame, _faces, meets, margin in rows:
-        assert near[frame] == (not meets.any() and margin.min() <= tau)
+        assert near[frame] == (not meets.any() and margin.min() <= tau), frame
 
 
 @pytest.mark.sampled(3)
@@ -67,7 +67,7 @@ def test_shallow_agrees_with_margins_of_all_face_pairs(kind, tau):
             continue  # there is no smaller depth
         tau_m = {"deepest": deepest, "a bit less than the deepest": np.nextafter(deepest, 0.0)}.get(tau, tau)
         stage = MarginStage(bodies, tau_m)
-        assert stage.shallow(PAIR, faces, rotations[frame], translations[frame]) == (deepest <= tau_m)
+        assert stage.shallow(PAIR, faces, rotations[frame], translations[frame]) == (deepest <= tau_m), frame
     assert frames_in_contact > 0
 
 

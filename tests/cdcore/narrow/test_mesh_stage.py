@@ -65,7 +65,7 @@ def test_faces_of_several_pairs_stay_with_their_pair():
             placed(BODIES[k].mesh.triangles, rotations[frame, k], motion.translations[frame, k]) for k in pairs[column]
         )
         expected = meeting_faces_exhaustive(first, second)
-        assert np.array_equal(sets.at(frame, column), expected)
+        assert np.array_equal(sets.at(frame, column), expected), (frame, column)
         counts.add(len(expected))
     assert len(counts) > 3
 

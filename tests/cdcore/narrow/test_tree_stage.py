@@ -77,14 +77,14 @@ def test_stopped_search_reports_not_found_and_no_false_contact(name):
     counts_of_smaller_budget = np.zeros_like(whole.face_counts)
     for budget in (1, 30, 300, 10**6):
         stopped = create_detector(name, bodies, budget=budget).detect(motion, faces=True)
-        assert stopped.work["node_tests"] + stopped.work["leaf_tests"] <= budget * stopped.work["tree_queries"]
+        assert stopped.work["node_tests"] + stopped.work["leaf_tests"] <= budget * stopped.work["tree_queries"], budget
         differs = stopped.verdict != whole.verdict
-        assert differs.any() == (budget < 10**6)
-        assert (stopped.verdict[differs] == Verdict.NOT_FOUND).all()
+        assert differs.any() == (budget < 10**6), budget
+        assert (stopped.verdict[differs] == Verdict.NOT_FOUND).all(), budget
         for frame, pair in np.argwhere(stopped.face_counts > 0).tolist():
             whole_faces = whole.faces(frame, pair).tolist()
-            assert all(faces in whole_faces for faces in stopped.faces(frame, pair).tolist())
-        assert (stopped.face_counts >= counts_of_smaller_budget).all()
+            assert all(faces in whole_faces for faces in stopped.faces(frame, pair).tolist()), (budget, frame, pair)
+        assert (stopped.face_counts >= counts_of_smaller_budget).all(), budget
         counts_of_smaller_budget = stopped.face_counts
     assert np.array_equal(stopped.face_counts, whole.face_counts)
 

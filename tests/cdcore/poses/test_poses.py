@@ -78,7 +78,7 @@ def test_relative_pose_agrees_between_arrays_rows_and_kernels(poses):
         in_kernels.relative_pose(rotations_a[k], translations_a[k], rotations_b[k], translations_b[k], rotation, move)
         row_a, row_b = rows_of(rotations[k], translations[k])
         in_kernels.relative_row(row_a, row_b, row)
-        assert rows_of(rotation[None], move[None]).tobytes() == row.tobytes()
+        assert rows_of(rotation[None], move[None]).tobytes() == row.tobytes(), k
         np.testing.assert_allclose(rotation, expected_rotations[k], rtol=0, atol=8 * EPS)
         np.testing.assert_allclose(move, expected_moves[k], rtol=0, atol=16 * EPS * size)
 
@@ -146,4 +146,4 @@ def test_kernel_bounds_the_moves_of_a_ball_as_arrays_do(poses):
     bound = length_moved(rotations, translations, centre, radius)
     for k in range(POSES - 1):
         now, before = (rotations[k + 1], translations[k + 1]), (rotations[k], translations[k])
-        assert in_kernels.length_moved(*now, *before, centre, radius) == pytest.approx(bound[k], rel=1e-12, abs=0)
+        assert in_kernels.length_moved(*now, *before, centre, radius) == pytest.approx(bound[k], rel=1e-12, abs=0), k

@@ -221,8 +221,8 @@ def test_every_face_set_is_returned_for_its_frame_and_pair(table):
     for frame in range(8):
         for pair in range(4):
             expected = table.get((frame, pair), np.zeros((0, 2)))
-            assert sets.at(frame, pair).tolist() == expected.tolist()
-            assert counts[frame, pair] == len(expected)
+            assert sets.at(frame, pair).tolist() == expected.tolist(), (frame, pair)
+            assert counts[frame, pair] == len(expected), (frame, pair)
 
 
 @given(entries, st.integers(0, 8))
@@ -233,7 +233,7 @@ def test_joined_face_sets_equal_sets_made_at_once(table, cut):
     joined = FaceSets.join([(0, face_sets_of(before)), (cut, face_sets_of(after))])
     for frame in range(8):
         for pair in range(4):
-            assert joined.at(frame, pair).tolist() == face_sets_of(table).at(frame, pair).tolist()
+            assert joined.at(frame, pair).tolist() == face_sets_of(table).at(frame, pair).tolist(), (frame, pair)
 
 
 @given(entries, st.sets(st.integers(0, 7)))
@@ -243,7 +243,7 @@ def test_face_sets_of_selected_frames_equal_the_whole(table, selected):
     selection = whole.take(frames)
     for number, frame in enumerate(frames):
         for pair in range(4):
-            assert selection.at(number, pair).tolist() == whole.at(frame, pair).tolist()
+            assert selection.at(number, pair).tolist() == whole.at(frame, pair).tolist(), (number, frame, pair)
 
 
 def test_frames_with_equal_face_sets_store_a_single_set():

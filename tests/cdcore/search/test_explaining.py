@@ -112,8 +112,8 @@ def test_missing_sample_pairs_are_reported_exactly(name):
         sampled_bodies.append(Body(body.name, TriangleMesh(body.mesh.vertices, body.mesh.faces[faces])))
     sampled_meetings = create_detector("exact", sampled_bodies).detect(motion, faces=True).face_counts
     for (frame, pair), explanation in explanations.items():
-        assert explanation.sample_meets == (sampled_meetings[frame, pair] > 0)
-        assert (explanation.found_with_more is None) == (not explanation.sample_meets)
+        assert explanation.sample_meets == (sampled_meetings[frame, pair] > 0), (frame, pair)
+        assert (explanation.found_with_more is None) == (not explanation.sample_meets), (frame, pair)
 
 
 @pytest.mark.slow

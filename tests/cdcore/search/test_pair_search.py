@@ -33,8 +33,8 @@ def test_hits_and_their_curves_are_in_the_exact_set(variant):
         meeting = exact_pairs(search, torus, ball, pose, AT_ORIGIN)
         if query.hit is not None:
             hits += 1
-            assert query.hit in meeting
-            assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} <= meeting
+            assert query.hit in meeting, stamp
+            assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} <= meeting, stamp
     assert hits > 0 or variant == "printed"
 
 
@@ -52,7 +52,7 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
         while query.hit is not None:
             hits.append(query.hit)
             query = search.search_further()
-        assert sorted(hits) == sorted(exact_pairs(search, cube, cube, pose, AT_ORIGIN))
+        assert sorted(hits) == sorted(exact_pairs(search, cube, cube, pose, AT_ORIGIN)), stamp
 
 
 @pytest.mark.sampled(2)

@@ -62,7 +62,7 @@ def test_neighbours_of_a_sample_are_its_nearest_centroids():
         expected = np.sort(np.linalg.norm(centroids[drawn] - centroids[face], axis=1))[:NEIGHBOURS]
         neighbours = sample.near_picked[face, :NEIGHBOURS]
         distances = np.linalg.norm(centroids[neighbours] - centroids[face], axis=1)
-        assert np.allclose(np.sort(distances), expected)
+        assert np.allclose(np.sort(distances), expected), face
 
 
 def search_of_sampled_balls(variant):

@@ -80,7 +80,7 @@ def test_printed_search_breaks_within_a_few_dozen_steps(alpha):
     for seed in range(50):
         search = search_of(ball, ball, variant="printed", alpha=alpha, beta=2.0, budget=100_000, seed=seed)
         query = search.search((I3, np.array([5.0, 0, 0])), (I3, np.zeros(3)), stamp=0.0)
-        assert query.reason == "broken"
+        assert query.reason == "broken", seed
         iterations.append(query.iterations)
     assert 1 <= np.median(iterations) <= 30
 

@@ -65,7 +65,7 @@ def test_ant_search_hits_offline_and_live_are_true(settings, three_boxes):
     contact = offline.verdict == Verdict.CONTACT
     assert settings.get("samples") or contact.any()
     for frame, pair in np.argwhere(contact).tolist():
-        assert face_pairs(offline, frame, pair) <= face_pairs(exact, frame, pair)
+        assert face_pairs(offline, frame, pair) <= face_pairs(exact, frame, pair), (frame, pair)
     assert np.array_equal(detect_live(detector, motion).verdict == Verdict.CONTACT, contact)
 
 
@@ -83,12 +83,12 @@ def test_traced_ant_search_is_that_of_the_detector(settings, three_boxes):
     search = detector.watch(motion).search
     assert search.noted
     for (frame, pair), noted in search.noted.items():
-        assert (noted.result.hit is not None) == contact[frame, pair]
+        assert (noted.result.hit is not None) == contact[frame, pair], (frame, pair)
         trace = search.trace(motion, frame, pair)
-        assert trace.result == noted.result
+        assert trace.result == noted.result, (frame, pair)
         improvements = trace.distance[trace.best()][:-1]
-        assert (np.diff(improvements) < 0).all()
-        assert search.points(motion, frame, pair, noted.result.closest).shape == (2, 3)
+        assert (np.diff(improvements) < 0).all(), (frame, pair)
+        assert search.points(motion, frame, pair, noted.result.closest).shape == (2, 3), (frame, pair)
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])

@@ -51,11 +51,11 @@ def test_traced_search_equals_the_untraced_search(settings):
     assert sum(query.result.evaluations for query in noted.values()) == detection.work["evaluations"]
     for frame, pair in hits_and_failures(noted):
         query, trace = noted[frame, pair], watched.search.trace(motion, frame, pair)
-        assert trace.result == query.result
-        assert len(trace.distance) == query.result.evaluations
-        assert (query.result.hit is not None) == (detection.verdict[frame, pair] == Verdict.CONTACT)
+        assert trace.result == query.result, (frame, pair)
+        assert len(trace.distance) == query.result.evaluations, (frame, pair)
+        assert (query.result.hit is not None) == (detection.verdict[frame, pair] == Verdict.CONTACT), (frame, pair)
         if settings.get("variant") != "printed":
-            assert trace.iteration.max() == query.result.iterations
+            assert trace.iteration.max() == query.result.iterations, (frame, pair)
 
 
 def test_search_starts_at_the_last_best_pair():
@@ -110,7 +110,7 @@ def test_traced_distances_equal_distances_of_face_centroids():
             placed(motion, frame, body, detector.bodies[body].mesh.triangles[trace.faces[:, side]].mean(axis=1))
             for side, body in enumerate(detector.pairs[pair].tolist())
         )
-        assert np.allclose(np.linalg.norm(first - second, axis=1), trace.distance, atol=1e-12)
+        assert np.allclose(np.linalg.norm(first - second, axis=1), trace.distance, atol=1e-12), (frame, pair)
 
 
 def test_best_rows_of_a_trace_come_closer_until_the_hit():
@@ -120,7 +120,7 @@ def test_best_rows_of_a_trace_come_closer_until_the_hit():
     for frame, pair in hits_and_failures(watched.search.noted):
         trace = watched.search.trace(motion, frame, pair)
         rows = trace.best()
-        assert (np.diff(trace.distance[rows][:-1]) < 0).all()
+        assert (np.diff(trace.distance[rows][:-1]) < 0).all(), (frame, pair)
         if trace.result.hit is None:
             continue
         hits += 1
@@ -128,7 +128,7 @@ def test_best_rows_of_a_trace_come_closer_until_the_hit():
         for pose, body in zip(poses, bodies, strict=True):
             pose[:3, :3], pose[:3, 3] = motion.rotations[frame, body], motion.translations[frame, body]
         meeting = intersecting_faces(*(detector.bodies[body].mesh for body in bodies), *poses)
-        assert trace.faces[rows[-1]].tolist() in meeting.tolist()
+        assert trace.faces[rows[-1]].tolist() in meeting.tolist(), (frame, pair)
     assert hits > 0
 
 

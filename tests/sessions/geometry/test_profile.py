@@ -39,8 +39,8 @@ def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
     cone_to_middle, whole_cone = (1.5**3 - 1.0) / 3.0, (2.0**3 - 1.0) / 3.0
     volumes = {0.5: 0.5, 2.0: 2.0, 2.5: 2.0 + cone_to_middle, 3.5: 2.0 + whole_cone + 4 * 0.5}
     for level, volume in volumes.items():
-        assert volume_below(CUP, level) == pytest.approx(np.pi * volume, rel=1e-14, abs=0)
-        assert level_holding(CUP, np.pi * volume) == pytest.approx(level, rel=1e-14, abs=0)
+        assert volume_below(CUP, level) == pytest.approx(np.pi * volume, rel=1e-14, abs=0), level
+        assert level_holding(CUP, np.pi * volume) == pytest.approx(level, rel=1e-14, abs=0), level
 
 
 def test_profile_is_clipped_between_its_corners():

@@ -76,9 +76,9 @@ def test_instruments_equal_the_reviewed_instruments(snapshot):
 
 
 def test_liquid_up_to_the_mark_is_the_nominal_capacity(instruments):
-    """A vessel's liquid, a mesh up to the brim, has between floor and mark the volume that the vessel is named after.
+    """A vessel's liquid, a mesh up to the brim, has between floor and mark the nominal volume: beaker_50 has 50 mL.
 
-    Up to the brim it is more by a hundredth at least. Instruments that are no vessel have no liquid.
+    Up to the brim it is more by a hundredth at least. Instruments that are no vessel and no dropper have no liquid.
     """
     up = (0.0, 1.0, 0.0)
     for name, instrument in instruments.items():

@@ -71,6 +71,6 @@ OUTLINES = ("beaker_50", "volumetric_flask", "graduated_cylinder", "funnel", "pi
 )
 def test_glass_bends_by_little_more_than_90_degrees(name):
     """Neighbouring faces of a vessel differ by 1.7 rad, 97 degrees, at most; a wall that folds back has more."""
-    mesh = make_instrument(name, 2000).mesh
+    mesh = make_instrument(name, faces=2000).mesh
     angles_rad = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).face_adjacency_angles
     assert angles_rad.max() < 1.7

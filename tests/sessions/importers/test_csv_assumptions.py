@@ -55,7 +55,8 @@ def assumptions_by_draft(folder, header, row, *changes, count=20):
     ],
 )
 def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, time, expected):
-    """The header may state a value (origin FILE); else the draft guesses from the numbers (GUESS).
+    """A draft is the mapping of columns that an import proposes: its values are those of the header or of the numbers
+    themselves (origin FILE), or a guess from the numbers (GUESS): 03/04 may be March or April.
 
     Each of 20 rows begins with ``time``: 0, 1, 2 ... for {step} or 0, 11, 22 ... for {ms}.
     """
@@ -68,7 +69,7 @@ def test_row_of_units_is_what_the_file_states(tmp_path):
     header = f"t,x,y,z,{QUATERNION}\nms,cm,cm,cm,,,,"
     assumptions = assumptions_by_draft(tmp_path, header, "{ms},1,2,3,0,0,0,1")
     for subject, unit in ((Subject.TIME_UNIT, "ms"), (Subject.LENGTH_UNIT, "cm")):
-        assert (assumptions[subject].value, assumptions[subject].origin) == (unit, Origin.FILE)
+        assert (assumptions[subject].value, assumptions[subject].origin) == (unit, Origin.FILE), subject
 
 
 @pytest.mark.parametrize(

@@ -38,9 +38,9 @@ def imported(kind, path):
 
 
 def test_harmless_lines_above_a_table_are_passed_over(tmp_path):
-    """Each row of BEGINNINGS stands above the same 12 rows, whose x goes on by 1/8 m: they are read as without it.
+    """Comments, empty lines, a byte order mark or Excel's "sep=," (BEGINNINGS) stand above a header and 12 rows.
 
-    The file is recognised as CSV, which the import "auto" goes by.
+    All 12 are read, their x from 0 on by 1/8 m a row. The file is recognised as CSV, which the import "auto" goes by.
     """
     for name, beginning in BEGINNINGS.items():
         path = tmp_path / f"{name}.csv"
@@ -75,7 +75,7 @@ def test_missing_numbers_in_first_rows_are_lost_poses(tmp_path):
         session = imported("csv", path)
         assert session.tracks["cup"].valid.tolist() == [False] * 2 + [True] * 10, word
         (account,) = (entry for entry in ledger_of(session.facts) if entry.kind == POSES)
-        assert (account.read, account.kept, account.dropped) == (12, 10, {"with a missing number": 2})
+        assert (account.read, account.kept, account.dropped) == (12, 10, {"with a missing number": 2}), word
 
 
 def test_dates_beside_empty_cells_are_no_header(tmp_path):

@@ -64,9 +64,9 @@ def test_completed_draft_gives_written_poses(tmp_path, kind):
         session.names, POSITIONS, QUATERNIONS, strict=False
     ):  # some logs have the first alone
         track = session.tracks[name]
-        assert has_poses(track, expected_positions=positions, rotations=Rotation.from_quat(quaternions))
+        assert has_poses(track, expected_positions=positions, rotations=Rotation.from_quat(quaternions)), name
         seconds = (track.times_ns - track.times_ns[0]) / 1e9
-        assert np.allclose(seconds, SECONDS * case.get("slower", 1), atol=case.get("rounded_s", 2e-6))
+        assert np.allclose(seconds, SECONDS * case.get("slower", 1), atol=case.get("rounded_s", 2e-6)), name
 
 
 @pytest.mark.sampled(16)

@@ -165,9 +165,9 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(write_csv, tmp_path):
         track, mesh = session.tracks["tool"], session.meshes["tool"]
         placed = Rotation.from_quat(track.quaternions_xyzw[0]).apply(mesh.vertices.copy()) + track.positions[0]
         placed_in_unity = rotation.apply(scale * corners_in_unity) + position
-        assert np.allclose(placed, placed_in_unity * [1, 1, -1], atol=1e-6)
-        assert mesh.faces.tolist() == exported.faces.tolist()
-        assert "x-flipped" in session.facts["assumptions"]
+        assert np.allclose(placed, placed_in_unity * [1, 1, -1], atol=1e-6), scale
+        assert mesh.faces.tolist() == exported.faces.tolist(), scale
+        assert "x-flipped" in session.facts["assumptions"], scale
     without_mesh_axes = import_session("csv", path, scene=scene, scene_folder=tmp_path)
     assert np.array_equal(by_scene.meshes["box"].vertices, without_mesh_axes.meshes["box"].vertices)
 

@@ -65,7 +65,7 @@ def test_two_clocks_of_other_rates_are_asked_about(tmp_path, rate_of_device_time
 @pytest.mark.parametrize(
     ("absent", "reason"), [("cup_z", "its position has no z"), ("cup_qy", "its quaternion has no y")]
 )
-def test_pose_that_lacks_a_column_is_question_about(tmp_path, absent, reason):
+def test_pose_that_lacks_a_column_becomes_a_question(tmp_path, absent, reason):
     """Rod and cup have seven columns each, but for one of the cup's."""
     header = ("time", *(f"{body}_{name}" for body in ("rod", "cup") for name in POSE))
     rows = [(k / 60, 0.001 * k, 1, 0, 0, 0, 0, 1, 0.002 * k, 1, 0, 0, 0, 0, 1) for k in range(60)]

@@ -139,8 +139,8 @@ def test_inverse_rotations_come_in_as_poses(tmp_path, name):
     for body, track in plain.tracks.items():
         np.testing.assert_allclose(inverted.tracks[body].positions, track.positions, atol=1e-9)
         cosine = (inverted.tracks[body].quaternions_xyzw * track.quaternions_xyzw).sum(axis=1)
-        assert np.abs(cosine) == pytest.approx(np.ones(COUNT), abs=1e-9)
-        assert np.abs((misread.tracks[body].quaternions_xyzw * track.quaternions_xyzw).sum(axis=1)).min() < 0.9
+        assert np.abs(cosine) == pytest.approx(np.ones(COUNT), abs=1e-9), body
+        assert np.abs((misread.tracks[body].quaternions_xyzw * track.quaternions_xyzw).sum(axis=1)).min() < 0.9, body
 
 
 def test_importers_of_tracked_poses_take_the_direction_of_rotations():

@@ -102,7 +102,7 @@ def test_transforms_are_composed_to_the_root_frame(format):
     for name, chain in expected_chains.items():
         positions, rotations = chained_poses(*chain)
         rotations = Rotation.concatenate([rotations] * COUNT) if rotations.single else rotations
-        assert has_poses(session.tracks[name], positions, rotations, axes=ROS, stamps=STAMPS)
+        assert has_poses(session.tracks[name], positions, rotations, axes=ROS, stamps=STAMPS), name
     assert "interpolated" not in session.facts["conversions"]
     assert "poses in the root frame 'map'" in session.facts["conversions"]
 

@@ -39,7 +39,7 @@ def test_objects_arrive_from_unitys_euler_angles_over_all_trials(uxf_folder):
         seconds, x, y, z, about_x, about_y, about_z = movement_rows(name).T
         rotations = Rotation.from_euler("zxy", np.column_stack([about_z, about_x, about_y]), degrees=True)
         track = session.tracks[name]
-        assert has_poses(track, np.column_stack([x, y, z]), rotations, axes=UNITY, stamps=np.rint(1e9 * seconds))
+        assert has_poses(track, np.column_stack([x, y, z]), rotations, axes=UNITY, stamps=np.rint(1e9 * seconds)), name
 
 
 def test_facts_of_a_uxf_session_name_folder_axes_and_clock(uxf_folder):

@@ -61,7 +61,7 @@ def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
     session = import_session("xdf", xdf_file(tmp_path, *mocap_chunks(unit=unit, scale=scale)))
     assert set(session.names) == {"Rod", "Cup"}
     for name in POSITIONS:
-        assert has_poses(session.tracks[name], POSITIONS[name], ROTATIONS[name], stamps=np.rint(1e9 * STAMPS))
+        assert has_poses(session.tracks[name], POSITIONS[name], ROTATIONS[name], stamps=np.rint(1e9 * STAMPS)), name
 
 
 @pytest.mark.parametrize(("unit", "is_unit_assumed"), [("meters", False), ("", True)])
@@ -398,7 +398,7 @@ def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending
     session = import_session("auto", packed)
     assert set(session.names) == {"Rod", "Cup"}
     for name in POSITIONS:
-        assert has_poses(session.tracks[name], POSITIONS[name], ROTATIONS[name], stamps=np.rint(1e9 * STAMPS))
+        assert has_poses(session.tracks[name], POSITIONS[name], ROTATIONS[name], stamps=np.rint(1e9 * STAMPS)), name
 
     packed.write_bytes(gzip.compress(path.read_bytes() + bytes(1_000_000)))
     monkeypatch.setattr(xdf, "MOST_UNPACKED", 1000)

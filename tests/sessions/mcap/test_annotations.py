@@ -57,14 +57,18 @@ def test_live_contact_of_unknown_phase_or_partial_point_is_refused(phase, point)
 
 
 def test_interval_without_an_end_does_not_end_before_its_start():
-    """It lasts to the last frame, at 20 ns; begun behind that, at 50 ns, it ends as it begins."""
-    unclosed = [a.interval_message(Interval(start, 60, "task", "pour"), closed=False)[2] for start in (10, 50)]
-    assert [(item.start_ns, item.end_ns) for item in a.read_intervals(unclosed, last_ns=20)] == [(10, 20), (50, 50)]
+    """An interval lasts to the last frame, at 20 ns, if no message ends it; begun at 50 ns, it ends as it begins."""
+    payloads = []
+    for start_ns in (10, 50):
+        interval = Interval(start_ns, end_ns=60, kind="task", name="pour")
+        _topic, _stamp, payload = a.interval_message(interval, closed=False)  # the end of 60 ns is not written
+        payloads.append(payload)
+    intervals = a.read_intervals(payloads, last_ns=20)
+    assert [(interval.start_ns, interval.end_ns) for interval in intervals] == [(10, 20), (50, 50)]
 
 
 def test_level_that_no_event_has_counts_as_info():
     """Levels of a log go from 1, debug, to 5, fatal; other programs leave it at 0 or write a greater number."""
-    levels = [
-        a.read_event(Log(message="drop", file="drop", level=level).SerializeToString(), 0).level for level in range(7)
-    ]
+    logs = [Log(message="drop", file="drop", level=level).SerializeToString() for level in range(7)]
+    levels = [a.read_event(log, publish_ns=0).level for log in logs]
     assert levels == ["info", "debug", "info", "warning", "error", "fatal", "info"]

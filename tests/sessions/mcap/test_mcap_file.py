@@ -87,7 +87,7 @@ def test_bodies_are_drawn_up_to_a_limit_of_bytes(monkeypatch):
     meshes = {"cup": tetrahedron(), "lid": tetrahedron()}
     for limit, drawn in ((163, []), (164, ["cup"]), (327, ["cup"]), (328, ["cup", "lid"])):
         monkeypatch.setattr("sessions.mcap.scene_update.DRAWING_BYTES", limit)
-        assert [*entities_by_id(meshes)] == drawn
+        assert [*entities_by_id(meshes)] == drawn, limit
 
 
 @pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])

@@ -114,10 +114,10 @@ def test_session_file_keeps_colliders_also_after_recover(tmp_path):
     recover(tmp_path / "s.mcap", tmp_path / "recovered.mcap")
     for name in ("s.mcap", "recovered.mcap"):
         session_of_file = read_session(tmp_path / name)
-        assert [*session_of_file.colliders] == ["a"]
-        assert "b" in session_of_file.meshes
+        assert [*session_of_file.colliders] == ["a"], name
+        assert "b" in session_of_file.meshes, name
         for solid, expected in zip(session_of_file.colliders["a"], session.colliders["a"], strict=True):
-            assert np.array_equal(solid.vertices, expected.vertices)
+            assert np.array_equal(solid.vertices, expected.vertices), name
 
 
 @pytest.mark.parametrize(

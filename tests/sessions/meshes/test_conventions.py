@@ -32,7 +32,7 @@ def axis(name):
 
 
 def test_conventions_convert_points_and_quaternions_as_tabled():
-    """TABLE has for each engine's axes where (1, 2, 3) and the quaternion (1, 2, 3, 4) end up, written by hand."""
+    """TABLE has by hand, for each engine's axes, where (1, 2, 3) and a quaternion (1, 2, 3, 4) end up, and the hand."""
     assert CONVENTIONS.keys() == TABLE.keys()
     for name, (point, quaternion, side) in TABLE.items():
         assert CONVENTIONS[name].points([1, 2, 3]).tolist() == list(point), name
@@ -44,7 +44,7 @@ def test_conventions_convert_points_and_quaternions_as_tabled():
 def test_a_rotated_point_is_the_same_in_both_frames():
     """A random point is rotated in a source's axes and then converted, or converted and then rotated.
 
-    A rotation of a left-handed engine is the same matrix of numbers; only its picture is mirrored.
+    Numbers of a quaternion make the same matrix in left-handed axes; only its picture is mirrored.
     """
     point, rotation = np.random.default_rng(3).standard_normal(3), Rotation.random(random_state=5)
     for name in [*CONVENTIONS, *TEXTS]:

@@ -128,9 +128,9 @@ def test_outline_that_touches_itself_is_covered_once(corners, area):
         for direction in (1, -1):
             cut = clip_ears(outline[::direction])
             areas = direction * doubled_areas(outline[::direction], cut.triangles) / 2
-            assert cut.covers
-            assert areas.min() >= 0
-            assert areas.sum() == pytest.approx(area)
+            assert cut.covers, (first_corner, direction)
+            assert areas.min() >= 0, (first_corner, direction)
+            assert areas.sum() == pytest.approx(area), (first_corner, direction)
 
 
 def test_disc_of_repeated_corners_is_covered_once():

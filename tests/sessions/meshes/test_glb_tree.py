@@ -58,7 +58,7 @@ def test_levels_of_detail_are_not_joined(names):
         with pytest.raises(MeshFileError, match="are one surface in different detail; export one of them"):
             mesh_from_bytes(data, "glb", 1.0, node)
     for name in names:
-        assert len(mesh_from_bytes(data, "glb", 1.0, name).faces) == 1
+        assert len(mesh_from_bytes(data, "glb", 1.0, name).faces) == 1, name
 
 
 @pytest.mark.parametrize("names", [("cup_LOD0", "lid_LOD1"), ("cup_LOD0", "cup_LOD0"), ("pilod", "cup")])
@@ -99,7 +99,7 @@ def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
         expected = [
             trimesh.transform_points(solids[item].vertices, back @ world[item])[solids[item].faces] for item in pieces
         ]
-        assert np.allclose(read_glb(data).below(name).triangles, np.concatenate(expected), atol=1e-7)
+        assert np.allclose(read_glb(data).below(name).triangles, np.concatenate(expected), atol=1e-7), name
     assert mesh_from_bytes(data, "glb", node="c").bounds[1] == pytest.approx([0.002] * 3, rel=0.1)
     with pytest.raises(MeshFileError, match="no mesh hangs on a node 'd'; there are: a, b, c"):
         mesh_from_bytes(data, "glb", node="d")

@@ -160,9 +160,9 @@ def test_file_error_names_the_path_without_a_traceback(tmp_path):
         with pytest.raises(MeshFileError) as caught:
             load_mesh(tmp_path / name)
         message = str(caught.value)
-        assert str(tmp_path / name) in message
-        assert "\n" not in message
-        assert "Error" not in message
+        assert str(tmp_path / name) in message, name
+        assert "\n" not in message, name
+        assert "Error" not in message, name
 
 
 def test_unions_and_differences_have_the_volume_of_the_solids():

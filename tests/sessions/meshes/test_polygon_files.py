@@ -227,5 +227,5 @@ def test_a_file_cut_anywhere_is_refused_or_is_obj(form):
             mesh = mesh_from_bytes(data[:end], kind)
         except MeshFileError:
             continue
-        assert kind == "obj"
-        assert len(mesh.faces) <= whole
+        assert kind == "obj", end
+        assert len(mesh.faces) <= whole, end

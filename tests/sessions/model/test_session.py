@@ -32,7 +32,7 @@ def test_tracks_survive_the_frames_they_are_laid_into(first, second, seed):
     assert session.frames.stamp_ns.tolist() == sorted({*first, *second})
     for name, track in tracks.items():
         for field in ("times_ns", "positions", "quaternions_xyzw", "valid"):
-            assert getattr(session.tracks[name], field).tobytes() == getattr(track, field).tobytes()
+            assert getattr(session.tracks[name], field).tobytes() == getattr(track, field).tobytes(), (name, field)
 
 
 def test_body_without_sample_in_a_frame_is_absent():

@@ -36,7 +36,7 @@ def mesh(*size):
 
 
 def test_a_mesh_comes_back_from_body_axes_bit_by_bit():
-    """A box is read by each name of axes, beside poses in all others, and written back; its faces stay outwards."""
+    """A box is read by each name of axes beside poses of each convention, and written back; its faces stay outwards."""
     tool = mesh(0.1, 0.2, 0.3)
     for name, poses in product(NAMES, CONVENTIONS.values()):
         read = in_body_axes(tool, name, poses)
@@ -83,7 +83,7 @@ def test_unstated_axes_are_a_guess_where_readings_differ(file):
 
 @pytest.mark.parametrize("file", ["cup.obj", "cup.glb"])
 def test_unstated_axes_are_sure_where_readings_agree(file):
-    """Poses in axes as glTF's leave one reading of a cup's file, whatever it means."""
+    """Poses in axes as glTF's leave a single reading of a cup's file: whatever its axes are called, they are those."""
     for name in Y_UP:
         row = axes_assumption(body="cup", file=file, stated="", poses=CONVENTIONS[name])
         assert (row.origin, row.confidence) == (Origin.FORMAT, Confidence.SURE), name
@@ -92,7 +92,7 @@ def test_unstated_axes_are_sure_where_readings_agree(file):
 
 
 def test_stated_axes_are_the_users_and_sure():
-    """The user says "body" of a cup's OBJ file, beside poses of each convention."""
+    """The user says "body", the axes of the poses, of a cup's OBJ file, beside poses of each convention."""
     for name, poses in CONVENTIONS.items():
         row = axes_assumption(body="cup", file="cup.obj", stated="body", poses=poses)
         assert (row.value, row.origin, row.confidence, row.reason) == ("body", Origin.USER, Confidence.SURE, ""), name

@@ -211,7 +211,7 @@ def test_check_lists_each_fault_of_a_body_once(tmp_path):
         "rod.*shorter than its two",
     )
     for pattern, fault in zip(patterns, faults, strict=True):
-        assert re.search(pattern, fault)
+        assert re.search(pattern, fault), pattern
 
 
 def test_faults_of_effects_that_follow_from_bodies_are_left_out(tmp_path):

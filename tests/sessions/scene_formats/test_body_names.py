@@ -18,7 +18,7 @@ def test_names_differ_and_end_in_their_bodies_own(paths):
     own_names, names = [path[-1] for path in paths], distinct_names(paths)
     assert len({*names}) == len(paths)
     for name, own_name in zip(names, own_names, strict=True):
-        assert name.rpartition("/")[2].startswith(own_name)
+        assert name.rpartition("/")[2].startswith(own_name), name
     assert bool(repeated_names(own_names, names)) == (names != own_names)
 
 

@@ -79,9 +79,9 @@ def test_mjcf_poses_and_masses_agree_with_mujoco(arm_model, arm_of_mujoco):
     assert [*bodies] == ["table", "arm", "hand", "cup"]
     for name, body in bodies.items():
         expected = data.body(name)
-        assert np.abs(body.pose[:3, 3] - expected.xpos).max() <= 1e-9
-        assert np.abs(body.pose[:3, :3] - expected.xmat.reshape(3, 3)).max() <= 1e-9
-        assert body.mass == model.body(name).mass[0]
+        assert np.abs(body.pose[:3, 3] - expected.xpos).max() <= 1e-9, name
+        assert np.abs(body.pose[:3, :3] - expected.xmat.reshape(3, 3)).max() <= 1e-9, name
+        assert body.mass == model.body(name).mass[0], name
     assert bodies["arm"].margin == 0.001  # of its class in the defaults
     assert bodies["cup"].margin == 0.002
     assert [name for name, body in bodies.items() if not body.moves] == ["table"]
@@ -630,8 +630,8 @@ def test_bodies_below_a_joint_without_position_are_flagged_lost(tmp_path, column
     session = motion_of_limited(tmp_path, (slice(4, 7), column, value))
     assert session.tracks.keys() == {"cup", "arm", "hand"}
     for name, track in session.tracks.items():
-        assert np.flatnonzero(~track.valid).tolist() == ([4, 5, 6] if name in lost else [])
-        assert np.isfinite(track.positions).all()
+        assert np.flatnonzero(~track.valid).tolist() == ([4, 5, 6] if name in lost else []), name
+        assert np.isfinite(track.positions).all(), name
     reason = "3 of 12 poses dropped: below a joint that has no position"
     assert f"{', '.join(lost)}: {reason}" in ledger_of(session.facts).sentences()
 

@@ -59,7 +59,7 @@ def test_urdf_link_poses_agree_with_yourdfpy(arm_model):
     scene, model = read_scene_source(arm_model), yourdfpy.URDF.load(str(arm_model), load_meshes=False)
     assert [*scene.bodies] == ["base", "fore", "cup"]
     for name, body in scene.bodies.items():
-        assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9
+        assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9, name
 
 
 def test_urdf_links_move_below_a_joint_that_does(arm_model):
@@ -91,7 +91,7 @@ def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
     scene, model = read_scene_source(path), yourdfpy.URDF.load(str(path), load_meshes=False)
     assert [*scene.bodies] == [f"link{number}" for number in range(40)]
     for name, body in scene.bodies.items():
-        assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9
+        assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9, name
     assert [body.moves for body in scene.bodies.values()] == [False] * 20 + [True] * 20
 
 

@@ -136,7 +136,7 @@ def test_usd_bodies_have_kind_mass_and_unit(bench):
 
 @pytest.mark.parametrize("name", ["cup", "rack"])
 def test_usd_body_poses_agree_with_pxr(bench, bench_stage, name):
-    """The rotation and position of the prim by USD's own library, its scale taken away, to 1e-9 m."""
+    """A body has the rotation and position of its prim by USD's own library, without scale, to 1e-9 m (UNIT: 1 cm)."""
     pose, prim = bench.bodies[name].pose, bench_stage.GetPrimAtPath(f"/World/{name}")
     expected = UsdGeom.XformCache().GetLocalToWorldTransform(prim).RemoveScaleShear()
     assert np.abs(pose[:3, :3] - np.array(expected.ExtractRotationMatrix()).T).max() <= 1e-9
@@ -465,8 +465,8 @@ def test_time_samples_become_poses(tmp_path, up, world, ending):
     for row, code in enumerate((10, 11, 13, 14)):
         pose = UsdGeom.XformCache(code).GetLocalToWorldTransform(stage.GetPrimAtPath("/carrier/cup")).RemoveScaleShear()
         rotation = world @ np.array(pose.ExtractRotationMatrix()).T
-        assert np.abs(Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix() - rotation).max() <= 1e-9
-        assert np.abs(track.positions[row] - world @ pose.ExtractTranslation() * UNIT).max() <= 1e-9
+        assert np.abs(Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix() - rotation).max() <= 1e-9, row
+        assert np.abs(track.positions[row] - world @ pose.ExtractTranslation() * UNIT).max() <= 1e-9, row
     assert session.scene.body("tray").fixed is not None and session.scene.body("cup").fixed is None
     assert ("world +Z up" in session.facts["conversions"]) == (up == "Z")
 
@@ -524,13 +524,13 @@ def test_bodies_are_posed_between_their_time_samples(tmp_path, codes_per_second,
     session = import_session("usd", tmp_path / "keys.usda")
     assert session.tracks.keys() == {"rod", "cup"}
     for name, track in session.tracks.items():
-        assert len(track.times_ns) == 2 * frames_per_second + 1 and track.valid.all()
+        assert len(track.times_ns) == 2 * frames_per_second + 1 and track.valid.all(), name
         for row, nanoseconds in enumerate(track.times_ns.tolist()):
             cache = UsdGeom.XformCache(nanoseconds / 1e9 * codes_per_second)
             expected = cache.GetLocalToWorldTransform(stage.GetPrimAtPath(f"/{name}"))
-            assert np.abs(track.positions[row] - expected.ExtractTranslation()).max() <= 1e-6
+            assert np.abs(track.positions[row] - expected.ExtractTranslation()).max() <= 1e-6, (name, row)
             rotation = Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix()
-            assert np.abs(rotation - np.array(expected.ExtractRotationMatrix()).T).max() <= 1e-6
+            assert np.abs(rotation - np.array(expected.ExtractRotationMatrix()).T).max() <= 1e-6, (name, row)
     assert "as USD interpolates" in session.facts["conversions"]
 
 

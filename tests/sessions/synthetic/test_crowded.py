@@ -29,8 +29,8 @@ def test_fingers_of_the_crowded_scene_stay_on_their_palm(made):
     positions = positions_by_name(made(NAME).session)
     for side in ("left", "right"):
         offsets = [positions[f"{side}-{piece}"] - positions[f"{side}-palm"] for piece in FINGERS]
-        assert len(offsets) == 6
-        assert np.ptp(offsets, axis=1).max() < 1e-9
+        assert len(offsets) == 6, side
+        assert np.ptp(offsets, axis=1).max() < 1e-9, side
 
 
 def test_neighbouring_beakers_of_the_crowded_scene_touch_and_separate(made):

@@ -53,11 +53,11 @@ def test_boxes_cover_their_corners_to_a_few_roundings(name):
     rounding = 2**-53 * tree.reach
     for node in range(len(tree.boxes)):
         centre, axes, half_edges, half_diagonal = box_of_node(tree, node)
-        assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15
+        assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15, node
         corners = triangles[faces_below(tree, node)].reshape(-1, 3)
         offsets = np.abs((corners - centre) @ axes.T)
-        assert (offsets - half_edges).max() <= 40 * rounding + 1e-300
-        assert half_diagonal == pytest.approx(np.linalg.norm(half_edges), rel=1e-15, abs=1e-300)
+        assert (offsets - half_edges).max() <= 40 * rounding + 1e-300, node
+        assert half_diagonal == pytest.approx(np.linalg.norm(half_edges), rel=1e-15, abs=1e-300), node
 
 
 @by_mesh
@@ -75,11 +75,11 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
         for row in range(tree.start[node], tree.stop[node]):
             a, b, c = face = triangles[tree.faces[row]]
             about_centre, in_box_axes = tree.corners[row].reshape(3, 3), tree.boxed[row].reshape(3, 3)
-            assert np.array_equal(tree.placed[row].reshape(3, 4).T, [a, b, c, a])
-            assert np.array_equal(about_centre, face - centre)
+            assert np.array_equal(tree.placed[row].reshape(3, 4).T, [a, b, c, a]), (node, row)
+            assert np.array_equal(about_centre, face - centre), (node, row)
             assert np.allclose(in_box_axes, about_centre @ axes.T, atol=1e-14 * (1 + np.abs(about_centre).max()))
             extents = np.stack([in_box_axes.min(axis=0), in_box_axes.max(axis=0)], axis=1)
-            assert np.array_equal(tree.spans[row].reshape(3, 2), extents)
+            assert np.array_equal(tree.spans[row].reshape(3, 2), extents), (node, row)
 
 
 def test_box_trees_built_together_equal_trees_built_singly():

@@ -81,7 +81,7 @@ def test_no_two_corners_are_nearer_than_the_gap(separation):
     for frame in range(8):
         first, second = (world.reshape(-1, 3) for world in scene.world(frame))
         distance = np.linalg.norm(first[:, None] - second[None], axis=2).min()
-        assert gap_of(scene.row, frame, scene.pad) <= distance
+        assert gap_of(scene.row, frame, scene.pad) <= distance, frame
 
 
 def test_gap_of_distant_bodies_is_most_of_their_distance():
@@ -113,7 +113,7 @@ def test_root_gap_is_between_box_and_ball():
             along_axes = world_axes.T @ (middles[ball] - middles[box])
             distance = np.linalg.norm(np.maximum(np.abs(along_axes) - boxes[box][12:15], 0.0))
             gaps.append(distance - boxes[ball][15])
-        assert gap_of(row, frame, pad) == pytest.approx(max(gaps) - pad, abs=1e-9)
+        assert gap_of(row, frame, pad) == pytest.approx(max(gaps) - pad, abs=1e-9), frame
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -53,4 +53,4 @@ def test_sums_and_integers_decide_each_face_pair_once():
     for frame in range(len(motion)):
         first_pose, second_pose = ((motion.rotations[frame, k], motion.translations[frame, k]) for k in range(2))
         expected = meeting_faces_placed(first, first_pose, second, second_pose)
-        assert np.array_equal(detection.faces(frame, pair=0), expected)
+        assert np.array_equal(detection.faces(frame, pair=0), expected), frame

@@ -61,8 +61,8 @@ def test_a_leg_ends_exactly_at_the_recorded_poses(degrees):
         assert leg[ANGLE] == pytest.approx(np.radians(min(degrees, 360 - degrees)), abs=1e-14)
         for fraction, (recorded_rotation, recorded_position) in zip((0.0, 1.0), ends, strict=True):
             rotation, position = pose_of(leg, fraction)
-            assert np.array_equal(rotation, recorded_rotation.as_matrix())
-            assert np.array_equal(position, recorded_position)
+            assert np.array_equal(rotation, recorded_rotation.as_matrix()), fraction
+            assert np.array_equal(position, recorded_position), fraction
 
 
 @pytest.mark.sampled(3)
@@ -76,8 +76,8 @@ def test_a_leg_rotates_at_constant_rate_on_a_line(degrees):
         slerp = Slerp([0, 1], Rotation.concatenate([first, second]))
         for fraction in (0.125, 0.5, 0.9):
             rotation, position = pose_of(leg, fraction)
-            assert np.abs(rotation - slerp(fraction).as_matrix()).max() < 1e-13
-            assert np.allclose(position, (1 - fraction) * start + fraction * end, atol=1e-15)
+            assert np.abs(rotation - slerp(fraction).as_matrix()).max() < 1e-13, fraction
+            assert np.allclose(position, (1 - fraction) * start + fraction * end, atol=1e-15), fraction
 
 
 @settings(max_examples=max(40, settings.default.max_examples), deadline=None)

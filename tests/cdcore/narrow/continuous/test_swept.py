@@ -79,7 +79,7 @@ def test_spheres_of_a_leg_that_is_not_near_never_meet():
         i, j = PAIRS[column]
         for fraction in np.linspace(0, 1, 7):
             first, second = (centre_at(spheres[k], rotation, move, frame, k, fraction) for k in (i, j))
-            assert np.linalg.norm(first - second) > spheres[i].radius + spheres[j].radius
+            assert np.linalg.norm(first - second) > spheres[i].radius + spheres[j].radius, (frame, column, fraction)
 
 
 @pytest.mark.parametrize(

@@ -92,10 +92,10 @@ def test_tree_search_counts_and_faces_equal_a_recursive_search(kind, scene, ever
     for k, poses in enumerate(result.poses):
         slow = SlowSearch(kind, result.trees, poses, every=every, budget=budget)
         node_tests, leaf_tests, *_ = result.counts[k].tolist()
-        assert (node_tests, leaf_tests) == (slow.node_tests, slow.leaf_tests)
-        assert bool(result.stopped[k]) == slow.truncated
+        assert (node_tests, leaf_tests) == (slow.node_tests, slow.leaf_tests), k
+        assert bool(result.stopped[k]) == slow.truncated, k
         faces = result.faces[result.faces[:, 0] == k, 1:]
-        assert [tuple(row) for row in faces.tolist()] == slow.result
+        assert [tuple(row) for row in faces.tolist()] == slow.result, k
         poses_in_contact += bool(slow.result)
     assert poses_in_contact > 0 or budget, "without a budget some pose is in contact"
 
@@ -162,9 +162,9 @@ def test_boxes_of_nodes_fit_their_faces(kind, name, scale):
     for node in range(len(tree.child)):
         below = tree.corners[faces_below(tree, node)].reshape(-1, 3)
         along_axes = np.abs((below - tree.centre[node]) @ tree.axes[node].T)
-        assert (along_axes <= tree.half[node] + rounding).all()
-        assert np.allclose(along_axes.max(axis=0), tree.half[node], rtol=1e-9, atol=rounding)
-        assert tree.size[node] == tree.half[node].max()
+        assert (along_axes <= tree.half[node] + rounding).all(), node
+        assert np.allclose(along_axes.max(axis=0), tree.half[node], rtol=1e-9, atol=rounding), node
+        assert tree.size[node] == tree.half[node].max(), node
 
 
 def test_rapid_axes_do_not_depend_on_tessellation():

@@ -22,9 +22,10 @@ FAMILIES_WITH_PLANES = [family for family in FAMILIES if family.name != "needles
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("family", FAMILIES_WITH_PLANES, ids=lambda family: family.name)
 def test_intersection_segment_ends_lie_on_both_triangles(family):
-    """40 pairs: every pair that meets has a segment (others NaN); its ends are within 1e-12 of both triangles.
+    """40 pairs of a family: every pair that meets has a segment, others have NaN or one within the same bound.
 
-    That is of the size of coordinates. Margins are asked of an end as a triangle with three equal corners.
+    Its ends are within 1e-12 of the largest coordinate of both triangles, an end being a triangle of three equal
+    corners.
     """
     pairs = family.pairs(40, seed=9)
     sections = triangle_pair_sections(pairs)
@@ -34,7 +35,7 @@ def test_intersection_segment_ends_lie_on_both_triangles(family):
     for side in (0, 1):
         triangles = np.repeat(pairs[has_section, side], 2, axis=0)
         meets, distance = triangle_margins(np.stack([ends, triangles], axis=1))
-        assert (meets | (distance < 1e-12 * np.abs(pairs).max())).all()
+        assert (meets | (distance < 1e-12 * np.abs(pairs).max())).all(), side
 
 
 def test_exactly_the_triangles_that_meet_have_a_section():

@@ -123,7 +123,7 @@ def test_exporters_write_the_same_hands(tmp_path, exporter, bones):
         for finger in ("thumb", "index", "middle", "ring", "little"):
             track = session.tracks[f"{side} {finger} tip"]
             np.testing.assert_allclose(track.positions, joints[f"{finger} tip"], atol=1e-7)
-            assert track.valid.all()
+            assert track.valid.all(), (side, finger)
     assert {*session.meshes} == {*session.names}
     ledger = [*ledger_of(session.facts)]
     assert ledger
@@ -318,7 +318,7 @@ def still_hand(curl):
 
 
 def test_joints_in_their_order_are_accepted():
-    """A straight hand, a half bent one and a fist have no two joints that are exchanged."""
+    """A straight hand, a half bent one and a fist (CURLS) have no two joints that are exchanged."""
     for curl in CURLS:
         assert exchanged_joints(still_hand(curl)) is None, curl
 
@@ -373,7 +373,7 @@ def test_joint_is_stuck_only_beside_a_moving_wrist():
 
 
 def test_bend_of_fingers_says_the_side_wherever_a_hand_is():
-    """A half bent left hand is a metre from the origin, in each of six directions: it is a left hand in all of them."""
+    """A half bent left hand is a metre from the origin, along each axis both ways: it is a left hand in all places."""
     for offset in [*np.eye(3), *-np.eye(3)]:
         hand = {joint: positions + offset for joint, positions in still_hand(curl=0.6).items()}
         assert side_by_bend(hand) == "left", offset
@@ -386,10 +386,10 @@ def test_side_of_a_hand_needs_tips_and_a_root():
     """
     hand = still_hand(curl=0.6)
     for joints in (without_joints(hand, "ring tip"), without_joints(hand, "wrist")):
-        assert side_by_bend(joints) == "left"
+        assert side_by_bend(joints) == "left", [*joints]
     without_samples = {joint: positions[:0] for joint, positions in hand.items()}
     for joints in (without_joints(hand, "tip"), without_joints(hand, "wrist", "metacarpal"), without_samples):
-        assert side_by_bend(joints) == ""
+        assert side_by_bend(joints) == "", [*joints]
 
 
 def test_size_of_a_hand_needs_bones_and_samples():
@@ -436,7 +436,7 @@ def test_column_of_confidence_is_named_as_unread(tmp_path):
     """
     more = [("left_confidence", np.where(TIMES > 0.2, 0.0, 1.0)), ("mean_confidence", np.ones(len(TIMES)))]
     session = import_session("hands", write_wide(tmp_path / "take.csv", TIMES, left_hand(), more=more))
-    assert re.search("and are not read: left_confidence(;|$)", session.facts["conversions"])
+    assert re.search("and are not read: left_confidence(;|$)", session.facts["conversions"])  # alone in its list
 
 
 def test_two_hands_of_the_same_side_are_refused(tmp_path):
@@ -609,7 +609,7 @@ def test_rows_that_repeat_or_go_back_are_counted(tmp_path):
     path = write_long(tmp_path / "take.csv", TIMES, left_hand())
     head, *rows = path.read_text().splitlines()
     other = rows[6].split(",")
-    other[3] = "0.5"
+    other[3] = "0.5"  # x
     rows = [*rows[:10], rows[5], ",".join(other), *rows[10:]]
     path.write_text("\n".join([head, *rows]) + "\n")
     session = import_session("hands", path)

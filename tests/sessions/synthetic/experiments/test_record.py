@@ -115,7 +115,7 @@ def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(recorded):
     hands_and_headset = 3
     assert len(meshes) == len(recorded.session.meshes) - hands_and_headset
     for name, mesh in meshes.items():
-        assert np.array_equal(recorded.session.meshes[name].vertices, mesh.vertices)
+        assert np.array_equal(recorded.session.meshes[name].vertices, mesh.vertices), name
 
 
 @pytest.fixture(scope="module")
