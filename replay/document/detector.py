@@ -91,7 +91,7 @@ class DetectorRecord(Record, frozen=True):
     live : whether it was.
     approximate : whether it may miss contacts by construction.
     contacts : how many it reports.
-    faces_queried : whether it listed faces.
+    faces_queried : whether it listed faces within ``seconds``; live, a second pass lists them, which is not timed.
     verdicts : verdict -> pair-frames; those of none are left out.
     seconds : what it took.
     work : counters.
