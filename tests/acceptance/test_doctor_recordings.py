@@ -15,7 +15,7 @@ TRACKER = DATA / "vive-accuracy" / "measurementPoint3.txt"
 by_tracker_log = pytest.mark.parametrize(
     "log", [PIECES / "vive_tracker_at_rest.txt", pytest.param(TRACKER, marks=needs_data)], ids=["piece", "whole"]
 )
-by_capture = pytest.mark.parametrize(
+by_piece_and_whole_of_a_capture = pytest.mark.parametrize(
     "capture",
     [PIECES / "two_controllers.json", pytest.param(CAPTURES / "tracked-recording.json", marks=needs_data)],
     ids=["piece", "whole"],
@@ -58,21 +58,25 @@ def test_vive_log_has_159_identity_rows_and_a_jump(log, tmp_path):
     assert codes == {"identity-while-lost", "teleport", "no-mesh"}
 
 
-@by_capture
+@by_piece_and_whole_of_a_capture
 def test_right_hand_of_the_long_capture_is_frozen_74_frames(capture):
-    """The right hand keeps the position of the frame before for 74 frames, as the finding says, and no longer."""
+    """The right hand keeps the position of the frame before for 74 frames, as the finding says, and no longer.
+
+    They are in the piece of the capture that comes with the tests, and in the whole.
+    """
     session = import_session("aframe", capture)
     (frozen,) = findings_with_code(examine(session), "frozen")
     assert (frozen.body, frozen.count) == ("right", 74)
     position = session.frames.position[:, session.names.index("right")]
     stamps = session.frames.stamp_ns
     first, last = np.searchsorted(stamps, [frozen.start_ns, frozen.end_ns])
+    assert last - first + 1 == frozen.count
     assert (position[first - 1 : last + 1] == position[first]).all()
     assert (position[first - 2] != position[first]).any()
     assert (position[last + 1] != position[last]).any()
 
 
-@by_capture
+@by_piece_and_whole_of_a_capture
 def test_capture_arrives_with_its_positions_and_stamps(capture):
     """Positions of a camera and two controllers are the numbers in the file, bit by bit, where there are any.
 

@@ -201,7 +201,7 @@ def random_poses_from_to(rng, reach, largest_angle):
 
 
 def test_bad_input_is_refused_in_a_sentence():
-    """Poses are two matrices of 4 x 4 a body: refused are a single matrix, a text, and matrices stretched by 1.5.
+    """Poses are two matrices of 4 x 4 a body: refused are a single matrix, a text, and rotations stretched by 1.5.
 
     A tolerance, a distance, must be above 0 m.
     """
@@ -210,7 +210,7 @@ def test_bad_input_is_refused_in_a_sentence():
         time_of_impact(ball, AT_REST, ball, np.eye(4))
     with pytest.raises(InvalidPoseError, match="poses_a are not an array"):
         time_of_impact(ball, "here", ball, AT_REST)
-    with pytest.raises(InvalidPoseError, match="body B"):
-        time_of_impact(ball, AT_REST, ball, AT_REST * 1.5)
+    with pytest.raises(InvalidPoseError, match="body B: matrix is not a rotation"):
+        time_of_impact(ball, AT_REST, ball, AT_REST * np.diag([1.5, 1.5, 1.5, 1.0]))
     with pytest.raises(InvalidSettingError, match="metres above 0"):
         time_of_impact(ball, AT_REST, ball, AT_REST, tolerance=0.0)

@@ -105,7 +105,7 @@ def test_contact_offset_of_0_narrows_the_reach_or_is_refused(name):
     """A row says whether its detector works without an offset (``takes_no_offset``)."""
     row = detector_row(name)
     if not row.takes_no_offset:
-        with pytest.raises(InvalidSettingError):
+        with pytest.raises(InvalidSettingError, match=rf"{row.contact_offset}=0\.0 is not allowed"):
             settings_of(name, {row.contact_offset: 0.0})
         return
     if row.engine:

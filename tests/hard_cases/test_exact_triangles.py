@@ -96,9 +96,9 @@ def test_cases_that_failed_somewhere_exist():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_case_that_failed_somewhere_is_right_here(path):
-    """A file has triangle pairs that some program decided wrongly, and whether they meet, as separating axes confirm.
+    """A file has triangle pairs that some program decided wrongly, and of each the truth: whether its triangles meet.
 
-    The predicate decides them so, and so does ``exact``, where each pair is two bodies.
+    Separating axes confirm it. The predicate decides them so, and so does ``exact``, where each pair is two bodies.
     """
     cases = read_cases(path)
     assert len(cases.triangles) > 0

@@ -62,7 +62,10 @@ def test_oracle_option_accepts_label_detector_or_none(detectors, oracle, labels,
 
 
 def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
-    """Hulls and meshes sample at 50 Hz by default, the step rate of an engine; "paper" is the detector hybrid-qaco."""
+    """Hulls and meshes sample at 50 Hz by default, the step rate of an engine; "paper" is the detector hybrid-qaco.
+
+    Their labels have the rate, another one too.
+    """
     assert [str(spec) for spec in line_up_of().specs] == [
         "hull50=collider[shape=hull,rate_hz=50]",
         "mesh50=discrete[rate_hz=50]",
@@ -159,9 +162,10 @@ def test_live_and_offline_detectors_answer_alike():
 
 
 def test_a_detector_that_effects_name_runs_live_with_faces():
-    """The effect of the scene needs the faces that ``exact`` finds; a pass of its own lists them, which is not timed.
+    """The effect of the scene needs the faces that ``exact`` finds where the cubes touch, as in frame 4.
 
-    The cubes touch in frame 4. The detector's time is the sum of all stages and of the 12 frames.
+    Still ``exact`` gets frame by frame (live): each stage has a time for each of the 12 frames; "rest" is what no stage
+    took. A second pass lists the faces. It is not timed, so ``faces_queried``, faces within the time, is false.
     """
     result = compute(unit_cubes_on_x(MEET_IN_4_AND_8_TO_10, scene=TOUCHING), detectors="exact", oracle="hybrid")
     exact, reported = result.detections["exact"], result.document.detectors["exact"]

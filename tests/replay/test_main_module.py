@@ -69,6 +69,6 @@ def test_only_a_foreign_current_folder_leaves_the_search_path(tmp_path, monkeypa
     flags = {name: getattr(sys.flags, name) for name in dir(sys.flags)} | {"safe_path": is_safe}
     monkeypatch.setattr(sys, "flags", SimpleNamespace(**flags))
     monkeypatch.setattr("replay.cli.main.main", lambda: 0)
-    with pytest.raises(SystemExit):
+    with pytest.raises(SystemExit, match=r"^0$"):
         runpy.run_module("replay", run_name="__main__")
     assert (sys.path[0] == entry) == stays

@@ -116,10 +116,11 @@ def test_meeting_faces_equal_the_exhaustive_test():
 
 
 def test_pose_with_nan_is_refused_and_names_its_body():
-    """Two meshes are bodies A and B; the pose of the second is not a number."""
-    mesh = box_mesh()
-    with pytest.raises(InvalidPoseError, match="body B"):
-        intersecting_faces(mesh, mesh, pose_a=np.eye(4), pose_b=np.full((4, 4), np.nan))
+    """Two meshes are bodies A and B; the position of the second is not a number."""
+    mesh, pose_b = box_mesh(), np.eye(4)
+    pose_b[:3, 3] = np.nan
+    with pytest.raises(InvalidPoseError, match=r"body B: translation .* is not finite"):
+        intersecting_faces(mesh, mesh, pose_a=np.eye(4), pose_b=pose_b)
 
 
 @pytest.mark.parametrize("pairs_at_once", [None, 40], ids=["all at once", "blocks of 40 pairs"])

@@ -289,7 +289,7 @@ def test_bad_pose_after_repeated_poses_is_refused(bad_entry):
         poses[3, 1, 0, 0] = np.nan
     else:
         poses[3, 1, 3, 0] = 1.0
-    with pytest.raises(InvalidPoseError, match="frame 3"):
+    with pytest.raises(InvalidPoseError, match=rf"frame 3.*body 1: {bad_entry} is "):
         Motion.from_matrices(np.arange(5), poses)
 
 

@@ -40,7 +40,7 @@ def test_non_finite_coordinates_are_refused_by_pair(bad):
     """One coordinate of pair 1, the second of three, is ``bad``."""
     pairs = np.zeros((3, 2, 3, 3))
     pairs[1, 0, 2, 1] = bad
-    with pytest.raises(InvalidTrianglesError, match="pair 1"):
+    with pytest.raises(InvalidTrianglesError, match="pair 1 has a coordinate that is not finite"):
         triangles_intersect(pairs)
 
 

@@ -13,7 +13,7 @@ from replay.advice import collider_search
 from replay.advice.collider_search import CONVEX_REASON, Deadline, Ladder, Limits
 from replay.advice.report_card import shape_figures
 from replay.cutting import piece_store, sectors
-from replay.cutting.piece_store import Cut
+from replay.cutting.piece_store import Cut, NotCut, cut_ahead
 from replay.cutting.sectors import sector_ladder
 from replay.running.collider_files import fix_colliders
 
@@ -118,17 +118,19 @@ def test_limit_of_missed_contact_is_among_the_limits(limits, false_fraction, mis
     assert limits.hold(false_fraction, missed_fraction) == hold
 
 
-def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod):
-    """No time is left to cut the beaker into its hull, one piece, which was made earlier and is in the store of pieces.
+def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod, monkeypatch, tmp_path):
+    """No time is left, and the store of pieces is empty: 8 sectors of a beaker are late. Once cut, they are not.
 
-    It takes no time, so it is not among the cuts that were left out.
+    Then they are read from the store, which takes no time. ``cut_in_time`` returns which cuts are not ready, and why.
     """
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
     data = beaker_and_rod.meshes["beaker"]
     search = object.__new__(collider_search.ColliderSearch)  # of which only the deadline is used
-    search.deadline = Deadline(0.0, lambda _: None)
-    stored_cut = Cut(TriangleMesh(data.vertices, data.faces), "hull", 1)
-    assert stored_cut.seconds == 0.0
-    assert search.cut_in_time([stored_cut]) == {}
+    search.deadline = Deadline(seconds=0.0, advance=lambda _: None)
+    sectors_of_beaker = Cut(TriangleMesh(data.vertices, data.faces), "sectors", most=8)
+    assert search.cut_in_time([sectors_of_beaker]) == {sectors_of_beaker.key: NotCut(reason="", late=True)}
+    assert cut_ahead([sectors_of_beaker]) == {}
+    assert search.cut_in_time([sectors_of_beaker]) == {}
 
 
 @pytest.mark.parametrize(("most_pieces", "counts"), [(1, (1,)), (4, (1, 2, 3, 4)), (5, (1, 2, 3, 4, 5))])

@@ -129,17 +129,16 @@ def exact_contacts(first, second, rotations, positions):
 def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
     """The first of two bodies rests, the second moves along a random path about it, in 300 frames.
 
-    States by FCL are contact, separated or, in at most one frame of 100, unknown; those that are known are the verdicts
-    of the exact detector, which has contact in some frames and none in others.
+    States by FCL are the verdicts of the exact detector, which has contact in some frames and none in others. None is
+    unknown on these paths, as where surfaces come within 0.01 mm without meeting, or a hole leaves open what is inside.
     """
     first, second = SHAPES[shape]
     rotations, positions = winding_path(seed, reach=0.3)
     states = np.array(states_of(first, second, rotations, positions))
     contact = exact_contacts(first, second, rotations, positions)
-    is_known = states != PairState.UNKNOWN
     assert 0 < contact.sum() < FRAMES
-    assert is_known.mean() > 0.99
-    assert ((states == PairState.CONTACT) == contact)[is_known].all()
+    assert PairState.UNKNOWN not in states
+    assert ((states == PairState.CONTACT) == contact).all()
 
 
 COST_OF_A_PAIR = 10.0 + 30.0 + 0.02 * 160

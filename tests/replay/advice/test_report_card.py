@@ -209,6 +209,7 @@ def test_figures_of_contact_are_those_of_a_single_body(edge, false, missed):
     """Unit cubes a and b are 0.9 m apart in a frame, which is contact, and 1.2 m in the next, which is none.
 
     A piece of so many metres stands for a: it touches b from (1 + edge) / 2 on. Cube c, always on b, does not count.
+    ``false``: of the contact that is reported, None where none is; ``missed``: of the true contact.
     """
     assembly = prepare(unit_cubes_on_x({"a": [0] * 4, "b": [3, 0.9, 1.2, 3], "c": [3.5, 1.4, 1.7, 3.5]})).assembly
     exact = make_detector(DetectorSpec("exact", "exact", {}), assembly, 0)

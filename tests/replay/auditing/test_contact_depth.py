@@ -80,20 +80,20 @@ def test_open_bodies_make_the_gate_fail_with_the_reason():
 
 
 @pytest.mark.parametrize(
-    ("limit", "code"),
+    ("limit", "code", "sentence"),
     [
-        pytest.param("1mm", EXIT_GATE_FAILED, id="less than the depth"),
-        pytest.param("0.4 m", EXIT_OK, id="more than the depth"),
-        pytest.param("3", USAGE_ERROR, id="no unit"),
-        pytest.param("-1mm", USAGE_ERROR, id="negative"),
+        pytest.param("1mm", EXIT_GATE_FAILED, "deep, more than --max-missed-depth 1 mm", id="less than the depth"),
+        pytest.param("0.4 m", EXIT_OK, "", id="more than the depth"),
+        pytest.param("3", USAGE_ERROR, "'3' is no length; write it with its unit", id="no unit"),
+        pytest.param("-1mm", USAGE_ERROR, "'-1mm' is no length", id="negative"),
     ],
 )
-def test_gate_on_the_command_line_takes_a_length(limit, code, tmp_path, capsys):
+def test_gate_on_the_command_line_takes_a_length(limit, code, sentence, tmp_path, capsys):
     """The detector of 20 Hz misses contact that is up to 0.3 m deep; ``limit`` is the depth that misses may have."""
     write_session(unit_cubes_on_x(X_OF_OVERLAPPING_CUBES), tmp_path / "s.mcap")
     command = ["run", str(tmp_path / "s.mcap"), "--no-picture", "--fix-time", "0"]
     assert main([*command, "--detectors", "slow=discrete[rate_hz=20]", f"--max-missed-depth={limit}"]) == code
-    capsys.readouterr()  # the tables are no part of this test
+    assert sentence in " ".join(capsys.readouterr().err.split())
 
 
 SEES_NOTHING_FOR_10_S = "slow=discrete[rate_hz=0.2,sampling_offset_s=10]"

@@ -125,10 +125,10 @@ BODIES = cubes_and_outcomes([NEITHER])[0].bodies
     ],
 )
 def test_the_cause_is_the_solid_before_the_rate(name, settings, gap_m, cause):
-    """Three frames; the cubes are 9 m apart, then ``gap_m``, and the last two frames are false contact.
+    """Cubes of 2 m, 9 m apart, then ``gap_m``: that the last two of three frames are false contact is prescribed.
 
-    At 1 Hz the answer of the sample before lasts. Colliders that meet are the cause even where such a rate is one too;
-    spheres do not meet: about a cube of 2 m they have a radius of 1 m.
+    At 1 Hz the answer of the only sample, as frames are 10 ms, lasts. Colliders that meet are the cause even where
+    such a rate is one too. Spheres 0.5 m apart do not meet: their radius is half an edge, 1 m, and corners stick out.
     """
     detector = create_detector(name, BODIES, pairs=np.array([[0, 1]]), **settings)
     (contact,) = false_of([NEITHER, FALSE, FALSE], gaps=[9.0, gap_m, gap_m], detector=detector)

@@ -86,7 +86,10 @@ def test_interrupted_fix_stores_cut_pieces_for_the_next_call(folder_with_csv, ca
 
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
-    [(["--engine", "source"], 1, "no engine 'source'; there are: unity"), (["--max-pieces", "0"], 2, "--max-pieces")],
+    [
+        (["--engine", "source"], 1, "no engine 'source'; there are: unity"),
+        (["--max-pieces", "0"], 2, "0 is not in the range"),
+    ],
     ids=["unknown engine", "fewer than one piece"],
 )
 @pytest.mark.usefixtures("folder_with_csv")
@@ -138,6 +141,7 @@ def test_page_is_written_without_an_engine(folder_with_csv, capsys):
     assert {path.name for path in mine.iterdir()} == {"report.html", "colliders.json", "session.mcap"}
     assert "mine/report.html" in " ".join(capsys.readouterr().out.split())
     assert main([*command, "-o", "mine"]) == 1
+    assert "mine exists; name another folder" in " ".join(capsys.readouterr().err.split())
 
     mine.rename(usual)
     (usual / "report.html").write_text("the page before")

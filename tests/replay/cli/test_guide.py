@@ -81,7 +81,7 @@ def test_section_fits_80_columns(query, capsys, monkeypatch):
     assert max(map(len, printed.splitlines())) <= 80
 
 
-def test_scripts_are_written_once_and_never_over_another_file(tmp_path, monkeypatch):
+def test_scripts_are_written_once_and_never_over_another_file(tmp_path, monkeypatch, capsys):
     """The page about Unity has two scripts, which ``--script`` writes to the current folder, and may write again.
 
     Where another text has the name of one of them the command fails and leaves it.
@@ -93,6 +93,7 @@ def test_scripts_are_written_once_and_never_over_another_file(tmp_path, monkeypa
     assert main(["guide", "unity", "--script"]) == 0
     recorder.write_text("mine")
     assert main(["guide", "unity", "--script"]) == 1
+    assert "VrLabRecorder.cs is there already and differs" in " ".join(capsys.readouterr().err.split())
     assert recorder.read_text() == "mine"
 
 

@@ -48,7 +48,7 @@ def test_study_with_names_as_ids_is_refused_by_rule(study_command, tmp_path, cap
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(20)])
     assert main(study_command) == 1
     (error,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-    assert "ids" in error and "Ada" not in error
+    assert "(ids)" in error and "Ada" not in error
 
 
 @pytest.mark.slow

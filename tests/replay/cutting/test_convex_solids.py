@@ -154,7 +154,10 @@ def test_corners_within_a_side_are_left_out():
 
 
 def test_flat_mesh_of_many_faces_stays_as_it_is():
-    """A square of 2 faces, each cut into 256, spans no solid."""
+    """A square of 2 faces, each cut into 256: more than the 255 that engines take of a convex solid.
+
+    Else ``within_triangles`` returns the hull of some corners, with at most 255 faces; those of a square span no solid.
+    """
     square = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     fine_square = subdivided(square, times=4)
     assert len(fine_square.faces) == 2 * 4**4

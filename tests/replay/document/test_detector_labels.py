@@ -100,7 +100,11 @@ def test_frozen_pose_is_no_doubt_about_a_recording():
 
 
 def test_doubts_are_errors_and_suspect_units_each_kind_once():
-    """Left and right are swapped; three bodies are 3 km away, which is one doubt: their unit may be another."""
+    """Left and right are swapped, an error; three bodies are 3 km away, one doubt: their unit may be another.
+
+    A suspect unit makes all contacts doubtful though it is a warning; FROZEN_POSE is one that does not. So five
+    findings are two sentences.
+    """
     swapped = Finding("handedness", "left is right", own_severity=Severity.ERROR)
     units = [Finding("unit-suspect", "3000 m away", body) for body in ("a", "b", "c")]
     first, second = doubts_about(swapped, FROZEN_POSE, *units)

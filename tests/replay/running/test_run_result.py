@@ -296,7 +296,7 @@ def test_wrong_use_gets_a_sentence(use, error, hint, result_of_bump, tmp_path):
 
 def test_a_keyword_misspelt_is_named(result_of_bump):
     """ "detector" in place of "detectors"."""
-    with pytest.raises(TypeError, match="detector"):
+    with pytest.raises(TypeError, match="unexpected keyword argument 'detector'"):
         replay.run(result_of_bump.session, detector="exact")
 
 

@@ -66,7 +66,8 @@ def test_red_yellow_and_blue_differ_in_lightness():
 def test_glass_is_translucent_and_the_user_never_hides_a_contact():
     """The fourth number of a body's colour is its opacity, 0 (not seen) to 255 (solid).
 
-    Below 100 one sees what is inside; hands, and what a user wears or holds, have 40 at most, and hide nothing.
+    Below 100 one sees what is inside. Hand, controller, wand and headset have 40 at most, and hide nothing. A rod is
+    solid, though of glass, and thin: translucent, it would not be seen in a beaker.
     """
     least_and_most_opacity = {
         ("glass", "vessel"): (1, 99),

@@ -55,7 +55,7 @@ def test_a_body_that_appears_later_gets_a_column():
 
 
 def test_long_recording_keeps_fewer_poses_over_its_whole_length(monkeypatch):
-    """900 frames come in blocks of 100, and there is room for 600 poses, which is full after six blocks.
+    """900 frames come in blocks of 100, which are not joined to longer ones; room for 600 poses is full after six.
 
     From the seventh block on every second pose is dropped, also of those before: frames 0, 2, 4 ... stay.
     """

@@ -102,7 +102,7 @@ def test_command_without_axes_ends_with_a_draft(tmp_path, capsys):
     assert not out.exists()
 
 
-def test_command_goes_on_from_its_draft_with_a_convention(tmp_path):
+def test_command_goes_on_from_its_draft_with_a_convention(tmp_path, capsys):
     """A draft of an earlier try, unchanged, is no obstacle to --convention, which is noted in it.
 
     The same command succeeds again; a file that a person wrote in place of the draft is never replaced.
@@ -117,7 +117,9 @@ def test_command_goes_on_from_its_draft_with_a_convention(tmp_path):
     assert main(with_axes) == 0
 
     draft.write_text("mine")
+    capsys.readouterr()
     assert main(with_axes) == 1
+    assert "is there already" in capsys.readouterr().err
     assert draft.read_text() == "mine"
 
 

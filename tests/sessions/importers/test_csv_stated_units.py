@@ -144,7 +144,7 @@ def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
         pytest.param(("x (m)", "y (mm)", "z (m)"), "m, mm", id="two units"),
     ],
 )
-def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, headings, stated):
+def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, capsys, headings, stated):
     """Headings of a position state no unit that can be read: the import asks for it, in its draft of a mapping.
 
     The command is refused too, as its option --convention answers only which axes the recording has.
@@ -154,6 +154,7 @@ def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, headings, stat
         import_session("csv", path)
     assert f"the unit of lengths (the headings say {stated})" in refusal.value.unknown
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 1
+    assert f"the unit of lengths (the headings say {stated})" in " ".join(capsys.readouterr().err.split())
     assert not out.exists()
 
 

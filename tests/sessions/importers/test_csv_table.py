@@ -316,7 +316,7 @@ def test_unnamed_second_table_is_a_loss_with_its_cure(import_csv):
     ],
 )
 def test_pitch_yaw_and_roll_use_axes_of_their_convention(import_csv, convention, order, axes):
-    """Pitch is about the axis to the right, yaw about the axis up, roll about the axis ahead: ``axes``, in this order.
+    """Pitch is about the axis right or left, yaw about up, roll about ahead or back: ``axes``, letters in this order.
 
     Pitch, yaw and roll of 10, 20, 30 degrees give the rotation that the same angles give by the names of their axes.
     """

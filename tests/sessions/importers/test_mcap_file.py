@@ -141,7 +141,11 @@ def cup_in_silent_hand(tmp_path):
 
 
 def test_parent_frames_are_interpolated(cup_in_silent_hand):
-    """At the time of the cup's message 1 the hand is half-way from its pose 1 to its pose 2, by SciPy's slerp."""
+    """At the time of the cup's message 1 the hand (set 0) is half-way from its pose 1 to its pose 2, by SciPy's slerp.
+
+    The cup's pose (set 1) is composed with that; the hand is silent only later. The import notes that frames were
+    interpolated, and that gaps of more than 0.2 s were not, as in the next test.
+    """
     row = 1
     track = cup_in_silent_hand.tracks["cup"]
     (sample,) = np.flatnonzero(track.times_ns == STAMPS[row] + STEP_NS // 2)

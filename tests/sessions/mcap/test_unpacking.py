@@ -63,7 +63,7 @@ def test_small_tables_are_joined(monkeypatch):
 
 def test_rows_beyond_the_end_of_the_bytes_are_not_read():
     """A row of two bytes would begin at the last of five."""
-    with pytest.raises(IndexError):
+    with pytest.raises(IndexError, match="index 4 is out of bounds"):
         rows_at(np.zeros(5, np.uint8), np.array([4]), 2)
 
 

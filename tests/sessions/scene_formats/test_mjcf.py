@@ -88,9 +88,10 @@ def test_mjcf_poses_and_masses_agree_with_mujoco(arm_model, arm_of_mujoco):
 
 
 def test_mjcf_mesh_stands_where_mujoco_has_it(arm_model, arm_of_mujoco):
-    """Corners of the cup in the world, to 1e-9 m. The cup is half of 1 m; its collider is the hull, as in MuJoCo.
+    """Corners of the cup, the model's only mesh, in the world: to 1e-9 m, as both start from MuJoCo's, of float32.
 
-    The hull fills the hollow of the cup: it has more than 1.1 times its volume.
+    Its box is to 1e-7 m that of the file: legs of 1 m, which the model scales by 0.5. The collider is the hull, as in
+    MuJoCo; it fills the dent in the cup's slanted side, and has more than 1.1 times its volume.
     """
     cup = read_scene_source(arm_model).bodies["cup"]
     model, data = arm_of_mujoco

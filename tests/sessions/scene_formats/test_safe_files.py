@@ -21,8 +21,15 @@ def test_document_type_or_entity_alone_is_refused(tmp_path, text):
         SceneFiles(tmp_path).xml(tmp_path / "scene.xml")
 
 
-@pytest.mark.parametrize("limit", ["MOST_FILE_BYTES", "MOST_BYTES", "MOST_XML_BYTES"])
-def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit):
+@pytest.mark.parametrize(
+    ("limit", "refusal"),
+    [
+        ("MOST_FILE_BYTES", "has 0 MB, more than 0 MB; reduce it"),
+        ("MOST_BYTES", "have more than 0 MB; reduce the scene"),
+        ("MOST_XML_BYTES", "has 0 MB of XML"),
+    ],
+)
+def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit, refusal):
     """A file of 8 bytes is read with a limit of 8 and refused with one of 7: of a file, of all files, or of XML.
 
     The refusal says the limit in megabytes, here 0.
@@ -32,7 +39,7 @@ def test_file_is_read_up_to_its_limit_alone(tmp_path, monkeypatch, limit):
     monkeypatch.setattr(safe_files, limit, 8)
     assert SceneFiles(tmp_path).xml(path).tag == "scene"
     monkeypatch.setattr(safe_files, limit, 7)
-    with pytest.raises(SceneSourceError, match="0 MB"):
+    with pytest.raises(SceneSourceError, match=refusal):
         SceneFiles(tmp_path).xml(path)
 
 

@@ -102,7 +102,7 @@ def test_no_pairs_give_no_segments():
 
 def test_sections_of_triangles_with_nan_are_refused():
     """A pair of triangles (1, 2, 3, 3) without any number."""
-    with pytest.raises(InvalidTrianglesError):
+    with pytest.raises(InvalidTrianglesError, match="pair 0 has a coordinate that is not finite"):
         triangle_pair_sections(np.full((1, 2, 3, 3), np.nan))
 
 

@@ -80,10 +80,10 @@ def test_heat_of_dissolved_salts_depends_only_on_their_ions():
     assert joule_of({"NaNO3": 3.0, "KCl": 3.0}) == pytest.approx(joule_of({"NaCl": 3.0, "KNO3": 3.0}), rel=1e-12)
 
 
-def test_heat_of_a_dissolved_salt_is_that_of_the_table():
-    """``solution``: formula -> mol in a kilogram of water. The table has -1.43 kJ for a mol of NaCl at 4 mol/kg.
+def test_heat_of_a_strong_solution_is_that_of_the_table():
+    """J by which a solution (mol in 1 kg of water) differs from a dilute one; NaCl at 4 mol/kg has -1.43 kJ a mol.
 
-    It has no row of HCl and Na2CO3, which counts as 0.
+    Up to 1.1 mol/kg of charges counts as dilute, whatever the table has: HCl has 1 here, and Na2CO3 2 x 0.5.
     """
     for solution, joule in [({"NaCl": 4.0}, -4.0 * 1430.0), ({"HCl": 1.0}, 0.0), ({"Na2CO3": 0.5}, 0.0)]:
         assert joule_of(solution) == pytest.approx(joule, rel=1e-9), solution

@@ -75,16 +75,18 @@ def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
 @pytest.mark.parametrize(
     ("solid", "equation", "tolerance"),
     [
+        # By a rate 2.2 % more leaves, most of which else stays dissolved.
         ("FeS", "FeS + 2 HCl -> FeCl2 + H2S", 0.03),
-        pytest.param("ZnS", "ZnS + 2 HCl -> ZnCl2 + H2S", 0.01, marks=pytest.mark.slow),
+        # By the rate 0.07 % less leaves: 0.03 % less dissolves, of which not half becomes gas.
+        pytest.param("ZnS", "ZnS + 2 HCl -> ZnCl2 + H2S", 0.002, marks=pytest.mark.slow),
     ],
     ids=["FeS", "ZnS"],
 )
 def test_a_rate_changes_no_amount_of_a_sulfide_that_dissolves(solid, equation, tolerance):
-    """Acid of 1 mol/L is poured on a gram of a sulfide, which dissolves at once, or within 0.4 s by 20 a second.
+    """9.3 mL of acid of 1 mol/L are poured on a gram of a sulfide, more than it dissolves; H2S leaves as a gas.
 
-    As much gas leaves either way, but for the fraction ``tolerance`` of it, and the pH is the same. No event says that
-    nothing reacts.
+    As much leaves at once as by a rate of 20 a second in 0.4 s, when exp(-8), 0.03 %, is still to dissolve.
+    ``tolerance``: of that, as a fraction. The pH is the same too, and no event says that nothing reacts.
     """
     at_once, gas_at_once_mol, _effects = acid_poured_on(solid, "HCl", molar=1.0, equation=equation)
     slow, slow_gas_mol, effects = acid_poured_on(solid, "HCl", molar=1.0, equation=equation, rate_per_s=20.0)

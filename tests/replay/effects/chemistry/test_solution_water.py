@@ -84,7 +84,7 @@ def test_saturated_molalities_convert_to_handbook_molarities():
 def test_much_of_a_solute_without_known_room_is_refused():
     """Nobody knows how much water 1.5 mol/L of sugar displace; 0.5 mol/L are neglected."""
     assert water_molar({"C12H22O11": 0.5}) == pytest.approx(water_molar({}))
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match="C12H22O11"):
         water_molar({"C12H22O11": 1.5})
 
 

@@ -119,7 +119,11 @@ def test_result_not_significant_after_holm_is_labelled_undecided():
 
 
 def test_coefficients_and_group_differences_are_separate_charts():
-    """A difference of means between groups (9 grasps) has another unit than a coefficient (0.2)."""
+    """A difference of means between groups (9 grasps) has another unit than a coefficient (0.2).
+
+    So each has its own chart by detector, with a single row, as exact and "paper" have equal figures. The other two
+    charts are those of every study of enough students: results of exact alone, and time in contact.
+    """
     coefficient = finding_of_grasps(beta=0.2, kind="simple")
     difference = finding_of_grasps(beta=9.0, kind="groups")
     study = study_of(

@@ -266,7 +266,7 @@ def test_students_file_assigns_sessions_to_students(nameless_runs, tmp_path):
 
 def test_metrics_of_sessions_without_students_are_refused(nameless_runs):
     """Six sessions name no student, by whom a study joins metrics and answers: the rule is called ids."""
-    with pytest.raises(StudyRefusedError, match="ids"):
+    with pytest.raises(StudyRefusedError, match=r"refused \(ids\)"):
         nameless_runs.as_metrics()
 
 

@@ -436,7 +436,7 @@ def few_permutations(monkeypatch):
     ],
 )
 def test_group_with_fewer_than_five_answers_is_not_compared(answering, sizes, rules):
-    """Two groups of 20; of the second only ``answering`` students answered item m1, so that they have motivation."""
+    """Two groups of 20; of the second only ``answering`` students answered item m1, without which is no motivation."""
     answers, contacts = a_class(count=40)
     students_of_second_group = np.arange(1, 40, 2)
     answers[students_of_second_group[: 20 - answering], ITEMS.index("m1")] = np.nan

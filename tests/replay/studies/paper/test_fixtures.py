@@ -96,7 +96,7 @@ def test_pose_between_coarse_distances_is_computed(monkeypatch, make_afresh):
     monkeypatch.setattr(fixtures, "DISTANCES_AT_ONCE", 8)
     assert abs(make_afresh(100, 0).faces - 100) <= TARGET_TOLERANCE * 100
     monkeypatch.setattr(fixtures, "MOST_BRACKETS", 0)
-    with pytest.raises(FixtureError):
+    with pytest.raises(FixtureError, match="in which 100 faces meet"):
         make_afresh(100, 0)
 
 

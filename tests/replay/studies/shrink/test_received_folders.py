@@ -72,18 +72,23 @@ def test_a_class_named_by_a_folder_alone_is_never_imported(received_run, name, c
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "key",
-    ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'],
-    ids=["setting of the detector", "name of a setting"],
+    ("key", "code"),
+    [
+        pytest.param("sampling_offset_s", 0, id="setting that the test leaves out"),
+        pytest.param("containment", 1, id="setting of the detector"),
+        pytest.param('x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""', 1, id="name of a setting"),
+    ],
 )
-def test_folder_settings_never_become_lines_of_the_written_test(received_run, key, monkeypatch):
+def test_folder_settings_never_become_lines_of_the_written_test(received_run, key, code, monkeypatch):
     """A setting, or its name, ends a text and goes on as code that would make the file ``ran``.
 
-    ``shrink`` writes a test into the folder case, or refuses the setting; what it wrote is executed here.
+    ``shrink`` writes a test into the folder case (0), which is executed here, or fails (1), as there is no such
+    detector, and writes none. It leaves out when samples begin.
     """
     attack = 'yes"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'
     tamper(received_run, "detectors", slow={"settings": {"rate_hz": 25, key: attack}})
-    main(["shrink", "run", "--miss", "1", "-o", "case"])
+    assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == code
+    assert (received_run.parent / "case" / "test_case.py").is_file() == (code == 0)
     monkeypatch.chdir(received_run.parent)
     for file in received_run.parent.glob("case/*.py"):
         exec(compile(file.read_text(), str(file), "exec"), {"__file__": str(file), "__name__": "case"})
