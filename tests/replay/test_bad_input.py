@@ -84,6 +84,7 @@ def test_bad_input_is_refused_in_a_sentence_with_its_cure(tmp_path, row):
 
     The message has no line breaks and no control characters.
     """
+    assert row["given"]
     for value in row["given"]:
         error = error_of(row["of"], value, tmp_path / "given")
         message = str(error)

@@ -16,7 +16,10 @@ MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
 
 
 def test_length_is_printed_in_a_unit_of_its_size():
-    """Three digits at most, without zeros at the end, from nanometres to kilometres; NaN is not measured."""
+    """Three digits at most, without zeros at the end, from nanometres to kilometres; millimetres go from 0.01 to 999.
+
+    NaN, infinity and None are not measured.
+    """
     for metres, text in (
         (0.0007, "0.7 mm"), (0.018, "18 mm"), (0.0182, "18.2 mm"), (0.3, "300 mm"), (1.2, "1.2 m"), (0.9996, "1 m"),
         (0.99949, "999 mm"), (1300, "1.3 km"), (2e-6, "2 µm"), (4e-5, "0.04 mm"), (3e-9, "3 nm"), (0.0, "0 mm"),
@@ -26,7 +29,10 @@ def test_length_is_printed_in_a_unit_of_its_size():
 
 
 def test_a_duration_has_the_unit_of_its_size():
-    """Three digits at most, without zeros at the end; 719 s are 11.98 min, and 8000 s 2.222 h."""
+    """Three digits at most, without zeros at the end; milliseconds begin at 0.01.
+
+    719 s are 11.98 min, and 8000 s 2.222 h. None is not measured.
+    """
     for seconds, text in (
         (0.00013, "0.13 ms"), (0.12, "120 ms"), (4.12e-5, "0.0412 ms"), (9e-6, "9 µs"), (1.0, "1 s"), (60.0, "60 s"),
         (719.0, "12 min"), (8000.0, "2.22 h"), (0.0, "0 s"), (None, "not measured"),

@@ -63,7 +63,10 @@ def test_long_stage_prints_lines_without_a_terminal(capsys):
 
 
 def test_stage_without_a_total_prints_its_time_so_far(capsys):
-    """Nobody knows how much work there is, so no percent are printed before the end; a line may be printed at once."""
+    """A stage that does not state its amount of work prints its time, not percent, before its end.
+
+    With an interval of 0 s between lines each step of the work prints one.
+    """
     with TerminalProgress(People(), report_interval=0.0).stage("Long") as advance:
         advance(1)
     assert capsys.readouterr().err.splitlines() == ["Long: 0 s so far", "Long: 100 %  0 s"]
@@ -91,9 +94,9 @@ def test_terminal_stage_prints_its_time_once_long(long_from_s, prints_time, caps
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("detectors", ["slow=discrete[rate_hz=20],recorded-like=sphere", "exact", None])
 def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
-    """A run over six frames of two cubes, with these detectors, or the default ones, reports stages of its work.
+    """A run over six frames of two cubes by ``detectors`` (label=detector; None: the default) reports its stages.
 
-    They come in order, and each counts up to its total.
+    They come in order, and the amounts of work reported done in each add up to its total.
     """
     watched = Watched()
     run(

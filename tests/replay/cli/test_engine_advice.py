@@ -26,7 +26,7 @@ def session_file(tmp_path, monkeypatch):
 def test_json_has_rows_and_advice_and_a_folder_is_written(session_file, tmp_path, capsys):
     """`replay tradeoff --engine unreal` of a session of two cubes: advice which colliders to use there.
 
-    There is time for all of its four rows.
+    Its four rows are 1 or 16 convex pieces a body at 90 or 30 steps a second; the default limit of 150 s suffices.
     """
     out = tmp_path / "runs"
     arguments = ["tradeoff", session_file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
@@ -44,6 +44,7 @@ def test_rows_whose_pieces_are_late_are_named_as_not_tried(session_file, tmp_pat
     """Rows 3 and 4 of Unreal need convex pieces of both cubes, a and b, of the same mesh; none are stored.
 
     CoACD, which cuts them, is said to take 900 s; the limit is 20 s. Screen and JSON say the same.
+    Row 3 as the reference (``--oracle``) is an error, since it was not cut.
     """
     monkeypatch.setattr(piece_store, "in_memory", {})
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
@@ -65,7 +66,7 @@ def test_rows_whose_pieces_are_late_are_named_as_not_tried(session_file, tmp_pat
 
 
 def test_pieces_cut_before_the_limit_are_said_to_be_kept(session_file, tmp_path, monkeypatch, capsys):
-    """Of two cubes, which have edges of 1 m and 2 m, the first is cut in time, and the second is not."""
+    """The mesh of a, a cube of 1 m, is cut within the time limit; that of b, a cube of 2 m, is late."""
     monkeypatch.setattr(advisor, "cut_in_time", lambda cuts, _: {cuts[-1].key: NotCut("", late=True)})
     session = unit_cubes_on_x(POSITIONS)
     meshes = {**session.meshes, "b": cube(edge=2.0)}

@@ -156,7 +156,7 @@ def mapping(recording, no_pictures, capsys):
 
 
 def test_forgotten_answers_leave_recording_and_mapping(recording, mapping, capsys):
-    """The recording has a fact that names the mapping as long as the answer is there."""
+    """Answer 1b added a line to the mapping, whose path is then a fact of the recording; forgetting removes both."""
     assert "answered_mapping" in read_session(recording).facts
     assert main(["doctor", str(recording), "--forget-answers"]) == 0
     assert mapping.read_text() == 'convention = "ros"\n'
@@ -187,6 +187,7 @@ def test_terminal_repeats_the_question_until_answered_or_left_open(
     """The question is which axes two meshes have. Neither "?" nor "x" is a letter of the list, as the terminal says.
 
     "b" is that of the axes ``body``, which the recording then has (exit code 0); no reply leaves the guess (3).
+    ``is_helped``: whether the terminal explains which replies there are.
     """
     unread_replies = [*replies]
     monkeypatch.setattr(look.click, "prompt", lambda *_, **__: unread_replies.pop(0))
@@ -198,19 +199,19 @@ def test_terminal_repeats_the_question_until_answered_or_left_open(
 
 
 def test_doctor_refuses_answers_that_fit_no_question(recording, capsys):
-    """The recording has one question, with answers a to c; an answer to a second one, a fourth answer, and no number.
+    """The recording has one question, with answers a to c. Refused are question 2, answer d, and an answer alone.
 
-    Each is a wrong call (2), and nothing is written, no picture either.
+    Each is a wrong call (exit code 2), and nothing is written, no picture either.
     """
     refusals = {
         "2a": "there is 1 question",
         "1d": "question 1 has the answers a, b, c",
-        "b": "no question and a letter|not a question and a letter",
+        "b": "not a question and a letter",
     }
     before = recording.read_bytes()
     for answer, message in refusals.items():
-        assert main(["doctor", str(recording), "--answer", answer]) == 2
-        assert re.search(message, " ".join(capsys.readouterr().err.split()))
+        assert main(["doctor", str(recording), "--answer", answer]) == 2, answer
+        assert re.search(message, " ".join(capsys.readouterr().err.split())), answer
     assert recording.read_bytes() == before
     assert [*recording.parent.iterdir()] == [recording]
 

@@ -192,7 +192,7 @@ def test_ctrl_c_while_a_library_calls_back_is_not_lost():
 def test_the_shell_completes_verbs_as_the_guide_says(monkeypatch, capsys):
     """Bash tells by variables of the environment that somebody typed ``replay doc`` and Tab: doctor completes it.
 
-    The guide's first page has the line that switches this on.
+    The answer is a line "kind,value"; ``plain`` is a word. The guide's first page has the line that switches this on.
     """
     assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX_PAGE)
     completion = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}

@@ -67,13 +67,14 @@ def session_and_scene(tmp_path):
 
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
-    """``count`` random changes of a scene file, of a faulty one if they are few (3), else of a whole one.
+    """``count`` times a scene file is damaged at random: a faulty file in the quick run (3 times), else a whole one.
 
     It is read, or refused by faults that can be printed and begin with its name; nothing else may happen.
     """
     path = tmp_path / "rich.toml"
     faulty = OTHER + Path(__file__).with_name("faulty.toml").read_text("utf-8")
-    path.write_text(scene_to_toml(make_scene_session("titration")[0].scene) if count > 15 else faulty)
+    is_quick = count == 3
+    path.write_text(faulty if is_quick else scene_to_toml(make_scene_session("titration")[0].scene))
 
     def read():
         text = read_text(path, "scene", SceneError)

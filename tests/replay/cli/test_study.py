@@ -65,8 +65,8 @@ def test_study_without_a_questionnaire_cannot_say_whether_the_detector_matters(r
 def test_study_page_first_says_whether_the_detector_matters(study_command, tmp_path, capsys):
     """A class of 20 students, whose runs have detectors "slow" and "coarse", with answers.
 
-    JSON has associations of answers with behaviour, and whether they depend on the detector.
-    The page says first what was found, then which sessions to look at.
+    JSON has associations of motivation, first with ease of use, and how they depend on the detector. The page first
+    says whether another detector changes a conclusion, which none does here, then which sessions to look at.
     """
     assert main([*study_command, "--format", "json", "-q"]) == 0
     reported = json.loads(capsys.readouterr().out)

@@ -24,7 +24,7 @@ def session_of_reports(*reports, facts=None):
 
 
 def detection_of_reports(session):
-    """What the detector of recorded contacts says of a session."""
+    """The detection of a session by the detector of recorded contacts."""
     assembly = assemble(session)
     clock = {"first_ns": assembly.first_ns, "residual": 0.0}
     detector = recorded_detector(assembly.bodies, assembly.pairs, session.live_contacts, **clock, settings={})

@@ -88,10 +88,10 @@ def test_run_document_survives_writing_and_reading_as_json(settings):
 
 
 def test_number_that_is_not_finite_is_never_written():
-    """JSON has no infinity and nothing that is no number."""
+    """JSON has neither infinity nor NaN."""
     for value in (float("nan"), float("inf"), -float("inf")):
         with pytest.raises(ValueError, match="not JSON compliant"):
-            json_of({"gap": value})
+            pytest.fail(f"{value} was written as {json_of({'gap': value})}")
 
 
 @pytest.mark.parametrize("path", TAMPERED)
@@ -156,5 +156,5 @@ def test_json_of_another_kind_is_refused_with_problems(plain):
 
 
 def test_the_schema_is_valid():
-    """By the meta-schema of JSON Schema, draft 2020-12."""
+    """The schema of a run's document keeps to the meta-schema of JSON Schema, draft 2020-12."""
     Draft202012Validator.check_schema(VALIDATOR.schema)

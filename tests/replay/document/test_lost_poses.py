@@ -90,9 +90,9 @@ def test_lost_poses_that_hide_every_contact_are_reported_first(detectors):
 
 
 def test_losing_every_seventh_pose_keeps_the_number_of_contacts():
-    """The contacts of a ball on a plate are known in closed form; all are cut, and none becomes two.
+    """The contacts of a ball on a plate are known in closed form; lost poses cut all of them, and none becomes two.
 
-    Their frames are those of the truth, without the lost ones.
+    Frames 6, 13, 20 ... lose their poses. The frames of the contacts are those of the truth, without the lost ones.
     """
     whole, truth = make_analytic("ball-plate", seconds=9.5)
     frames = whole.frames

@@ -75,13 +75,16 @@ def answers_of_all_states():
 
 
 def test_times_printed_in_an_answer_are_times_of_faults():
-    """Seconds after from, to and at, with one or three digits, are those at which a fault starts or ends."""
+    """Seconds after "from", "to" and "at", with one or three decimals, are those at which a fault starts or ends."""
+    all_printed = []
     for state, result, answer in answers_of_all_states():
         faults = (*result.misses[answer.label], *result.false[answer.label])
         seconds = [second for fault in faults for second in (fault.start, fault.end)]
         times = {f"{second:.3f}" for second in seconds} | {f"{second:.1f}" for second in seconds}
         printed = re.findall(r"(?:from|to|at) (\d+\.\d+)", answer.other_times)
         assert set(printed) <= times, state
+        all_printed += printed
+    assert all_printed
 
 
 def test_answer_prints_from_when_to_when_other_faults_are():
@@ -104,7 +107,7 @@ def test_answer_has_what_and_when_if_it_has_a_moment():
 
 
 def test_what_when_and_why_describe_the_same_fault():
-    """Runs in all states; the fault of an answer's moment: its bodies, and no others, and its cause."""
+    """The fault is that of the answer's moment: What and When name its two bodies, What no other; Why is its cause."""
     answers_with_a_moment = [row for row in answers_of_all_states() if row[-1].moment is not None]
     assert answers_with_a_moment
     for state, result, answer in answers_with_a_moment:
@@ -409,7 +412,7 @@ def test_without_an_audit_nothing_is_recommended_or_sure():
 def test_interval_of_the_answer_is_that_of_the_ranking():
     """With contacts, the first sentence on certainty has their number and the worst detector's 95 % interval.
 
-    Its larger fault, false contact or missed contacts, is stated; an interval of over 50 % is not very certain.
+    Its larger fault, false contact or missed contacts, is stated; with an interval of over 50 % "Not very" begins it.
     """
     for state in AUDITED:
         result = run_with_steady_times(state)
@@ -434,7 +437,7 @@ def test_certainty_mentions_a_made_up_session(facts, is_made_up):
 
 
 def test_why_explains_missed_and_false_contacts():
-    """The cause of one miss is named, where there are misses, and that of one false contact."""
+    """An answer names the cause of a miss and of a false contact, if its detector has any; else it has no moment."""
     for state, result, answer in answers_of_all_states():
         misses, false_contacts = result.misses[answer.label], result.false[answer.label]
         causes = f"{answer.why} {answer.other_causes}"

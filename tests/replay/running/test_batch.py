@@ -64,7 +64,7 @@ def test_finished_session_is_kept_and_incomplete_is_rerun(three_session_files, t
 
 
 def test_pictures_can_be_added_later_with_the_same_answers(three_session_files, tmp_path):
-    """The second batch draws a picture and keeps no run as it was; the digest is the same.
+    """The second batch draws a picture and keeps no run as it was; the digest of all answers is the same.
 
     Later batches, with pictures or without, keep the run.
     """
@@ -79,7 +79,10 @@ def test_pictures_can_be_added_later_with_the_same_answers(three_session_files, 
 
 
 def test_changed_session_reruns_after_a_killed_batch(three_session_files, tmp_path, monkeypatch):
-    """The session s1 is written anew. A batch is interrupted before its first run, and the next one runs s1 alone."""
+    """The session s1 is written anew. A batch is interrupted before its first run, and the next one runs s1 alone.
+
+    Its tables have both runs, and its digest, of all answers, is another.
+    """
     out, two_files = tmp_path / "runs", three_session_files[:2]
     first = run_batch(two_files, out, settings=SETTINGS)
     write_session(unit_cubes_on_x({"a": [0.0] * 20, "b": [0.5] * 20}), two_files[1])

@@ -222,7 +222,7 @@ def recorded_counts(session):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
-    """The engine reports each of 8 taps in the first frame in or after which it begins or ends."""
+    """The engine reports each begin and end of 8 taps in the first frame at or after it, as exact sees them."""
     stamps, begins, ends = stamps_begins_and_ends(seed)
     moments = sorted([(moment, "enter") for moment in begins] + [(moment, "exit") for moment in ends])
     reports = [(stamps[np.searchsorted(stamps, moment)], phase) for moment, phase in moments]
@@ -257,7 +257,10 @@ def engine_of_50_hz(request, tmp_path_factory):
 
 
 def test_engine_of_50_hz_is_late_for_most_taps(engine_of_50_hz):
-    """8 taps: a step comes up to 20 ms after a begin, the next frame after 11; after an end contact is reported on."""
+    """Steps are 20 ms apart, frames 11 ms: the first step after a begin is mostly later than the first frame after it.
+
+    The first step after an end is mostly later, too: contact that is reported until then is false.
+    """
     assert engine_of_50_hz.counts.late_or_cut_short > TAPS // 2
     assert engine_of_50_hz.counts.false_frames > 0
 
@@ -276,9 +279,10 @@ def test_engine_has_the_same_faults_imported_on_the_recordings_clock(engine_of_5
 
 
 def test_offset_of_a_clock_an_hour_ahead_is_fitted(engine_of_50_hz):
-    """A delay by another clock cannot be distinguished from the offset, so that reports lose it.
+    """``seconds``: added to a reported time, give seconds since the first frame; fitted to 4 ms.
 
-    Without a delay the fit is within 4 ms, so up to two contacts more or less begin a frame late.
+    A delay by another clock cannot be distinguished from the offset, so that reports lose it. Without a delay up to
+    two contacts more or less begin a frame late.
     """
     imported, fit = engine_of_50_hz.import_later(shift=-HOUR)
     assert not fit.is_own_clock

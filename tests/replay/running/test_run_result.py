@@ -61,9 +61,9 @@ class Page(HTMLParser):
 
 
 def test_repr_of_run_session_and_detection_fits_fifteen_lines(result_of_bump, result_of_crowd):
-    """Session and detections of a run of six bodies, with names of over 200 letters, by eight detectors.
+    """A run of six bodies, with names of over 200 letters, by eight detectors, its session and detections are printed.
 
-    And of a small session, of its run without detectors, and without a reference.
+    So are a small session, and its runs without detectors and without a reference; lines have 200 letters at most.
     """
     session = result_of_bump.session
     printed = [
@@ -86,7 +86,7 @@ def test_repr_of_a_session_file_reads_no_frames(tmp_path):
 
 
 def test_repr_of_a_run_lists_the_first_six_detectors(result_of_crowd):
-    """Eight detectors in the order of the ranking: the first ones are named, the others counted."""
+    """Seven detectors and exact in the order of the ranking: six lines name the first ones, two are counted."""
     ranked = [rank.label for rank in result_of_crowd.ranking]
     assert len(ranked) == 8
     _title, *lines = repr(result_of_crowd).split("\n")

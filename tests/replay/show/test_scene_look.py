@@ -129,8 +129,8 @@ CUP, ROD = 0, 1
 def test_grid_lies_below_the_bodies_that_the_picture_is_about(monkeypatch):
     """Cubes of 10 cm, cup, rod and a third, at x = 0, 0.3 and 5 m; all with a pose (``posed``) are drawn.
 
-    The grid ends at the next line beyond the right side (``id``) of the bodies of the pair, without one of all.
-    Over 3.9 m wide it is coarser. The frame is at 0 s.
+    The picture is about those of the pair, else about all. The grid ends at the next line to the right of them, beyond
+    the x of the row. Its lines are 10 cm apart, or 1 m for bodies over 3.9 m wide together. The frame is at 0 s.
     """
     rows = {
         "pair: 0.35 m": ((CUP, ROD), (True, True, True), 3, 0.4, "10 cm"),

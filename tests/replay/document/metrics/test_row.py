@@ -82,9 +82,9 @@ def test_seconds_of_all_tasks_are_the_sum_over_tasks(rows_by_detector):
 
 
 def test_a_row_has_the_recall_that_the_audit_measured(silver_chloride_run, rows_by_detector):
-    """Recall is the fraction of the frames in contact, a pair each, that a detector reports of those of exact.
+    """Recall: the fraction of pairs and frames in contact by ``exact``, the reference, that a detector reports too.
 
-    The session has 90 Hz, of which ``slow`` samples 30.
+    ``slow`` samples a session of 90 Hz at 30 Hz, so it misses some.
     """
     result, _ = silver_chloride_run
     assert set(rows_by_detector) == {"slow", "exact"}

@@ -55,7 +55,7 @@ def test_lane_without_spans_has_no_paths():
 def test_ruler_begins_and_ends_with_the_window():
     """``seconds``: where labels stand; round steps from the begin of the window, and its end with the unit.
 
-    A position is a percentage of the width. Above 20 s the end is rounded: 59.96 reads "60 s".
+    A position is a percentage of the width. The end of a window of over 20 s is rounded: 59.96 reads "60 s".
     """
     rows = {
         "from 10 s": (10.0, 20.0, [10, 12, 14, 16, 18, 20], ["10", "12", "14", "16", "18", "20 s"]),

@@ -122,7 +122,10 @@ def test_address_names_the_detector_unless_it_is_the_first(detectors, names_hull
 
 
 def test_only_cards_with_a_picture_have_lanes_and_a_still():
-    """Pictures of this view are named after their size. Two lanes: of the reference and of the detector ``hull``."""
+    """Pictures of this view are named after their size. Two lanes: of the reference and of the detector ``hull``.
+
+    The card with the first picture of a page, which is larger, has none.
+    """
     rows = {
         "card with a picture": ({}, str(CARD_SIZE), 2),
         "card without": ({"with_picture": False}, "", 0),
@@ -173,7 +176,7 @@ def test_faults_of_a_detector_are_counted_by_kind():
         ranks = [SimpleNamespace(label="other", phases=16), SimpleNamespace(label="hull", phases=1)]
         view = SimpleNamespace(faults={"hull": faults, "other": others}, ranking=ranks)
         counted = fault_counts(view, "hull")
-        assert counted.startswith(text)
+        assert counted.startswith(text), text
         assert "start time of sampling" not in counted, text
         assert "start time of sampling" in fault_counts(view, "other"), text
 

@@ -66,7 +66,8 @@ def run_of(*, answers=(), contacts=3, **audits):
 def test_worst_figure_of_the_worst_detector_is_marked():
     """Ranking of a detector with this audit, of one that misses nothing, and of the reference, which has 3 contacts.
 
-    The first row has a colour by the kind of its fault, its worst column is marked, and false contact has an interval.
+    The first row has a colour by the kind of its fault (``leads``), its worst column is marked (``bad``), and false
+    contact has an interval.
     """
     rows = {
         "nothing wrong": ({}, "", ""),

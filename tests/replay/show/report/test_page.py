@@ -109,9 +109,9 @@ def test_page_script_has_no_comments_or_blank_lines():
 
 
 def test_report_draws_temperatures_of_warmed_bodies_only():
-    """Events of an effect report that the dish is warmest, and a spill on the lid. It has four series, which rise by 4.
+    """An effect has four series, which rise by 4, and two events: when the dish is warmest, and a spill on the lid.
 
-    Drawn is the temperature of the dish: the lid did not become warmer, and the other two series are no temperatures.
+    Only the temperature of the dish is drawn: no event is about that of the lid, and "dish" and "dish/mass" are none.
     """
     first_values = {"dish/temperature": 20.0, "lid/temperature": 30.0, "dish": 40.0, "dish/mass": 50.0}
     series = {

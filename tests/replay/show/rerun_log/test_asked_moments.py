@@ -88,7 +88,7 @@ def refusal_of(file):
 
 
 def test_damaged_recording_is_a_clear_error(tmp_path):
-    """Files in place of a whole recording, from which moments can be read."""
+    """Moments are read from a whole recording; in its place stand files without any, or the first third of it."""
     write_recording_with_moments(tmp_path / "whole.rrd", moments=json.dumps([BOOKMARK]))
     whole = (tmp_path / "whole.rrd").read_bytes()
     contents = {

@@ -15,8 +15,8 @@ from sessions import Scene
 def test_gap_is_viewed_sideways_from_the_users_side():
     """A gap of 2 cm in some horizontal direction, so many radians from X; the user stands at +Z.
 
-    From the gap to the eye: upwards by over 0.3 of the way, at over 37 degrees (cosine 0.8) to the gap, and less than
-    17 degrees (cosine -0.3) behind the gap as the user sees it.
+    From the gap to the eye: upwards by over 0.3 of the way, at over 36.8 degrees (cosine 0.8) to the line of the gap,
+    and less than 17.5 degrees (sine 0.3) behind the gap as the user sees it.
     """
     to_user = np.array([0.0, 0.0, 1.0])
     for radians in np.linspace(0.0, 6.0, 7):

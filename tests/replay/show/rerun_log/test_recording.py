@@ -79,7 +79,7 @@ def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
 
 
 def test_above_an_hour_poses_are_strided_but_lanes_are_not(demo, drawn, monkeypatch):
-    """As if 90 frames lasted more than an hour, at most 30 are drawn; the run has a single miss.
+    """The most frames that are drawn, those of an hour at 90 Hz, are lowered to 30; the run has 90, and a single miss.
 
     Every third frame has poses, and that of the miss, with a few rows more around it. The lane of beaker and rod
     changes wherever the outcome does.

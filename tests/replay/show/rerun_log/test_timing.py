@@ -63,7 +63,7 @@ def test_stages_of_a_phase_are_added_and_idle_omitted():
 
 
 def test_plot_of_times_ends_at_the_largest_99_9th_percentile():
-    """``totals``: milliseconds of each frame, of each detector. Of 0 to 1000 ms 999 of 1000 steps end at 999 ms.
+    """``totals``: milliseconds of each frame, of each detector. 999 of the 1000 steps from 0 to 1000 ms end at 999 ms.
 
     Without times the plot ends at the budget of a frame.
     """

@@ -255,7 +255,7 @@ def test_no_view_of_a_picture_is_empty(name, fraction, picture_of):
     """
     picture = picture_of(name)
     bookmarks = read_bookmarks(picture.path)
-    opening_ns = sum(bookmark.session_ns for bookmark in bookmarks if bookmark.leads)
+    opening_ns = sum(bookmark.session_ns for bookmark in bookmarks if bookmark.leads)  # one leads at most; else 0
     last_ns = max((bookmark.session_ns for bookmark in bookmarks), default=0)
     cursor_ns = opening_ns if fraction is None else int(fraction * last_ns)
     views = [*views_of(layout_of(picture.path))]
@@ -271,9 +271,11 @@ def test_no_view_of_a_picture_is_empty(name, fraction, picture_of):
 def test_views_of_a_picture_name_recorded_entities_only(name, picture_of):
     """Entities that a view's query names exactly, and the one that its eye follows, are in the recording.
 
-    Not those with a wildcard or with a minus (left out), nor liquids, which some vessels lack.
+    Lines of a query with a wildcard, or with a minus (left out), are no exact names; liquids are in some vessels only.
     """
     picture = picture_of(name)
-    for view, query, followed in views_of(layout_of(picture.path)):
+    views = [*views_of(layout_of(picture.path))]
+    assert views
+    for view, query, followed in views:
         exact = {line for line in query if not line.startswith("-") and not line.endswith(("*", "/liquid"))}
         assert {*exact, *followed} <= {*picture.entities}, view

@@ -88,7 +88,7 @@ def test_rows_of_a_deleted_run_folder_are_left_out(batch):
 def test_rows_of_a_renewed_run_folder_are_read_from_it(batch):
     """Run 2 is written again, with one row of metrics instead of all; the tables of the batch still have all.
 
-    The summary of a run that is written again is another one.
+    A summary of another size or time shows that a run was written again.
     """
     run_folder = batch / "run002"
     pq.write_table(pq.read_table(run_folder / "metrics.parquet").slice(0, 1), run_folder / "metrics.parquet")

@@ -95,7 +95,10 @@ def test_failed_run_folder_leaves_nothing_behind(result_of_two_contacts, tmp_pat
 def test_failed_run_folder_leaves_an_earlier_run_untouched(
     result_of_two_contacts, folder_without_picture, tmp_path, broken_drawing
 ):
-    """A run is written without a picture, then over it, on request (``force``), one whose picture fails ("no ink")."""
+    """A run is written without a picture, then over it, on request (``force``), one whose picture fails ("no ink").
+
+    No second, half-written folder stays.
+    """
     shutil.copytree(folder_without_picture, tmp_path / "run")
     before = (tmp_path / "run" / "summary.json").read_bytes()
     with pytest.raises(ValueError, match="no ink"):

@@ -128,7 +128,7 @@ def test_no_text_becomes_a_formula_or_link_in_a_workbook(table_of_formulas, tmp_
     openpyxl = pytest.importorskip("openpyxl")
     assert write_tables({"t": table_of_formulas}, tmp_path, form="xlsx") == []
     cells = [cell for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["t"].rows for cell in row]
-    assert len(cells) == 3 * (len(FORMULAS) + 1)
+    assert len(cells) == 3 * (len(FORMULAS) + 1)  # a heading and two cells a column
     assert [cell.value for cell in cells if cell.data_type == FORMULA_CELL] == []
     assert [cell.hyperlink for cell in cells if cell.hyperlink] == []
 
