@@ -168,9 +168,10 @@ def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
 
 
 def test_run_starts_with_an_open_question(tmp_path):
-    """A scene in ROS axes with STL files, which say no axes: taken for those of the poses there is no contact.
+    """A tool and a plate, recorded in ROS axes (Z up); STL files do not say the axes of their meshes.
 
-    The first sentence of the run, and its page, say that this is not decided: with Y up there are 2 contacts.
+    Taken in those of the poses the bodies never touch, with Y up they have 2 contacts: the run's first doubt, and its
+    page, say that this is not decided.
     """
     _axes, imported = written_scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(), tmp_path / "s.mcap")
@@ -383,7 +384,7 @@ def test_colliders_that_do_not_fit_their_meshes_are_questioned(unity_scene_with_
     """Colliders are turned by half a turn about Y. The question has several alternatives, each described differently.
 
     The current one is "canonical", the axes as they are; with "x-flipped" they fit, so that it is the plausible one.
-    The first says how far the colliders are off. A step of progress is one of the alternatives.
+    The first says how far the colliders stand off the meshes. Progress counts alternatives.
     """
     flipped, progress = unity_scene_with_colliders.flipped, CountedSteps()
     (question,) = examine_assumptions(flipped, progress=progress).questions
@@ -398,9 +399,9 @@ def test_colliders_that_do_not_fit_their_meshes_are_questioned(unity_scene_with_
 
 
 def test_answered_axes_of_colliders_equal_the_import_option(unity_scene_with_colliders):
-    """The axes "x-flipped" of colliders are answered in the recording, or stated by an option of the import.
+    """Colliders turned by half a turn about Y: their axes, "x-flipped", are an answer in the recording or an option.
 
-    Both ways colliders fit their meshes, and nothing is asked.
+    Both ways give the same colliders, which fit their meshes to 1 um, and no question is left.
     """
     flipped, stated = unity_scene_with_colliders.flipped, unity_scene_with_colliders.stated
     (guess,) = [row for row in recording_assumptions(flipped) if row.subject is Subject.COLLIDER_AXES]

@@ -75,8 +75,8 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_
 def test_best_choice_tried_is_taken_when_time_is_up(beaker_and_rod, monkeypatch):
     """A beaker was tried in up to 8 sectors (2 % of false contact are allowed); the time is up before fewer are tried.
 
-    Taken is, of all choices that were tried and are about as good as the best (their loss is at most half of
-    ``SIMILAR_LOSS`` larger), that of the fewest pieces.
+    The choice of fewest pieces is taken of those that are about as good as the best that was tried: with a loss at
+    most 0.0005 larger, half of ``SIMILAR_LOSS``. (``front``: the choices that no other beats in loss and pieces.)
     """
 
     def end(_search):
@@ -172,11 +172,11 @@ def test_mirrored_convex_body_keeps_its_hull():
 
 
 def test_mirrored_body_is_cut_into_as_many_sectors(monkeypatch):
-    """A beaker of 12 sides, and the same with faces that look inwards: each is cut into four by angle, at two heights.
+    """A beaker of 12 sides, and the same with faces that look inwards: both have 2 * 4 pieces.
 
-    (Of 16 by angle, as usual, a thousand pairs of pieces would be compared.)
+    Each is cut across, a little above its floor, and both parts are cut into four by angle.
     """
-    monkeypatch.setattr(sectors, "SECTOR_COUNT", 4)
+    monkeypatch.setattr(sectors, "SECTOR_COUNT", 4)  # usually 16, which takes longer
     beaker = revolved_mesh(WALL, 12)
     sector_counts, mirrored_sector_counts = (
         len(sector_ladder(mesh).ends) for mesh in (beaker, with_inward_faces(beaker))
@@ -244,7 +244,10 @@ def test_equally_accurate_pieces_are_chosen_by_least_volume(beaker_and_rod, monk
 
 
 def test_cut_skipped_for_lack_of_time_names_its_duration(beaker_and_rod, monkeypatch):
-    """CoACD, a method to cut bodies, is said to take 900 s for the beaker, longer than the time limit of a search."""
+    """CoACD, a method to cut bodies, is said to take 900 s (15 min) for the beaker, longer than the 60 s of a search.
+
+    The search says so in a remark, and its JSON lists the cut.
+    """
     plant_methods(monkeypatch, shrunk=1.0)
     seconds = Cut.seconds.fget
     monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))

@@ -21,6 +21,7 @@ GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-
 
 def test_every_engine_setting_links_to_a_page_of_the_guide():
     """A choice is a row of settings (knobs) of an engine; pages of its manual that it names are in the guide."""
+    assert {name for name, _choice in CHOICES} == {"unity", "unreal", "mujoco"}
     for name, choice in CHOICES:
         engine = engines()[name]
         assert choice.pages, (name, choice)
@@ -28,9 +29,9 @@ def test_every_engine_setting_links_to_a_page_of_the_guide():
 
 
 def test_every_later_choice_changes_settings_of_the_first():
-    """A choice is a row of settings (knobs) of an engine: the first has all of them, as in a new project.
+    """A choice is a row of settings (knobs) of an engine: the first row has all of them, as in a new project.
 
-    Later ones have only those that differ.
+    Later rows have only those that differ from it, at least one.
     """
     for name, choice in CHOICES:
         first = engines()[name].choices[0]
@@ -63,8 +64,8 @@ def knobs_of(name, choice):
 def test_no_engine_setting_asks_what_the_engine_does_not_report():
     """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
 
-    No engine reports contact of two triangle meshes, nor of meshes in continuous detection: none has such settings.
-    The rate of the recording plays no role.
+    No engine reports contact of two triangle meshes, nor of meshes in continuous detection: neither detector nor knobs
+    have such settings. The recording's rate is so high here that the detector's own rate is always stated.
     """
     for name, choice in CHOICES:
         assert not re.search("shape=mesh|continuous", choice.detector_text(frames_hz=1e9)), (name, choice)
@@ -74,7 +75,7 @@ def test_no_engine_setting_asks_what_the_engine_does_not_report():
 def test_detector_of_a_choice_steps_as_often_as_the_engine():
     """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
 
-    The engine's time step is in seconds; one with "90" in it stands for the 90 Hz of a headset.
+    The engine's time step is in seconds; "off, 90 frames a second" stands for the 90 Hz of a headset.
     """
     for name, choice in CHOICES:
         knobs = knobs_of(name, choice)
@@ -87,8 +88,7 @@ def test_detector_of_a_choice_steps_as_often_as_the_engine():
 def test_detector_of_a_choice_has_the_engines_pieces_and_margins():
     """A choice is a row of settings (knobs) of an engine, with a detector that stands for it.
 
-    Both have 16 convex pieces, or neither, and the same gap from which on contact is reported.
-
+    Both have 16 convex pieces, or neither, and the same gap from which on contact is reported (Unity's contact offset).
     A trigger (Unity) reports overlap without a gap, and does not push. MuJoCo adds the margins of both bodies.
     """
     for name, choice in CHOICES:

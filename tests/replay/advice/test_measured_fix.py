@@ -247,9 +247,10 @@ def test_bodies_whose_cutter_fails_are_named_with_the_reason(empty_piece_store, 
     ],
 )
 def test_measured_fix_has_no_milliseconds_on_a_busy_machine(unmeasured, monkeypatch, fraction_in_run, fraction_in_fix):
-    """Fractions are of the processor that detectors had while they were timed; other programs had the other 40 %.
+    """Fractions are of the processor that detectors had while they were timed; at 0.6 other programs had 40 %.
 
-    Then the change names no milliseconds. Of a busy run other sentences say so; of a fix its own note does.
+    Then the change that a Fix promises names no milliseconds. A note of the Fix says so only if the machine was busy
+    as the Fix was measured; other sentences of the run, not tested here, speak of a busy run.
     """
     document = unmeasured.document
     detectors = {
@@ -295,7 +296,7 @@ class NotedProgress:
 
 
 def test_progress_of_a_fix_is_the_fraction_of_time_used(unmeasured):
-    """A Fix is measured in a few of a million seconds: 0 % is reported until all is done, then 100 %."""
+    """A Fix is measured in a few of a million seconds, below 1 %: 0 % is reported until all is done, then 100 %."""
     progress = NotedProgress()
     measured_fixes(unmeasured, 1e6, progress)
     *while_measuring, last = progress.percentages
@@ -351,7 +352,7 @@ def test_bodies_of_the_demo_come_cut(demo_meshes):
     """Up to 4, 8, 16 and 32 pieces of each body of the demo are shipped with the program: cutting takes 0 s.
 
     So are 16 pieces by CoACD, which settings of engines have, of all but the headset, which is in no pair.
-    ``seconds``: how long a cut will take, by estimate.
+    ``auto``: by the quickest method that can cut the body; ``seconds``: how long a cut will take, by estimate.
     """
     cuts = [Cut(mesh, "auto", most_pieces) for mesh in demo_meshes.values() for most_pieces in (4, 8, 16, 32)]
     cuts += [Cut(mesh, "coacd", 16) for body, mesh in demo_meshes.items() if body != "headset"]
@@ -369,7 +370,10 @@ def test_first_cut_of_a_fix_is_among_the_shipped_cuts():
 def test_shipped_convex_pieces_equal_freshly_cut_pieces(
     body, method, demo_meshes, empty_piece_store, monkeypatch, tmp_path
 ):
-    """A body of the demo in up to 16 pieces: those shipped with the program, and cut anew where nothing is stored."""
+    """A body of the demo in up to 16 pieces: those shipped with the program equal those cut where nothing is stored.
+
+    ``auto``: by the quickest method that can cut the body.
+    """
     cut = Cut(demo_meshes[body], method, 16)
     shipped = piece_store.convex_pieces(cut)
     monkeypatch.setattr(piece_store, "SHIPPED_FOLDER", tmp_path / "nothing")

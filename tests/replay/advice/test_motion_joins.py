@@ -95,15 +95,15 @@ def test_joined_pieces_of_each_number_cover_the_beaker(stirred_beaker):
     assert sorted(stirred_beaker.joined_by_motion) == [*range(1, FINEST + 1)]
     for count, pieces in stirred_beaker.joined_by_motion.items():
         assert len(pieces) == count
-        assert outside_by(stirred_beaker.mesh, pieces) < 5e-4
+        assert outside_by(stirred_beaker.mesh, pieces) < 5e-4, count
 
 
 @pytest.mark.parametrize("count", [4, 6])
 def test_pieces_joined_by_motion_report_less_false_contact(stirred_beaker, count):
-    """16 convex pieces of a beaker become so many hulls: two are joined whose hull touches a rod least, or is small.
+    """16 convex pieces of a beaker become ``count`` hulls: two are joined whose hull touches a rod least, or is small.
 
     A frame is false where hulls touch the stirring rod and the mesh does not. Hulls joined by the rod's motion have
-    fewer of them, and miss no contact of the mesh, as they still cover its wall. Any small number of hulls would do.
+    fewer such frames, and miss no contact of the mesh, as they still cover its wall. Any small count would do.
     """
     by_motion, by_volume = stirred_beaker.joined_by_motion[count], stirred_beaker.joined_by_volume(count)
     assert stirred_beaker.false_frames(by_motion) < stirred_beaker.false_frames(by_volume)
@@ -255,4 +255,4 @@ def test_untested_joins_change_no_level(stirred_beaker, monkeypatch):
     assert sorted(lazy) == sorted(eager)
     for count, pieces in lazy.items():
         for piece, other_piece in zip(pieces, eager[count], strict=True):
-            assert np.array_equal(piece.vertices, other_piece.vertices)
+            assert np.array_equal(piece.vertices, other_piece.vertices), count

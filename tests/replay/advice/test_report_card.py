@@ -49,7 +49,7 @@ def coarse_reach(monkeypatch):
 def test_float32_rounding_of_written_colliders_is_not_reported(cup):
     """The hull of a cup, its corners rounded to float32 as in a file: no part of the cup is called missing.
 
-    The hull fills the hollow: more than the cup's own volume is beyond it.
+    The hull fills the hollow of a cup whose walls are 2 mm thick: ``beyond``, in volumes of the cup, is above 1.
     """
     hull = hull_collider(cup)
     rounded = TriangleMesh(hull.vertices.astype(np.float32).astype(np.float64), hull.faces)
@@ -60,7 +60,7 @@ def test_float32_rounding_of_written_colliders_is_not_reported(cup):
 
 @pytest.mark.usefixtures("coarse_reach")
 def test_hull_two_micrometres_aside_is_reported(cup):
-    """A hull moved by 2 um, more than float32 rounds, leaves a part of the cup outside."""
+    """A hull moved by 2 um, more than float32 rounds at 1 m (0.06 um), leaves a part of the cup outside."""
     card = shape_figures(cup, [shift_mesh(hull_collider(cup), (2e-6, 0.0, 0.0))])
     assert card["missing"] > 0.0
     assert card["outside_mm"] > 0.0
@@ -124,7 +124,10 @@ def test_points_beyond_the_radius_of_a_ball_are_outside():
 @pytest.mark.usefixtures("coarse_reach")
 @pytest.mark.parametrize("open_body", ["mesh", "piece"])
 def test_volumes_of_open_meshes_are_not_known(open_body):
-    """A cube in place of itself; a face is missing, of the mesh or of the piece: that has no inside, so no volume."""
+    """A cube is its own collider; a face is missing, of the mesh or of the piece: that has no inside, so no volume.
+
+    The volumes beyond the mesh and missing from it are then None.
+    """
     cube = box_mesh((1.0, 1.0, 1.0))
     open_cube = TriangleMesh(cube.vertices, cube.faces[1:])
     mesh, piece = (open_cube, cube) if open_body == "mesh" else (cube, open_cube)

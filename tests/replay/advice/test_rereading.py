@@ -70,10 +70,13 @@ def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, monkeyp
             quick = rereadings.outcome(reading, question)
             prepared_anew = prepare(reading).assembly
             slow = ReplayedBodies(prepared_anew).outcome(prepared_anew.motion)
-            assert np.array_equal(quick.contact, slow.contact), (question.subject, answer)
-            assert quick.contacts == slow.contacts
-            assert quick.deepest == pytest.approx(slow.deepest, abs=0.004)  # an estimate from random points, metres
-            assert quick.closest == pytest.approx(slow.closest, abs=1e-6)
+            row = question.subject, answer
+            assert np.array_equal(quick.contact, slow.contact), row
+            assert quick.contacts == slow.contacts, row
+            expected_depth = pytest.approx(slow.deepest, abs=0.004)  # an estimate from random points, metres
+            assert quick.deepest == expected_depth, row
+            expected_gap = pytest.approx(slow.closest, abs=1e-6)
+            assert quick.closest == expected_gap, row
 
 
 def test_offset_of_a_body_is_kept_in_other_pose_axes(tmp_path):

@@ -168,9 +168,9 @@ def test_tradeoff_is_plain_json_without_nan(finished_tradeoff):
 
 
 def test_compound_is_skipped_where_cutting_exceeds_time_limit(bumped, monkeypatch):
-    """A compound is a body cut into convex pieces, here 4, which is said to take 4 * 1000 s of the limit of 60 s.
+    """A compound is a body cut into convex pieces, here 4, which is said to take 4 * 1000 s: the limit is 60 s.
 
-    ``cut``: labels of settings that the time limit left out.
+    ``cut`` has the labels of settings that the time limit left out: that of the compound, not exact.
     """
     settings = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
     monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, pairs, settings: 1000.0 * settings["pieces"])

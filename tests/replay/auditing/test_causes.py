@@ -98,19 +98,19 @@ TOO_MANY_FOR_CHANCE = 5
 
 
 def test_the_table_of_planted_and_reported_causes_is_diagonal():
-    """Two cubes meet three times; every detector of PLANTED misses that by its cause, and no other is reported.
+    """Two cubes meet three times; a detector of PLANTED misses frames by its cause alone, and no other is reported.
 
-    More than five frames are examined, too many to be right by chance. The document counts misses by every cause.
+    More than five missed frames are examined, too many to be right by chance. The document has a count of every cause.
     """
     result = compute(corners_first(frames=60), detectors=list(PLANTED.values()), oracle="exact")
     labels = dict(zip(PLANTED, [label for label in result.detections if label != "exact"], strict=True))
     for planted, label in labels.items():
         assert result.causes[label].examined_misses > TOO_MANY_FOR_CHANCE, planted
-        assert causes_of_frames(result.causes[label]) == {planted}
-        assert {miss.cause for miss in result.misses[label]} == {planted.value}
+        assert causes_of_frames(result.causes[label]) == {planted}, planted
+        assert {miss.cause for miss in result.misses[label]} == {planted.value}, planted
         misses_by_cause = result.document.audit[label].causes.misses
-        assert misses_by_cause.keys() == set(MISS_CAUSES)
-        assert misses_by_cause[planted] == len(result.misses[label])
+        assert misses_by_cause.keys() == set(MISS_CAUSES), planted
+        assert misses_by_cause[planted] == len(result.misses[label]), planted
 
 
 @pytest.mark.slow

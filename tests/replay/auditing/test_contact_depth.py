@@ -89,7 +89,10 @@ def test_open_bodies_make_the_gate_fail_with_the_reason():
     ],
 )
 def test_gate_on_the_command_line_takes_a_length(limit, code, sentence, tmp_path, capsys):
-    """The detector of 20 Hz misses contact that is up to 0.3 m deep; ``limit`` is the depth that misses may have."""
+    """A detector of 20 Hz misses contact that is up to 0.3 m deep; ``limit`` is the depth that misses may have.
+
+    ``code``: the exit code of the command. The gate fails where a miss is deeper than the limit.
+    """
     write_session(unit_cubes_on_x(X_OF_OVERLAPPING_CUBES), tmp_path / "s.mcap")
     command = ["run", str(tmp_path / "s.mcap"), "--no-picture", "--fix-time", "0"]
     assert main([*command, "--detectors", "slow=discrete[rate_hz=20]", f"--max-missed-depth={limit}"]) == code

@@ -52,7 +52,7 @@ def test_bounces_within_half_a_millimetre_count_as_one_contact(bouncing):
     """A cube bounces on another (BOUNCES): four contacts, which are one, interrupted three times by at most 0.46 mm.
 
     A contact that lasts up to a gap of 0.5 mm ("release") joins them: 4 of its 9 frames are false, 44 %. The note of
-    the run says the same.
+    the run says the same; 100 ms is the longest interruption that counts, those here are of 10 and 20 ms.
     """
     counted, result = bouncing
     assert (counted.reported, counted.contacts, counted.joined, counted.interruptions) == (4, 4, 1, 3)
@@ -77,7 +77,7 @@ def test_bounces_within_half_a_millimetre_count_as_one_contact(bouncing):
     ],
 )
 def test_body_that_leaves_far_or_long_does_not_flicker(frames_away, metres, flickers):
-    """Two contacts of two frames; between them the cube is so far away for so many frames of 10 ms.
+    """Two contacts of two frames; between them the cube is ``metres`` away for ``frames_away`` frames of 10 ms.
 
     Up to ten frames (100 ms) and 5 mm away, they are one contact that flickers, joined by a release distance of 5 mm.
     """
@@ -193,7 +193,7 @@ def test_contact_of_another_pair_is_no_flicker_interruption():
 
 
 def test_flicker_sentence_is_the_same_on_every_screen(bouncing):
-    """Four contacts in a bounce are one: terminal, Markdown, report and viewer have the note on it word by word."""
+    """A cube bounces on another: terminal, Markdown, report and viewer have the run's note on it word by word."""
     _, result = bouncing
     (sentence, *_) = flicker_notes(result)
     console = Console(width=200)

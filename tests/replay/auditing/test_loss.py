@@ -87,10 +87,10 @@ def test_planted_contacts_give_the_closed_form_of_the_loss(lengths):
 
 
 def test_more_samples_rank_no_worse_than_chance_allows():
-    """Twelve random recordings of 900 frames with 5 contacts, each sampled at rising rates by a detector with faults.
+    """Twelve random recordings of 10 s (900 frames) with 5 contacts, each sampled at the rising RATES by a detector.
 
-    It begins up to three frames early, ends early or a frame late, and sees nothing of one contact in ten. From rate
-    to rate the mean loss grows by no more than twice its standard error; from 2 to 6 Hz it falls.
+    It reports a contact up to three frames early, ends it early or a frame late, and misses one in ten. From rate to
+    rate the mean loss grows by no more than twice its standard error; from 2 to 6 Hz, the first two, it falls.
     """
     random = np.random.default_rng(7)
     recordings, frames = 12, 900

@@ -34,7 +34,10 @@ def cubes_at_gaps_mm(millimetres, names="ab"):
 
 
 def noisy_run(session, **more):
-    """A run of ``slow``, which samples at 25 Hz, with noise of SIZE added to the poses of both bodies, in 64 copies."""
+    """A run of ``slow``, which samples at 25 Hz, with noise of SIZE added to the poses of both bodies.
+
+    The noise is drawn anew in each of 64 copies, unless ``more`` has another number.
+    """
     more = {"detectors": "slow=discrete[rate_hz=25]", "noise": [SIZE]} | more
     return compute(session, **more)
 
@@ -106,10 +109,10 @@ def test_contact_in_95_percent_of_noisy_copies_holds(copies_with_contact, word):
 
 
 def test_contacts_of_a_glass_at_rest_are_undecidable():
-    """Frames 62 to 171 rest at gaps of -0.1 to 0.3 mm, which noise closes and opens: 0.6 mm of either body.
+    """Frames 62 to 171 rest at gaps of -0.1 to 0.3 mm, which noise closes and opens: 0.6 mm a body, in 16 copies.
 
-    They are one interval at rest, within 12 frames, and no near passes. The contact of 6 mm in frames 20 and 21 holds;
-    each of the many short contacts at rest is undecidable, and a note says so of the pair.
+    They are one interval at rest, to 12 frames, and no near passes. The contact of 6 mm in frames 20 and 21 holds;
+    each of the more than ten short contacts at rest is undecidable, and a note says so of the pair.
     """
     rest = 0.1 + 0.2 * np.sin(np.arange(110))
     result = noisy_run(cubes_at_gaps_mm([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]), noise_copies=16)

@@ -39,8 +39,9 @@ def bumps(seed, frames=120):
 def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, rate_hz, seed):
     """A detector of a low rate is counted at 16 offsets of its first sample; the run displays what happens at one.
 
-    No offset that shows the larger fault (missed or false contact) is nearer the mean over all in missed frames, missed
-    contacts and false fraction alike; and a detector with a fault has a sentence why, and a moment that shows it.
+    No other offset that shows the larger fault (missed or false contact) is nearer the mean of all offsets in each of
+    three counts: missed frames, missed contacts, false fraction. A detector with a fault has a sentence why, and a
+    moment that shows it.
     """
     settings = detector.removesuffix("]") + (",rate_hz=" if "[" in detector else "[rate_hz=") + f"{rate_hz}]"
     result = compute(bumps(seed), detectors=f"slow={settings}")

@@ -120,13 +120,14 @@ def test_pieces_are_cut_once_and_anew_where_files_are_damaged(empty_cache, monke
     assert hashes(convex_pieces(cut)) == hashes(pieces)
     remade = times_written(empty_cache)
     assert remade.keys() == damaged.keys()
-    assert all(remade[file] != damaged[file] for file in damaged)
+    assert [file.name for file in damaged if remade[file] == damaged[file]] == []
 
 
 def test_cut_is_ready_when_its_pieces_are_stored(empty_cache, monkeypatch):
-    """Planes cut two boxes once for every number of pieces, so 2 are ready once 16 were cut; not so V-HACD.
+    """Planes cut two boxes once for every number of pieces: once 16 were cut, 2 are ready; those of V-HACD are not.
 
-    ``seconds``: about how long the work takes that is left. The program that cuts leaves an empty file here.
+    ``seconds``: about how long the work takes that is left. The program that cuts leaves an empty file here, and
+    ``cut_ahead`` returns the cuts that it could not make: none.
     """
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import sys; open(sys.argv[4], 'wb')")
     cut = Cut(TWO_BOXES, "planes", most=16)
@@ -278,7 +279,10 @@ def test_cuts_that_exceed_the_time_limit_are_named(monkeypatch):
 
 @pytest.mark.parametrize("name", ["beaker", "a,b [c]", "x+y=z", "12", "none", "%41", "Wasser über"])
 def test_any_name_of_a_body_survives_a_setting(name):
-    """The name is written into the text of a detector and read back: its body is cut, and not the other."""
+    """The name, with signs that settings use, is written into the text of a detector and read back.
+
+    Its body, a beaker, is cut into pieces; the other one, which is not named, stays one hull.
+    """
     bodies = [Body(name, BEAKER), Body("other", BEAKER)]
     text = names_as_setting([name])
     spec = parse_detector(f"collider[shape=compound,pieces=8,method=auto,cut={text}]")

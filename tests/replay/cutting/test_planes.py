@@ -69,7 +69,7 @@ def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
 
 
 def test_cutting_stops_at_the_most_regions(monkeypatch):
-    """Planes would cut a hollow cup into more than eight pieces: there are as many as the limit, three."""
+    """Planes would cut a hollow cup into more than eight pieces (``ends``: one a piece); three are the limit here."""
     assert len(ladders_by_body()[CUP.content_hash].ends) > 8
     monkeypatch.setattr(planes, "MOST_REGIONS", 3)
     assert len(plane_ladder(CUP).ends) == 3

@@ -128,9 +128,9 @@ def test_tetrahedron_within_another_is_as_deep_as_the_inscribed_sphere():
 
 
 def test_meshed_spheres_converge_at_second_order():
-    """Spheres of 1 m, 1.6 m apart: 0.4 m deep, and a lens of pi (4 r + d) (2 r - d)^2 / 12.
+    """Spheres of radius r = 1 m, d = 1.6 m apart: 2 r - d = 0.4 m deep, a lens of pi (4 r + d) (2 r - d)^2 / 12.
 
-    The second mesh has edges half as long as the first, and a quarter of its error: 1 in 3.3 to 4.8.
+    The second mesh has edges half as long as the first, and so about a quarter of its error: a ratio of 3.3 to 4.8.
     """
     errors = []
     for level in (2, 3):

@@ -57,7 +57,7 @@ def fresh_kernel(module):
     return njit(increased)
 
 
-def test_compiling_is_announced_once_with_its_duration(monkeypatch):
+def test_compiling_is_announced_once_with_its_duration():
     """Two kernels of this program are compiled, and one of another module, which all add 1: one announcement.
 
     It has a beginning, an end with the time, and a doubt about the times of this run.

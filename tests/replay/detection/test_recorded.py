@@ -112,7 +112,10 @@ def test_interval_of_a_session_has_the_clock_of_the_whole():
 
 
 def test_engine_reports_of_unknown_bodies_are_counted_and_ignored():
-    """One contact of a and b, and the begin of another of a with Floor, which is no body of the session."""
+    """One contact of a and b is reported, and the begin of another, of a with Floor, which is no body of the session.
+
+    The detector's work counts a contact of each kind.
+    """
     session = session_of_reports((4, "enter"), (4, "exit"))
     with_floor = LiveContact(time_ns=0, body_a="a", body_b="Floor", phase="enter")
     detection = detection_of_reports(replace(session, live_contacts=(*session.live_contacts, with_floor)))
@@ -269,7 +272,8 @@ def detector_of_engine(*reports, rate_hz=50.0):
 def test_physics_step_between_moments_counts_to_a_microsecond():
     """An engine's steps are at multiples of 0.02 s, as its reports at 0.04 and 0.06 s: is there a step between moments?
 
-    Both are seconds. Where the rate of steps is not known, which two reports do not reveal, there is no answer (None).
+    Moments are in seconds; one that is half a microsecond beyond a step is at it, one that is 10 beyond is not. Where
+    the rate of steps is not known, which two reports do not reveal, there is no answer (None).
     """
     has_step = {
         (0.041, 0.059): False, (0.041, 0.061): True, (0.039, 0.041): True, (0.04, 0.04): True,
@@ -297,9 +301,9 @@ def test_report_ends_at_the_next_physics_step():
 
 
 def test_physics_steps_between_frames_count():
-    """An engine's reports at 5 and 25 ms lie between frames of 10 ms: it has a step every 20 ms, the third at 45 ms.
+    """An engine of 50 Hz, a step every 20 ms, reports at 5 and 25 ms, between frames of 10 ms: its third is at 45 ms.
 
-    Is a step between a start and an end, in seconds?
+    ``has_step``: a start and an end in seconds, and whether a step is between them.
     """
     has_step = {(0.026, 0.044): False, (0.026, 0.046): True, (0.0449, 0.0451): True}
     detector = detector_of_engine((0.5, "enter"), (2.5, "exit"))

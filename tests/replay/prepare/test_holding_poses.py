@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.small_worlds import swinging_cubes, unit_cubes_on_x
 
+from cdcore.errors import InvalidPoseError
 from replay.engine import compute, prepare
 from replay.errors import AssemblyError
 from replay.prepare import holding_poses
@@ -113,13 +114,16 @@ def test_window_of_a_recording_beyond_memory_is_answered_equally(tmp_path, monke
 
 
 def test_only_the_window_of_a_file_is_read(tmp_path, room_for_1000_frames):
-    """Frame 1500 of 2000, 16.7 s at 90 Hz, holds no numbers: it is refused in a window around it and in no other."""
+    """Frame 1500 of 2000, at 16.7 s of 90 Hz, has a position that is no number: the window from 12 to 20 s is refused.
+
+    That from 2 to 10 s is prepared, 8 s and so 720 frames: no more than the 1,000 for which there is room.
+    """
     session = two_cubes()
     position = session.frames.position.copy()
     position[1_500, 1] = np.nan
     write_session(replace(session, source=replace(session.frames, position=position)), tmp_path / "long.mcap")
     file = read_session(tmp_path / "long.mcap")
-    with pytest.raises(Exception, match=r"frame 1500 \(16\.66"):
+    with pytest.raises(InvalidPoseError, match=r"frame 1500 \(16\.66"):
         prepare(file, start=12, end=20)
     assert len(prepare(file, start=2, end=10).assembly.motion) == (10 - 2) * 90
 

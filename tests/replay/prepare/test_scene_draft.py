@@ -153,9 +153,9 @@ def test_draft_of_bodies_that_never_meet_has_no_pairs():
 
 
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
-    """Five bodies are recorded in 100 frames; there is room for half of their poses, so the first half is examined.
+    """Five bodies are recorded in 100 frames; there is room for half of their poses, 250 of 500.
 
-    The text of the draft says so.
+    The draft says that it examined only the first part, and so does its text.
     """
     monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
     session = bench_session()

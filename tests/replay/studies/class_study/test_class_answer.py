@@ -129,7 +129,7 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(class_runs, cla
 
 
 def test_first_sessions_lead_to_their_miss(class_tables, study_without_association):
-    """20 students: up to three links read ``S007: hand-left - beaker at 3.14 s`` and open that miss in a report."""
+    """20 students: one to three links read ``S007: hand-left - beaker at 3.14 s`` and open that miss in a report."""
     links = answer_rows(class_tables, study_without_association)["When"].links
     assert 1 <= len(links) <= 3
     for text, address in links:
@@ -137,7 +137,7 @@ def test_first_sessions_lead_to_their_miss(class_tables, study_without_associati
 
 
 def test_class_answer_names_the_pair_once_for_all_examples(class_runs):
-    """Only the misses of beaker and burette stay: the links name student and second alone."""
+    """Only the misses of beaker and burette stay: a sentence names the pair, links name student and second alone."""
     is_of_beaker = [row["body_a"] == "beaker" for row in class_runs.tables["misses"].to_pylist()]
     misses_of_beaker = class_runs.tables["misses"].filter(pa.array(is_of_beaker))
     single_pair = replace(class_runs, tables=class_runs.tables | {"misses": misses_of_beaker})
@@ -214,7 +214,10 @@ def wrong_contacts_in_files(runs):
 
 @pytest.mark.slow
 def test_class_answer_counts_mistakes_that_moved_no_result(class_runs, class_tables, study_without_association):
-    """All detectors give the same figures, nothing is associated; mistakes are counted again from the runs' files."""
+    """All detectors give the same figures, nothing is associated: mistakes are counted, of slow and coarse.
+
+    Expected are contacts missed or cut short, counted again from the files of the runs.
+    """
     why = answer_rows(class_tables, with_equal_figures(study_without_association))["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     wrong, contacts = wrong_contacts_in_files(class_runs)
@@ -309,7 +312,10 @@ def test_class_answer_advises_no_more_students_if_they_are_enough(class_tables, 
 
 
 def test_more_students_are_needed_where_more_tests_are_made(class_tables, study_without_association):
-    """Six regressions, corrected for one another: a correlation of 0.3 takes more than the 85 students of one."""
+    """Six regressions, corrected for one another: a correlation of 0.3 takes more than the 85 students of one.
+
+    ``students_needed``, tested elsewhere, says how many; Cost counts those beyond the 20.
+    """
     six_tests = replace(study_without_association, coefficients=study_without_association.coefficients * 6)
     rows = answer_rows(class_tables, six_tests)
     needed = students_needed(correlation=0.3, tests=6)
@@ -439,7 +445,10 @@ def test_certainty_begins_with_the_detectors(class_tables, study_without_associa
 def test_certainty_ends_with_the_correlation_that_students_show(
     class_tables, study_without_association, students, sentences
 ):
-    """Fisher: 80 % power takes r = tanh(2.80 / sqrt(n - 3)), 0.59 of 20 students and 0.28 of 100; not below 20."""
+    """By Fisher n students show r = tanh(2.80 / sqrt(n - 3)) with 80 % power: 20 show 0.59, and 100 show 0.28.
+
+    Of fewer than 20 students no such figure is stated.
+    """
     study = replace(study_without_association, students=students)
     assert answer_rows(class_tables, study)["Sure"].text.endswith(sentences)
 
@@ -472,7 +481,8 @@ def test_cost_calls_the_recommended_detector_least_only_where_measured(
 ):
     """``exact`` takes 0.01 ms a frame, ``coarse`` 0.03; a class is priced at the 90 frames a second of a headset.
 
-    85 students are needed, so that Cost begins with 65 more. Or names a detector only if it is quicker than exact.
+    85 students are needed, so that Cost begins with 65 more, and with the time if 85 took part. Or names a detector
+    only if it is quicker than exact.
     """
     milliseconds = {"exact": 0.01, "slow": slow_ms, "coarse": 0.03}
     metrics = class_runs.every_metric.to_pandas()
@@ -562,7 +572,7 @@ def test_mistakes_of_a_single_kind_are_reported(class_runs, study_without_associ
 
 @pytest.mark.parametrize("more", [0, 2])
 def test_refused_results_are_listed_up_to_a_few(class_tables, study_without_association, more):
-    """MOST_REFUSED refused results are listed; so many more are counted here, and listed under Method."""
+    """MOST_REFUSED refused results are listed; of ``more`` beyond them only the number is here, a list under Method."""
     refusals = (StudyRefusedError("small-cell", "the comparison of ease"),) * (MOST_REFUSED + more)
     study = replace(study_without_association, refusals=refusals)
     text = whole_text(answer_rows(class_tables, study)["Sure"])

@@ -125,9 +125,9 @@ def test_sessions_are_listed_until_they_are_of_five_students(tables_of, tmp_path
 
 
 def test_small_cells_cannot_be_derived_from_totals(tables_of):
-    """Eight students: 8 misses for want of time, 14 of a budget, and 9 that came late, of three students alone.
+    """Eight students: 8 misses of a search, 14 of seven of them by a budget, and 9 that came late, of three alone.
 
-    These nine are hidden, and the 14 too: else the nine were the known total, 31, less the two others.
+    Five students make a figure. The nine are hidden, and the 14 too: else the nine were the total, 31, less the others.
     """
     runs, _ = tables_of(**EIGHT_STUDENTS)
     any_miss = runs.tables["misses"].to_pylist()[0]
@@ -154,7 +154,7 @@ def missed_of(contacts):
 
 
 def test_pairs_have_recounts_of_their_misses_and_contacts(tables_of):
-    """Rows of misses and of contacts of exact in eight sessions, by the pair of their bodies."""
+    """Misses and contacts of exact in eight sessions are counted again by the pair of their bodies, of four pairs."""
     runs, tables = tables_of(**EIGHT_STUDENTS)
     misses, contacts = (runs.tables[name].to_pylist() for name in ("misses", "episodes"))
     rows = tables.pairs().plain()
@@ -165,38 +165,43 @@ def test_pairs_have_recounts_of_their_misses_and_contacts(tables_of):
             for faults in (misses, contacts)
         )
         sessions, sessions_with_a_miss = ({fault["place"] for fault in faults} for faults in (own_contacts, own_misses))
-        assert row["sessions"] == len(sessions)
-        assert row["misses"].text == str(len(own_misses))
-        assert row["sessions with a miss"].text == f"{len(sessions_with_a_miss)} of {len(sessions)}"
-        assert row["contacts never found"].text == missed_of(own_contacts)
+        assert row["sessions"] == len(sessions), row["pair"]
+        assert row["misses"].text == str(len(own_misses)), row["pair"]
+        assert row["sessions with a miss"].text == f"{len(sessions_with_a_miss)} of {len(sessions)}", row["pair"]
+        assert row["contacts never found"].text == missed_of(own_contacts), row["pair"]
 
 
 def test_activities_have_recounts_of_their_contacts(tables_of):
-    """Contacts of exact in eight sessions, by stage: first or second."""
+    """Contacts of exact in eight sessions are counted again by stage, first or second."""
     runs, tables = tables_of(**EIGHT_STUDENTS)
     contacts = runs.tables["episodes"].to_pylist()
     rows = [row for row in tables.activity_table().plain() if row["what"] == "stage"]
     assert {row["which"] for row in rows} == {"first", "second"}
     for row in rows:
         own = [contact for contact in contacts if contact["stage"] == row["which"]]
-        assert row["sessions"] == len({contact["place"] for contact in own})
-        assert (row["contacts"].text, row["missed by any"].text) == (str(len(own)), missed_of(own))
+        assert row["sessions"] == len({contact["place"] for contact in own}), row["which"]
+        assert (row["contacts"].text, row["missed by any"].text) == (str(len(own)), missed_of(own)), row["which"]
 
 
 def test_listed_miss_is_the_longest_of_its_session(tables_of, tmp_path):
-    """Eight sessions of about 20 contacts, of which ``slow`` misses nine in ten; a miss has the length of its cut."""
+    """Eight sessions of about 20 contacts, of which ``slow`` misses nine in ten; five sessions are listed with a miss.
+
+    It is the miss whose cut, the curve in which the bodies intersect, is the longest (``cut_length``).
+    """
     runs, _ = tables_of(**EIGHT_STUDENTS)
     links = places(runs, tmp_path)
     number_of_session = {name: number for number, (name, _address) in enumerate(links.values())}
     misses = runs.tables["misses"].to_pylist()
-    for session, example, _detector in sessions_table(runs, links).rows:
+    rows = sessions_table(runs, links).rows
+    assert len(rows) == 5
+    for session, example, _detector in rows:
         own = [row for row in misses if row["place"] == number_of_session[session.text]]
         longest = max(own, key=lambda row: row["cut_length"])
         assert example.to.endswith(f"#miss-{longest['number']}"), session.text
 
 
 def test_recorded_time_is_unknown_if_a_session_states_none(tables_of):
-    """Eight sessions state their minutes; then the first does not, or they are of four students alone."""
+    """Eight sessions state their minutes; it is 0 if the first states none, or if they are of four students alone."""
     runs, tables = tables_of(**EIGHT_STUDENTS)
     minutes = sum(next(iter(rows.values()))["valid_minutes"] for rows in runs.metrics.values())
     assert tables.recorded_seconds == pytest.approx(60 * minutes)
@@ -208,7 +213,7 @@ def test_recorded_time_is_unknown_if_a_session_states_none(tables_of):
 
 
 def test_list_of_sessions_has_no_figure(tables_of, tmp_path):
-    """Five of eight students' sessions are listed: a name, what to look at, and a detector."""
+    """Five of eight students' sessions are listed, each with a name, a link to look at and a detector: no figures."""
     runs, _ = tables_of(**EIGHT_STUDENTS)
     sessions = sessions_table(runs, places(runs, tmp_path))
     assert [column.name for column in sessions.columns] == ["session", "look at", "by"]
@@ -326,7 +331,10 @@ def without_slow_in_the_first(sessions):
 
 @pytest.mark.parametrize("changed", [with_equal_rates, without_slow_in_the_first])
 def test_rate_difference_is_omitted_where_rates_cannot_be_compared(tables_of, changed):
-    """Eight students; ``slow`` misses nine of ten contacts until its rates are equal, or of unlike sessions."""
+    """Eight students; ``slow`` misses nine of ten contacts, so that its rate differs from that of exact.
+
+    The sentence is omitted where both rates are equal, and where ``slow`` was not measured in the first session.
+    """
     runs, tables = tables_of(**EIGHT_STUDENTS)
     assert tables.rate_difference() != ""
     metrics = dict(zip(runs.metrics, changed(runs.metrics.values()), strict=True))
@@ -364,7 +372,7 @@ def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tables_of, members
 
 
 def test_head_counts_false_contacts_of_each_detector(tables_of):
-    """The false contacts of ``slow``, the only detector beside exact, by the number of sessions."""
+    """The false contacts of ``slow``, the only detector beside exact, are divided by the eight sessions."""
     runs, tables = tables_of(**EIGHT_STUDENTS)
     (headline,) = tables.headlines()
     false_contacts = [row for row in runs.tables["false_contacts"].to_pylist() if row["detector"] == "slow"]
@@ -376,7 +384,8 @@ def test_head_counts_false_contacts_of_each_detector(tables_of):
 def test_every_class_table_notes_that_n_counts_students(tables_of):
     """Tables of detectors, pairs, activities and causes of a class of eight students have a column n."""
     _, tables = tables_of(**EIGHT_STUDENTS)
-    assert all("n counts the students" in " ".join(table.notes) for table in all_tables(tables))
+    notes = [" ".join(table.notes) for table in all_tables(tables)]
+    assert ["n counts the students" in text for text in notes] == [True] * 4
 
 
 def test_sessions_are_named_by_code_and_tell_repeats_apart(tables_of, tmp_path):

@@ -106,7 +106,7 @@ def test_interval_is_of_permuted_residual_quantiles():
 def test_holm_is_across_all_outcomes_of_the_groups(monkeypatch):
     """Three outcomes, a to c, of 40 students who are in two groups in turn; expected is Holm's rule by statsmodels.
 
-    The rule is the same for p of few permutations.
+    Few permutations do: the rule takes any p.
     """
     monkeypatch.setattr(groups, "PERMUTATIONS", 199)
     monkeypatch.setattr(groups, "STUDENTISED_DRAWS", 99)

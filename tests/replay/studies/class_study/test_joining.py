@@ -29,21 +29,21 @@ def test_questionnaire_is_sorted_by_student_with_reversed_items_flipped(tmp_path
 def test_student_id_like_a_name_is_refused_without_repeating_it():
     """Row 1 has a code, S1. Codes have a digit and at most 32 letters, digits, - and _; row 2 breaks that.
 
-    It is empty, may be a name or an address, or has 41 signs; the refusal does not repeat it.
+    It is empty, may be a name or an address, has a space, or has 41 signs; the refusal does not repeat it.
     """
     for student in ("", "Ada Lovelace", "ada", "ada@school.edu", "S 1", "S" * 40 + "1"):
         with pytest.raises(StudyRefusedError) as refused:
             check_pseudonyms(["S1", student], "q.csv")
         assert refused.value.rule == "ids", student
         assert "data row 2:" in str(refused.value), student
-        assert student == "" or student not in str(refused.value)
+        assert student == "" or student not in str(refused.value), student
 
 
 @pytest.mark.parametrize(
     ("wrong_rows", "listed"), [(5, "data row 2, 3, 4, 5, 6:"), (6, "data row 2, 3, 4, 5, 6, ...:")]
 )
 def test_at_most_five_rows_with_wrong_ids_are_listed(wrong_rows, listed):
-    """Row 1 has a code, S1; so many rows below have a name in its place."""
+    """Row 1 has a code, S1; the ``wrong_rows`` below it have a name in its place."""
     with pytest.raises(StudyRefusedError) as refused:
         check_pseudonyms(["S1", *["ada"] * wrong_rows], "q.csv")
     assert listed in str(refused.value)

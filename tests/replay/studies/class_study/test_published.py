@@ -68,7 +68,7 @@ def test_printed_regressions_agree_but_one(remarks_on_example):
 
 @pytest.mark.parametrize("r", [0.107, 0.412, -0.6, 0.9])
 def test_fit_correlation_and_p_agree_with_regression(r):
-    """52 made-up students whose correlation is exactly r: expected are fit and p of statsmodels.
+    """52 made-up students whose correlation is exactly r: expected are adjusted fit and p of statsmodels.
 
     The correlation that is computed back from the fit has no sign.
     """

@@ -99,7 +99,7 @@ def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
 
 
 def test_kmo_of_two_correlated_items_is_a_half():
-    """Without a third item the partial correlation is the correlation: r^2 / (r^2 + r^2)."""
+    """KMO is r^2 / (r^2 + partial r^2); without a third item the partial correlation is the correlation r itself."""
     assert kmo(ANSWERS[:, :2]) == pytest.approx(0.5)
 
 

@@ -331,7 +331,10 @@ def test_comparisons_of_groups_are_corrected_and_counted_apart():
 
 
 def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
-    """hull50 finds half of the contacts, hybrid 80 %; a detector that has no metrics is refused."""
+    """The detector hull50 finds half of the contacts, hybrid 80 %: hybrid is chosen, or the one that is requested.
+
+    A request for a detector without metrics ("exakt") is refused.
+    """
     answers, contacts = a_class(count=30)
     table = metrics(contacts, detectors=("hull50", "hybrid"), recall=(0.5, 0.8))
     assert analyse(NO_REGRESSIONS, questionnaire(answers), table).detector == "hybrid"
@@ -342,7 +345,7 @@ def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
 
 
 def test_reference_is_chosen_of_detectors_that_miss_nothing():
-    """hull50 finds every contact too, and may report false ones beside; exact is the reference."""
+    """The detector hull50 finds every contact too, but may report false ones: exact, the reference, is chosen."""
     answers, contacts = a_class(count=30)
     table = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
     assert analyse(NO_REGRESSIONS, questionnaire(answers), table).detector == "exact"
@@ -436,7 +439,10 @@ def few_permutations(monkeypatch):
     ],
 )
 def test_group_with_fewer_than_five_answers_is_not_compared(answering, sizes, rules):
-    """Two groups of 20; of the second only ``answering`` students answered item m1, without which is no motivation."""
+    """Two groups of 20; of the second only ``answering`` students answered item m1, without which is no motivation.
+
+    ``sizes``: outcome -> students of both groups, where compared; ``rules``: those by which a comparison was refused.
+    """
     answers, contacts = a_class(count=40)
     students_of_second_group = np.arange(1, 40, 2)
     answers[students_of_second_group[: 20 - answering], ITEMS.index("m1")] = np.nan
@@ -448,7 +454,7 @@ def test_group_with_fewer_than_five_answers_is_not_compared(answering, sizes, ru
 
 @pytest.mark.usefixtures("few_permutations")
 def test_size_of_a_group_below_five_is_not_printed():
-    """40 students are in three groups, 31, 5 and 4."""
+    """40 students are in three groups, of 31, 5 and 4: the last size is "fewer than 5"."""
     answers, contacts = a_class(count=40)
     group_of_each = ["first"] * 31 + ["second"] * 5 + ["third"] * 4
     book = codebook(questions=(), groups=("arm", ("first", "second", "third")))
@@ -570,7 +576,10 @@ def study_folder(class_runs, tmp_path_factory):
 
 
 def test_counts_of_students_are_integers_in_the_files(study_folder):
-    """In associations.csv, which has a row for each of two results; its column ``associated`` is True or False."""
+    """The file associations.csv has a row for each of two results of 40 students: "40", not "40.0".
+
+    Motivation goes with contacts and not with ease of use: ``associated`` is True of the second alone.
+    """
     with (study_folder / "associations.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = [*csv.DictReader(file)]
     assert [(row["students"], row["associated"]) for row in rows] == [("40", "False"), ("40", "True")]

@@ -40,7 +40,7 @@ FOUR_ANSWERS = 0.82
 
 
 def test_answers_are_1_to_5_and_touches_at_most_8(large_class):
-    """1,500 students are enough for every number in between."""
+    """Every answer from 1 to 5 and every number of touches from 0 to 8 occurs among 1,500 students."""
     assert {answer for student in large_class for answer in student.answers.values()} == {1, 2, 3, 4, 5}
     assert {len(student.touches) for student in large_class} == {0, 1, 2, 3, 4, 5, 6, 7, 8}
 
@@ -80,9 +80,10 @@ def test_motivation_scatters_as_much_as_other_traits(large_class):
 
 
 def test_made_up_students_who_find_tasks_hard_touch_briefly():
-    """Ease below its mean, that of about half of 200 students: 12 to 14 touches of 0.013 s (a sample of 50 Hz: 0.02 s).
+    """About half of 200 students find tasks hard: they touch 12 to 14 times for 0.013 s (a sample of 50 Hz: 0.02 s).
 
-    The others touch 10 to 12 times for 0.15 s. Answers are those of the class without brief touches.
+    The others touch 10 to 12 times for 0.15 s. Answers are those of the class without brief touches; on their scale
+    from 1 to 5 the middle is 3.
     """
     usual, students = draw_class(200), draw_class(200, are_touches_brief=True)
     assert [student.answers for student in students] == [student.answers for student in usual]

@@ -78,7 +78,7 @@ CASES_WITH_MOTION = [
 
 @pytest.mark.parametrize("case", CASES_WITH_MOTION)
 def test_continuous_detector_passes_all_cases_with_motion(case):
-    """The detector ``continuous`` finds every contact between frames, and promises to."""
+    """The detector ``continuous`` is asked for contact between frames: it is right each time, as it promises to be."""
     (tally,) = tallies_of_cases(["continuous"], [case])
     assert tally.asked > 0
     assert (tally.words, tally.promised, tally.reason) == ("passed", True, "")

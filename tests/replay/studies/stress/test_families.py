@@ -10,7 +10,7 @@ from replay.studies.stress.families import FAMILIES
 
 
 def test_triangle_pairs_of_a_family_follow_from_the_seed():
-    """Fifty pairs of triangles of each family, (50, 2, 3, 3): twice the same, and others from seed 7."""
+    """Fifty pairs of triangles of each family, (50, 2, 3, 3): the same from the same seed, and others from seed 7."""
     for family in FAMILIES:
         first, again, other = family.pairs(50), family.pairs(50), family.pairs(50, seed=7)
         assert first.shape == (50, 2, 3, 3), family.name
@@ -20,7 +20,7 @@ def test_triangle_pairs_of_a_family_follow_from_the_seed():
 
 
 def test_exact_test_gives_the_answer_known_by_construction():
-    """All pairs of a family meet, or none does, by the way it is made (``expected``); where it is None some do."""
+    """All 400 pairs of a family meet, or none does, by how it is made (``expected``); None: some do, some do not."""
     for family in FAMILIES:
         answers = triangles_intersect(family.pairs(400))
         expected = {True, False} if family.expected is None else {family.expected}
@@ -56,7 +56,7 @@ def test_generic_family_needs_no_exact_arithmetic_and_meets_28_percent():
 
 
 def test_products_of_coordinates_leave_the_range_of_floats():
-    """Three coordinates multiplied, as exact predicates do, are 0 in one family and infinite in another."""
+    """Three coordinates multiplied, as exact predicates do, are 0 in one family and mostly infinite in another."""
     small, large = (np.abs(triangle_family(f"products {name}").pairs(50)) for name in ("underflow", "overflow"))
     with np.errstate(under="ignore", over="ignore"):
         assert small.max() > 0.0 and (small**3).max() == 0.0

@@ -29,20 +29,23 @@ ANSWERS = [
 
 
 def test_answer_is_judged_by_the_true_verdict():
-    """``invented``: false. Contact in place of containment is no miss: both are contact, the verdict is wrong."""
+    """A row of ANSWERS is the detector's answer, the truth, and the count of the tally that it falls under, if wrong.
+
+    ``invented``: false. Contact in place of containment is no miss but invented: a contact, with the wrong verdict.
+    """
     for answer, truth, count in ANSWERS:
         assert judged(answer, truth) == ([] if count == "right" else [count]), (answer, truth)
 
 
 def test_wrong_answer_within_tolerance_is_counted_apart():
-    """A depth or gap below tau excuses it: missed or invented it were, now it is ``within``; unconfirmed it stays."""
+    """A depth or gap below tau excuses a missed or invented contact, which is ``within``; unconfirmed ones stay so."""
     expected = {"right": [], "unconfirmed": ["unconfirmed"], "missed": ["within"], "invented": ["within"]}
     for answer, truth, count in ANSWERS:
         assert judged(answer, truth, is_excused=True) == expected[count], (answer, truth)
 
 
 def test_undecided_answer_is_refused_and_never_wrong():
-    """Whatever verdict the detector gave beside that it did not decide; unconfirmed the answer may be, too."""
+    """A detector did not decide: whatever verdict it gave beside, the answer is refused, and may be unconfirmed too."""
     for answer, truth, _ in ANSWERS:
         counts = judged(answer, truth, is_undecided=True)
         assert set(counts) - {"unconfirmed"} == {"refused"}, (answer, truth)
