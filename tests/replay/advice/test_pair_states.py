@@ -129,8 +129,9 @@ def exact_contacts(first, second, rotations, positions):
 def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
     """The first of two bodies rests, the second moves along a random path about it, in 300 frames.
 
-    States by FCL are the verdicts of the exact detector, which has contact in some frames and none in others. None is
-    unknown on these paths, as where surfaces come within 0.01 mm without meeting, or a hole leaves open what is inside.
+    States by FCL are the verdicts of the exact detector, which has contact in some frames and none in others. A state
+    would be unknown where surfaces come within 0.01 mm without meeting, or a hole leaves open what is inside: nowhere
+    on these paths.
     """
     first, second = SHAPES[shape]
     rotations, positions = winding_path(seed, reach=0.3)

@@ -41,9 +41,9 @@ def test_run_folder_without_a_picture_on_request(tmp_path):
 
 def test_existing_folder_is_refused_before_any_work(tmp_path):
     """The session's file is missing as well: with an existing folder the folder is the error, else the file."""
-    with pytest.raises(OutputError, match="--force"):
+    with pytest.raises(OutputError, match=r"exists; name another folder, or replace it with --force"):
         replay.run(tmp_path / "missing.mcap", out=tmp_path)
-    with pytest.raises(SessionFileError, match=r"missing\.mcap"):
+    with pytest.raises(SessionFileError, match=r"missing\.mcap does not exist"):
         replay.run(tmp_path / "missing.mcap")
 
 
