@@ -83,7 +83,7 @@ def _refuse_coarse_nanoseconds(name: str, stamps: Stamps, ledger: Ledger) -> Non
 
 
 class TransformKind(Enum):
-    """What a transform is good for."""
+    """When a transform holds, and what it moves."""
 
     MOVING = auto()
     """It holds at its stamp."""

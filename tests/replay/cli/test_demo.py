@@ -34,8 +34,8 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     assert list(report["audit"]) == ["hull50", "mesh50", "paper"] and report["oracle"] == "exact"
     assert all(figures["live"] and figures["seconds"]["sample_times"] for figures in report["detectors"].values())
     assert sum(figures["misses"] for figures in report["audit"].values()) == len(folder.rows("misses")) > 0
-    shares = {"contacts_missed", "late_or_cut_short", "time_missed", "false_contact"}
-    assert set(report["audit"]["mesh50"]["means_over_offsets"]) == shares
+    means = {"contacts_missed", "late_or_cut_short", "time_missed", "false_contact"}
+    assert set(report["audit"]["mesh50"]["means_over_offsets"]) == means
     assert folder.picture.is_file()
     assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == report["session"]["frames"]
 

@@ -65,7 +65,7 @@ def test_rows_whose_pieces_are_late_are_named_as_not_tried(session_file, tmp_pat
     assert "the reference, row-3, needs convex pieces" in capsys.readouterr().err
 
 
-def test_pieces_cut_before_the_limit_are_said_to_be_kept(session_file, tmp_path, monkeypatch, capsys):
+def test_message_says_that_pieces_cut_before_the_limit_stay(session_file, tmp_path, monkeypatch, capsys):
     """The mesh of a, a cube of 1 m, is cut within the time limit; that of b, a cube of 2 m, is late."""
     monkeypatch.setattr(advisor, "cut_in_time", lambda cuts, _: {cuts[-1].key: NotCut("", late=True)})
     session = unit_cubes_on_x(POSITIONS)

@@ -68,14 +68,14 @@ def test_pictures_can_be_added_later_with_the_same_answers(three_session_files, 
 
     Later batches, with pictures or without, keep the run.
     """
-    out, one_file, with_pictures = tmp_path / "runs", three_session_files[:1], {**SETTINGS, "picture": True}
-    first = run_batch(one_file, out, settings=SETTINGS)
-    drawn = run_batch(one_file, out, settings=with_pictures)
+    out, session_file, with_pictures = tmp_path / "runs", three_session_files[:1], {**SETTINGS, "picture": True}
+    first = run_batch(session_file, out, settings=SETTINGS)
+    drawn = run_batch(session_file, out, settings=with_pictures)
     assert drawn.kept == ()
     assert drawn.digest == first.digest
     assert (out / "s0" / "run.rrd").is_file()
     for settings in (SETTINGS, with_pictures):
-        assert run_batch(one_file, out, settings=settings).kept == ("s0",)
+        assert run_batch(session_file, out, settings=settings).kept == ("s0",)
 
 
 def test_changed_session_reruns_after_a_killed_batch(three_session_files, tmp_path, monkeypatch):

@@ -298,7 +298,7 @@ def refusal(data, file_type):
     return ""
 
 
-@pytest.mark.parametrize("file_type", sorted({kind for kind, _content, _words in REFUSED.values()}))
+@pytest.mark.parametrize("file_type", sorted({kind for kind, _content, _reason in REFUSED.values()}))
 def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(file_type):
     """A row of REFUSED has a type of file, its content and words of the error; all of a type take less than 30 MB."""
     rows = {name: row for name, row in REFUSED.items() if row[0] == file_type}

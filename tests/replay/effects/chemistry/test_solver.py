@@ -107,8 +107,8 @@ def test_an_unanswered_row_leaves_the_others_answered(impossible):
     assert ph[0] == pytest.approx(2.04, abs=0.02)
 
 
-def test_a_trace_of_a_solution_has_its_ph_and_share_of_solid():
-    """Of a glass that was poured out 1e-17 kg may be left: pH is as in a kilogram, and each amount 1e-17 of it.
+def test_traces_have_the_ph_and_solids_of_a_kilogram():
+    """A glass that was poured out may keep 1e-17 kg: its pH is that of a kilogram, each amount the same share of it.
 
     Zinc in ammonia and hydrochloric acid, and gypsum beyond its solubility of about 0.015 mol/kg.
     """
@@ -118,11 +118,11 @@ def test_a_trace_of_a_solution_has_its_ph_and_share_of_solid():
     celsius = np.full(2, 24.0)
     whole = solver.equilibrium(totals, water, celsius)
     assert whole.phases[1, 0] == pytest.approx(0.08, abs=0.01)
-    for share in (1e-8, 1e-17):
-        trace = solver.equilibrium(share * totals, share * water, celsius)
-        assert trace.ph == pytest.approx(whole.ph, abs=1e-6), share
-        assert trace.species / share == pytest.approx(whole.species, rel=1e-6, abs=1e-12), share
-        assert trace.phases / share == pytest.approx(whole.phases, rel=1e-6), share
+    for factor in (1e-8, 1e-17):
+        trace = solver.equilibrium(factor * totals, factor * water, celsius)
+        assert trace.ph == pytest.approx(whole.ph, abs=1e-6), factor
+        assert trace.species / factor == pytest.approx(whole.species, rel=1e-6, abs=1e-12), factor
+        assert trace.phases / factor == pytest.approx(whole.phases, rel=1e-6), factor
 
 
 def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
