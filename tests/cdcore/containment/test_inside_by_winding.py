@@ -216,7 +216,7 @@ def test_arc_through_a_hole_and_back_is_not_clear(lost):
     two. ``continuous`` sees the two frames: a contact must be a contact, or undecided; a dip must not be clear; what is
     clear all the way must be.
     """
-    rng = np.random.default_rng(5)
+    rng = np.random.default_rng(7)  # arcs outside and through each of the holes
     block = Body("block", without_faces(grid_box(SIZE, count=4), *LOST_FACES[lost]))
     answers = set()
     for _ in range(10):
