@@ -78,8 +78,8 @@ class Cut:
 
     @property
     def is_ready(self) -> bool:
-        """Whether its pieces are kept, or need no process of their own."""
-        return self.row.seconds is None or ladder_file(self).is_file()
+        """Whether its pieces are kept, in a file or in memory, or need no process of their own."""
+        return self.row.seconds is None or self.key in in_memory or ladder_file(self).is_file()
 
     @property
     def seconds(self) -> float:

@@ -118,12 +118,18 @@ def test_limit_of_missed_contact_is_among_the_limits(limits, false_fraction, mis
     assert limits.hold(false_fraction, missed_fraction) == hold
 
 
-def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod, monkeypatch, tmp_path):
+@pytest.mark.parametrize("can_be_written", [True, False])
+def test_kept_pieces_are_not_late_when_time_is_up(beaker_and_rod, monkeypatch, tmp_path, can_be_written):
     """No time is left, and the store of pieces is empty: 8 sectors of a beaker are late. Once cut, they are not.
 
-    Then they are read from the store, which takes no time. ``cut_in_time`` returns which cuts are not ready, and why.
+    Then they are read from the store, which takes no time; a store that is a file cannot be written, and they are in
+    memory. ``cut_in_time`` returns which cuts are not ready, and why.
     """
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
+    store = tmp_path / "store"
+    if not can_be_written:
+        store.write_text("a file where the folder should be", "utf-8")
+    monkeypatch.setattr(piece_store, "in_memory", {})
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: store)
     data = beaker_and_rod.meshes["beaker"]
     search = object.__new__(collider_search.ColliderSearch)  # of which only the deadline is used
     search.deadline = Deadline(seconds=0.0, advance=lambda _: None)
