@@ -1,5 +1,7 @@
 """Every error the collision core raises on purpose, in one tree; each message says what to do."""
 
+from typing import Final
+
 
 class CollisionCoreError(Exception):
     """The root of the tree: catch it to catch everything the core raises on purpose."""
@@ -34,6 +36,10 @@ class UnknownDetectorError(CollisionCoreError, KeyError):
 
 class MissingEngineError(CollisionCoreError, ImportError):
     """A detector needs an engine that is not installed."""
+
+
+CHOICE_ERRORS: Final = (InvalidSettingError, UnknownDetectorError, MissingEngineError)
+"""Those that speak of the detector that was chosen: no other mesh and no other pose helps."""
 
 
 class OwnDetectorError(CollisionCoreError, RuntimeError):

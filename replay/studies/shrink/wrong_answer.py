@@ -13,7 +13,7 @@ from msgspec.structs import asdict
 
 from cdcore import Body, Motion, create_detector
 from cdcore.detectors.detector_table import load_detector
-from cdcore.errors import CollisionCoreError
+from cdcore.errors import CHOICE_ERRORS, CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.poses import place_points
 from cdcore.protocol import counts_as_contact, is_undecided
@@ -27,6 +27,12 @@ from replay.errors import RunFolderError, ShrinkError
 from replay.prepare.assembly import Assembly
 from replay.show.results.run_folder import RunFolder
 from sessions import read_session
+
+UNSHRINKABLE_SHAPES: Final = {
+    "shipped": "colliders that came with the recording",
+    "compound": "convex pieces of the meshes",
+}
+"""Setting ``shape`` of a detector -> what it tests, which a test of two meshes cannot hold."""
 
 WINDOWS_S: Final = (1.0, 10.0, 100.0, np.inf)
 """Seconds before the wrong answer that are tried in turn: most detectors remember less than a second."""
@@ -53,13 +59,25 @@ class WrongAnswer:
         return self.bodies[first], self.bodies[second]
 
     def is_reproduced(self) -> bool:
-        """Whether the detector still answers wrongly, and the oracle still as it did; input it refuses does not."""
+        """Whether the detector still answers wrongly, and the oracle still as it did; input it refuses does not.
+
+        Raises ``CHOICE_ERRORS``: the detector cannot be made, whatever the input.
+        """
         try:
-            return self._reports_contact(self.oracle, {}) is self.contact and self._reports_contact(
-                self.detector, self.settings
-            ) is (not self.contact)
+            return self.is_wrong()
+        except CHOICE_ERRORS:
+            raise
         except CollisionCoreError:
             return False
+
+    def is_wrong(self) -> bool:
+        """Whether the detector answers wrongly, and the oracle as it did.
+
+        Raises ``CollisionCoreError``: one of them refuses the input, or cannot be made.
+        """
+        return self._reports_contact(self.oracle, {}) is self.contact and self._reports_contact(
+            self.detector, self.settings
+        ) is (not self.contact)
 
     def _reports_contact(self, name: str, settings: Mapping[str, Any]) -> bool | None:
         verdict = create_detector(name, self.bodies, pairs=self.pairs, **settings).detect(self.motion).verdict[-1, :1]
@@ -87,7 +105,7 @@ def fault_of_run(
     in the run folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the
     recording's. Raises ``ShrinkError``: no such fault, a detector that may not be imported or whose answers came with
     the recording, or a fault that does not happen again; ``RunFolderError``: no recording or scene, or those of another
-    run.
+    run; ``CollisionCoreError``: a detector that cannot be made, or that refuses what it answered in the run.
     """
     stored_fault = _stored_fault(run, miss, false, label)
     contact = stored_fault.kind.is_miss
@@ -100,10 +118,9 @@ def fault_of_run(
         )
     if detector.name == RECORDED_DETECTOR:
         raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot run on less")
-    if detector.settings.get("shape") == "shipped":
-        raise ShrinkError(
-            f"{label} tests colliders that came with the recording, which a test of two meshes cannot hold"
-        )
+    tested_solids = UNSHRINKABLE_SHAPES.get(str(detector.settings.get("shape")))
+    if tested_solids is not None:
+        raise ShrinkError(f"{label} tests {tested_solids}, which a test of two meshes cannot hold")
     oracle = "continuous" if run.document.detectors[run.document.oracle].covers == "intervals" else "exact"
     default_settings = vars(load_detector(detector.name).Settings())
     settings = {key: value for key, value in detector.settings.items() if value != default_settings.get(key)}
@@ -121,6 +138,7 @@ def fault_of_run(
         for candidate in (replace(fault, settings=settings_without_offset), fault):
             if candidate.is_reproduced():
                 return candidate
+    fault.is_wrong()  # a detector that refuses the run's own frames is not right: its refusal ends this
     raise ShrinkError(
         f"run again on {first_body} and {second_body} at {words.timestamp(stored_fault.start)} s, {label} is right; "
         "its answer depended on the clock"

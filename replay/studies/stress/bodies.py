@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Verdict, create_detector, join
-from cdcore.errors import CollisionCoreError
+from cdcore.errors import CHOICE_ERRORS, CollisionCoreError
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.numerics import BoolArray, ByteArray
 from cdcore.protocol import counts_as_contact, is_undecided
@@ -28,7 +28,10 @@ FRAMES_ONLY_REASON: Final = "decides at frames, not between them"
 
 
 def ask_case(detector: SpecLike, case_number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
-    """Ask a detector one case; ``scenes`` are those of the case, if it has any."""
+    """Ask a detector one case; ``scenes`` are those of the case, if it has any.
+
+    Raises ``CHOICE_ERRORS``: the detector cannot be made, whatever the bodies.
+    """
     spec = parse_detector(detector)
     if case_number == REPEATED_CASE:
         return _ask_repeatedly(spec, seed)
@@ -68,6 +71,8 @@ def _ask_repeatedly(spec: DetectorSpec, seed: int) -> Tally:
         differing_sizes = [
             size for size in sizes if join(list(engine.stream(motion.blocks(size)))).digest != reference_digest
         ]
+    except CHOICE_ERRORS:
+        raise
     except CollisionCoreError as error:
         options = {"refused": len(sizes), "reason": str(error)}
     else:
@@ -80,6 +85,8 @@ def _ask_scene(spec: DetectorSpec, scene: StressScene, tau: float) -> tuple[dict
     """Counts of what a detector says of a scene, why it refused, and whether it promised to decide this."""
     try:
         detections = _detections(spec, scene)
+    except CHOICE_ERRORS:
+        raise
     except CollisionCoreError as error:
         return {"refused": len(scene.truth)}, str(error), True
     verdict = np.concatenate([detection.verdict[:, 0] for detection in detections])

@@ -96,7 +96,7 @@ def stress(
     """Ask detectors about hard triangle pairs and bodies whose answer is known.
 
     The truth of triangle pairs is the integer test, which shares no step with the filter and the sums that ``exact``
-    decides by. Raises UnknownDetectorError, StressError, OutputError.
+    decides by. Raises StressError, OutputError, and ``CHOICE_ERRORS``: a detector cannot be made.
     """
     detectors = detectors_of(detector)
     labels = [spec.label for spec in detectors]

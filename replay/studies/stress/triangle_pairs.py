@@ -11,7 +11,7 @@ import numpy as np
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.detectors.detector_table import load_detector
-from cdcore.errors import CollisionCoreError
+from cdcore.errors import CHOICE_ERRORS, CollisionCoreError
 from cdcore.numerics import ByteArray, FloatArray
 from replay.detection.detector_spec import SpecLike, parse_detector
 
@@ -30,7 +30,7 @@ def verdicts_of(detector: SpecLike, pairs: FloatArray) -> ByteArray:
 
     ``pairs``: (n, 2, 3, 3). The settings of the detector come before those of ``CHEAPER_SETTINGS``.
     Returns (n,) uint8, values of ``Verdict``; INVALID where it refused the pair with an error of its own.
-    Raises UnknownDetectorError: lists the names there are.
+    Raises ``CHOICE_ERRORS``: the detector cannot be made, whatever the pairs.
     """
     spec = parse_detector(detector)
     known_settings = {item.name for item in fields(load_detector(spec.name).Settings)}
@@ -53,6 +53,8 @@ def _batch_verdicts(detector: str, pairs: FloatArray, settings: dict[str, Any]) 
     try:
         engine = create_detector(detector, bodies, pairs=np.arange(count).reshape(-1, 2), **settings)
         return engine.detect(motion).verdict[0]
+    except CHOICE_ERRORS:
+        raise
     except CollisionCoreError:
         if len(pairs) == 1:
             return np.array([Verdict.INVALID], dtype=np.uint8)

@@ -115,3 +115,33 @@ def test_shrink_imports_an_own_detector_only_when_named(received_run, capsys):
     assert main(["shrink", "own", "--miss", "1", "--detector", "mine=sent_along:Blind", "-o", "case"]) == 0
     case = json.loads((received_run.parent / "case" / "case.json").read_text())
     assert case["detector"] == "sent_along:Blind"
+
+
+@pytest.mark.parametrize(
+    ("detector", "sentence"),
+    [
+        pytest.param({"settings": {"rate_hz": -1}}, "rate_hz=-1 is not allowed", id="value out of range"),
+        pytest.param({"settings": {"rate": 25}}, "'discrete' has no setting 'rate'", id="unknown setting"),
+        pytest.param({"name": "discreet"}, "no detector 'discreet'; did you mean", id="unknown detector"),
+        pytest.param({"name": "newton", "settings": {}}, "newton is not installed; pip install", id="missing extra"),
+        pytest.param(
+            {"name": "collider", "settings": {"shape": "compound"}}, "slow tests convex pieces", id="convex pieces"
+        ),
+    ],
+)
+def test_detector_that_cannot_be_made_is_refused_with_the_reason(received_run, monkeypatch, detector, sentence, capsys):
+    """A run folder says that its detector is another, or has other settings; the extra newton is not installed."""
+    monkeypatch.setitem(sys.modules, "newton", None)
+    tamper(received_run, "detectors", slow=detector)
+    assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
+    message = " ".join(capsys.readouterr().err.split())
+    assert sentence in message and "clock" not in message
+
+
+def test_own_detector_that_fails_again_is_not_called_right(received_run, capsys):
+    """The class raised no exception in the run, and raises one when ``shrink`` runs it on the same frames."""
+    run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
+    sys.modules["sent_along"].Blind.look = lambda *_: 1 / 0
+    assert main(["shrink", "own", "--miss", "1", "--detector", "mine=sent_along:Blind", "-o", "case"]) == 1
+    message = " ".join(capsys.readouterr().err.split())
+    assert "ZeroDivisionError" in message and "clock" not in message

@@ -1,5 +1,7 @@
 """The runner counts each wrong answer once, under the right word, and its gate knows who promised what."""
 
+import sys
+
 import numpy as np
 import pytest
 from support.optional import read_cases
@@ -7,11 +9,11 @@ from support.processes import Watched
 from support.shapes import triangle_family
 
 from cdcore import Verdict
-from cdcore.errors import InvalidSettingError, UnknownDetectorError
+from cdcore.errors import InvalidSettingError, MissingEngineError, UnknownDetectorError
 from cdcore.triangles.decide import triangles_intersect
 from replay.errors import OutputError, StressError
 from replay.studies.stress import runner
-from replay.studies.stress.bodies import CASE_NAMES
+from replay.studies.stress.bodies import CASE_NAMES, REPEATED_CASE
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.runner import detectors_of, family_tally, numbers_of, stress
 
@@ -185,6 +187,20 @@ def test_setting_that_a_detector_has_not_is_refused():
     """The detector exact has no setting called speed."""
     with pytest.raises(InvalidSettingError, match="has no setting 'speed'"):
         stress("exact[speed=1]", families=FAMILIES[:1], pairs=1)
+
+
+@pytest.mark.parametrize(
+    "questions",
+    [{"families": FAMILIES[:1]}, {"families": (), "cases": [CAVITY]}, {"families": (), "cases": [REPEATED_CASE]}],
+)
+@pytest.mark.parametrize(
+    ("detector", "error"), [("newton", MissingEngineError), ("collider[shape=compound]", InvalidSettingError)]
+)
+def test_detector_that_cannot_be_made_is_an_error(detector, error, questions, monkeypatch):
+    """The extra newton is not installed, and bodies of these questions have no convex pieces: nothing is counted."""
+    monkeypatch.setitem(sys.modules, "newton", None)
+    with pytest.raises(error, match=r"is not installed; pip install|has no convex pieces"):
+        stress(detector, **questions, pairs=2)
 
 
 @pytest.mark.parametrize(
