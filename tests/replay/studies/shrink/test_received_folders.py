@@ -138,10 +138,10 @@ def test_detector_that_cannot_be_made_is_refused_with_the_reason(received_run, m
     assert sentence in message and "clock" not in message
 
 
-def test_own_detector_that_fails_again_is_not_called_right(received_run, capsys):
+def test_own_detector_that_fails_again_is_not_called_right(received_run, monkeypatch, capsys):
     """The class raised no exception in the run, and raises one when ``shrink`` runs it on the same frames."""
     run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
-    sys.modules["sent_along"].Blind.look = lambda *_: 1 / 0
+    monkeypatch.setattr(sys.modules["sent_along"].Blind, "look", lambda *_: 1 / 0)
     assert main(["shrink", "own", "--miss", "1", "--detector", "mine=sent_along:Blind", "-o", "case"]) == 1
     message = " ".join(capsys.readouterr().err.split())
     assert "ZeroDivisionError" in message and "clock" not in message
