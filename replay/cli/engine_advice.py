@@ -14,7 +14,7 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
 
     from replay.cli.run_report import answer_cited, close_run, commands_to_open, sources_of
     from replay.cli.terminal import line, stacked
-    from replay.cutting.piece_store import PIECES_ARE_KEPT
+    from replay.cutting.piece_store import PIECES_ARE_KEPT, pieces_are_stored
     from replay.document.headline import open_questions
     from replay.running.advisor import advise
     from replay.show.tradeoff_table import engine_table
@@ -22,7 +22,8 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     try:
         advice = advise(session, engine=engine, progress=TerminalProgress(people), **options)
     except KeyboardInterrupt:
-        people.say(PIECES_ARE_KEPT)
+        if pieces_are_stored():
+            people.say(PIECES_ARE_KEPT)
         raise
     questions = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
     json_value = {

@@ -64,7 +64,7 @@ def command(
     replay fix session.mcap --engine godot -o game/colliders --max-false 0.05
     """
     from replay.advice.collider_search import Limits
-    from replay.cutting.piece_store import PIECES_ARE_KEPT
+    from replay.cutting.piece_store import PIECES_ARE_KEPT, pieces_are_stored
     from replay.detection.compile_notice import compiling_announced
     from replay.running.collider_files import fix_colliders
 
@@ -84,7 +84,8 @@ def command(
                 **options,
             )
     except KeyboardInterrupt:
-        people.say(PIECES_ARE_KEPT)
+        if pieces_are_stored():
+            people.say(PIECES_ARE_KEPT)
         raise
     answer(as_json, fix.as_json() | {"limits": asdict(limits)}, lambda: fix_screen(fix, people))
     if not as_json:

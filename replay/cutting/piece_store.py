@@ -42,7 +42,7 @@ SHIPPED_FOLDER: Final = Path(__file__).parent / "shipped"
 """Pieces of the instruments and hands that come with the project: a first demo does not wait for them."""
 
 PIECES_ARE_KEPT: Final = "the pieces that are cut are kept: the same command goes on from them"
-"""What somebody reads whose time was up, or who stopped the cutting."""
+"""What somebody reads whose time was up, or who stopped the cutting; true where ``pieces_are_stored``."""
 
 Watch = Callable[[], None]
 """Called while pieces are cut; raises to end that."""
@@ -250,6 +250,15 @@ def _ladder(cut: Cut) -> Ladder:
 
 in_memory: dict[str, Ladder] = {}
 """Pieces that could not be kept: their file cannot be written."""
+
+
+def pieces_are_stored() -> bool:
+    """Whether the cache folder has pieces, and all that this process cut: none are in memory alone."""
+    if in_memory:
+        return False
+    with suppress(OSError):
+        return any(cache_folder().glob("cut-*.npz"))
+    return False
 
 
 def _is_kept(cut: Cut) -> bool:

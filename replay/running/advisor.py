@@ -13,7 +13,7 @@ from replay.advice.collider_search import Deadline, cut_in_time
 from replay.advice.engine_knobs import Choice, Engine, advice_text, engine_named
 from replay.advice.scoring import wrong_counts
 from replay.advice.sweep import TIME_LIMIT_S
-from replay.cutting.piece_store import PIECES_ARE_KEPT, not_tried_sentences
+from replay.cutting.piece_store import PIECES_ARE_KEPT, not_tried_sentences, pieces_are_stored
 from replay.detection.detector_spec import parse_detectors
 from replay.detection.progress import Silent
 from replay.detection.run_detector import cuts_of_spec
@@ -126,7 +126,7 @@ def advise(
 class _UncutColliders:
     """Labels of the rows whose convex pieces there was no time for, and sentences about their cuts.
 
-    ``others_are_cut``: whether other pieces are cut, from which the same command goes on.
+    ``others_are_cut``: whether other pieces are cut; where they are stored, the same command goes on from them.
     """
 
     labels: tuple[str, ...]
@@ -143,7 +143,7 @@ class _UncutColliders:
             f"{subject} not tried within {duration(time_limit)}: a longer --time-limit tries more.",
             *self.sentences,
         ]
-        if self.others_are_cut:
+        if self.others_are_cut and pieces_are_stored():
             sentences.append(f"{PIECES_ARE_KEPT.capitalize()}.")
         return sentences
 

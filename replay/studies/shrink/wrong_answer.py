@@ -75,11 +75,12 @@ class WrongAnswer:
 
         Raises ``CollisionCoreError``: one of them refuses the input, or cannot be made.
         """
-        return self._reports_contact(self.oracle, {}) is self.contact and self._reports_contact(
+        return self.reports_contact(self.oracle, {}) is self.contact and self.reports_contact(
             self.detector, self.settings
         ) is (not self.contact)
 
-    def _reports_contact(self, name: str, settings: Mapping[str, Any]) -> bool | None:
+    def reports_contact(self, name: str, settings: Mapping[str, Any]) -> bool | None:
+        """Whether a detector reports contact of the pair in the last frame; ``None``: it is undecided."""
         verdict = create_detector(name, self.bodies, pairs=self.pairs, **settings).detect(self.motion).verdict[-1, :1]
         return None if is_undecided(verdict)[0] else bool(counts_as_contact(verdict)[0])
 
@@ -138,11 +139,28 @@ def fault_of_run(
         for candidate in (replace(fault, settings=settings_without_offset), fault):
             if candidate.is_reproduced():
                 return candidate
-    fault.is_wrong()  # a detector that refuses the run's own frames is not right: its refusal ends this
-    raise ShrinkError(
-        f"run again on {first_body} and {second_body} at {words.timestamp(stored_fault.start)} s, {label} is right; "
-        "its answer depended on the clock"
-    )
+    moment = words.timestamp(float(fault.motion.times[-1]))
+    raise ShrinkError(f"run again on {first_body} and {second_body} at {moment} s, {_answers_of_rerun(fault, label)}")
+
+
+def _answers_of_rerun(fault: WrongAnswer, label: str) -> str:
+    """Return the end of a sentence: what the oracle or the detector answers about a fault that does not happen again.
+
+    Raises ``CollisionCoreError``: one of them refuses the run's own frames, which is no answer.
+    """
+    contact_words = {True: "contact", False: "no contact"}
+    oracle_contact = fault.reports_contact(fault.oracle, {})
+    if oracle_contact is not fault.contact:
+        answer = "is undecided" if oracle_contact is None else f"reports {contact_words[oracle_contact]}"
+        return f"{fault.oracle} {answer}; in the run the reference reported {contact_words[fault.contact]}"
+    detector_contact = fault.reports_contact(fault.detector, fault.settings)
+    if detector_contact is None:
+        answer = "is undecided"
+    elif detector_contact is fault.contact:
+        answer = "is right"
+    else:  # it was not wrong a moment ago, about the same
+        return f"{label} changes its answer from one rerun to the next"
+    return f"{label} {answer}; in the run it was wrong: its answer may depend on the clock"
 
 
 def reduce_to_pairs(fault: WrongAnswer) -> WrongAnswer:

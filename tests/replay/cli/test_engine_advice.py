@@ -9,7 +9,7 @@ from replay.cli.main import main
 from replay.cutting import piece_store
 from replay.cutting.methods import METHODS
 from replay.cutting.piece_store import NotCut
-from replay.running import advisor
+from replay.running import advisor, collider_files
 from sessions import write_session
 
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -21,6 +21,20 @@ def session_file(tmp_path, monkeypatch):
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
     write_session(unit_cubes_on_x(POSITIONS), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
+
+
+@pytest.fixture
+def store(tmp_path, monkeypatch):
+    """Function that gives the command a cache folder with a file of pieces, or empty, and pieces in memory."""
+
+    def fill(file, memory):
+        (tmp_path / "cache").mkdir()
+        if file:
+            (tmp_path / "cache" / file).touch()
+        monkeypatch.setattr(piece_store, "in_memory", memory)
+        monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
+
+    return fill
 
 
 def test_json_has_rows_and_advice_and_a_folder_is_written(session_file, tmp_path, capsys):
@@ -65,8 +79,12 @@ def test_rows_whose_pieces_are_late_are_named_as_not_tried(session_file, tmp_pat
     assert "the reference, row-3, needs convex pieces" in capsys.readouterr().err
 
 
-def test_message_says_that_pieces_cut_before_the_limit_stay(session_file, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("are_stored", [True, False], ids=["in the cache folder", "in memory"])
+def test_message_says_whether_pieces_cut_before_the_limit_stay(
+    session_file, tmp_path, monkeypatch, capsys, store, are_stored
+):
     """The mesh of a, a cube of 1 m, is cut within the time limit; that of b, a cube of 2 m, is late."""
+    store(file="cut-a.npz" if are_stored else "", memory={} if are_stored else {"a": None})
     monkeypatch.setattr(advisor, "cut_in_time", lambda cuts, _: {cuts[-1].key: NotCut("", late=True)})
     session = unit_cubes_on_x(POSITIONS)
     meshes = {**session.meshes, "b": cube(edge=2.0)}
@@ -74,15 +92,26 @@ def test_message_says_that_pieces_cut_before_the_limit_stay(session_file, tmp_pa
     assert main(["tradeoff", str(tmp_path / "two-sizes.mcap"), "--engine", "unreal"]) == 0
     printed = capsys.readouterr().out
     assert "CoACD of b (16 pieces) was not tried" in printed
-    assert "The pieces that are cut are kept: the same command goes on from them." in printed
+    assert ("The pieces that are cut are kept: the same command goes on from them." in printed) is are_stored
 
 
-def test_stopped_cutting_says_that_pieces_are_kept(session_file, monkeypatch, capsys):
+@pytest.mark.parametrize("command", [["tradeoff", "--engine", "unity"], ["fix"]], ids=["tradeoff", "fix"])
+@pytest.mark.parametrize(
+    ("file", "memory", "are_stored"),
+    [("cut-a.npz", {}, True), ("cut-a.npz", {"b": None}, False), ("", {}, False)],
+    ids=["all are stored", "one is in memory alone", "none is cut"],
+)
+def test_stopped_cutting_says_whether_pieces_are_kept(
+    session_file, monkeypatch, capsys, store, command, file, memory, are_stored
+):
     """Ctrl-C while meshes are cut ends the command with its own exit code, 130."""
+    store(file, memory)
 
-    def interrupt(*_):
+    def interrupt(*_, **_options):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(advisor, "cut_in_time", interrupt)
-    assert main(["tradeoff", session_file, "--engine", "unity"]) == EXIT_INTERRUPTED == 130
-    assert "the pieces that are cut are kept: the same command goes on from them" in capsys.readouterr().err
+    monkeypatch.setattr(collider_files, "fix_colliders", interrupt)
+    assert main([command[0], session_file, *command[1:]]) == EXIT_INTERRUPTED == 130
+    sentence = "the pieces that are cut are kept: the same command goes on from them"
+    assert (sentence in capsys.readouterr().err) is are_stored

@@ -228,6 +228,25 @@ def test_fault_that_a_run_has_not_is_explained(run_folder, requested, message):
         fault_of_run(read_run_folder(run_folder), **requested)
 
 
+@pytest.mark.parametrize(
+    ("exact", "slow", "sentence"),
+    [
+        (True, True, "slow is right; in the run it was wrong: its answer may depend on the clock"),
+        (True, None, "slow is undecided; in the run it was wrong: its answer may depend on the clock"),
+        (None, False, "exact is undecided; in the run the reference reported contact"),
+        (False, True, "exact reports no contact; in the run the reference reported contact"),
+    ],
+    ids=["right", "undecided", "reference undecided", "reference answers otherwise"],
+)
+def test_fault_that_does_not_happen_again_is_explained(run_folder, monkeypatch, capsys, exact, slow, sentence):
+    """Miss 1 of ``slow``, at 70 ms, with other answers in the rerun: contact, none, or ``None``, undecided."""
+    answers = {"exact": exact, "discrete": slow}
+    monkeypatch.setattr(WrongAnswer, "reports_contact", lambda _self, name, _settings: answers[name])
+    assert main(["shrink", str(run_folder), "--miss", "1", "--detector", "slow"]) == 1
+    message = " ".join(capsys.readouterr().err.split())
+    assert f"run again on a and b at 0.070 s, {sentence}" in message
+
+
 def test_command_without_a_fault_names_its_options(run_folder, capsys):
     """A run folder alone, without the number of a miss or a false contact: an error of usage, exit code 2."""
     assert main(["shrink", str(run_folder)]) == 2
