@@ -148,11 +148,11 @@ def _answers_of_rerun(fault: WrongAnswer, label: str) -> str:
 
     Raises ``CollisionCoreError``: one of them refuses the run's own frames, which is no answer.
     """
-    contact_words = {True: "contact", False: "no contact"}
+    report_of_contact = {True: "contact", False: "no contact"}
     oracle_contact = fault.reports_contact(fault.oracle, {})
     if oracle_contact is not fault.contact:
-        answer = "is undecided" if oracle_contact is None else f"reports {contact_words[oracle_contact]}"
-        return f"{fault.oracle} {answer}; in the run the reference reported {contact_words[fault.contact]}"
+        answer = "is undecided" if oracle_contact is None else f"reports {report_of_contact[oracle_contact]}"
+        return f"{fault.oracle} {answer}; in the run the reference reported {report_of_contact[fault.contact]}"
     detector_contact = fault.reports_contact(fault.detector, fault.settings)
     if detector_contact is None:
         answer = "is undecided"

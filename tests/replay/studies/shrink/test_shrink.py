@@ -247,6 +247,14 @@ def test_fault_that_does_not_happen_again_is_explained(run_folder, monkeypatch, 
     assert f"run again on a and b at 0.070 s, {sentence}" in message
 
 
+def test_answer_that_differs_between_reruns_is_not_called_right(run_folder, monkeypatch):
+    """``exact`` reports contact again; ``slow`` does too in the 16 reruns before the last, in which it reports none."""
+    answers_of_slow = iter([True] * 16 + [False])
+    monkeypatch.setattr(WrongAnswer, "reports_contact", lambda _self, name, _: name == "exact" or next(answers_of_slow))
+    with pytest.raises(ShrinkError, match=r"slow changes its answer from one rerun to the next$"):
+        fault_of_run(read_run_folder(run_folder), miss=1, label="slow")
+
+
 def test_command_without_a_fault_names_its_options(run_folder, capsys):
     """A run folder alone, without the number of a miss or a false contact: an error of usage, exit code 2."""
     assert main(["shrink", str(run_folder)]) == 2
