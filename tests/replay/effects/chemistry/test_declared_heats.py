@@ -61,7 +61,6 @@ def test_a_sparing_solid_dissolves_with_its_declared_heat():
     assert joule == pytest.approx(100e3 * moles, rel=0.02)
 
 
-@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("acid", "metal", "equation", "heat_kj_mol"),
     [
