@@ -64,13 +64,18 @@ def test_log_clock_that_is_always_behind_is_accepted():
     assert time_findings_of(draft) == []
 
 
-def test_jump_of_the_log_clock_is_reported():
-    """The clock by which frames are logged jumps by 5 s in frame 600, that of their stamps goes on."""
+@pytest.mark.parametrize("frames", [pytest.param(1, id="one frame"), pytest.param(300, id="all that follow")])
+def test_jump_of_the_log_clock_is_reported(frames):
+    """The clock by which frames are logged is 5 s ahead from frame 600 on; that of their stamps goes on.
+
+    Clean frames are logged 2 ms after their stamp.
+    """
     draft = clean_draft()
-    draft.arrays["log_ns"][600:] += 5 * 10**9
+    draft.arrays["log_ns"][600 : 600 + frames] += 5 * 10**9
     (skew,) = time_findings_of(draft)
-    assert (skew.code, skew.severity) == ("clock-skew", Severity.WARNING)
+    assert (skew.code, skew.severity, skew.count) == ("clock-skew", Severity.WARNING, frames)
     assert skew.start_ns == draft.arrays["stamp_ns"][600]
+    assert "+5.002 s apart" in skew.message
 
 
 @pytest.mark.parametrize(

@@ -131,8 +131,9 @@ def test_take_without_a_line_of_its_header_is_refused(tmp_path, line):
         import_session("optitrack", tmp_path / "take.csv")
 
 
-def test_line_of_empty_cells_above_the_header_is_passed_over(tmp_path):
-    """The second line is four empty cells, as a spreadsheet writes an empty line."""
+@pytest.mark.parametrize("line", [",,,", '""'])
+def test_line_of_empty_cells_above_the_header_is_passed_over(tmp_path, line):
+    """The second line is four empty cells, as a spreadsheet writes an empty line, or a quoted one, as Python does."""
     first, *others = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
-    (tmp_path / "take.csv").write_text("\n".join([first, ",,,", *others]))
+    (tmp_path / "take.csv").write_text("\n".join([first, line, *others]))
     assert {*import_session("optitrack", tmp_path / "take.csv").names} == {*POSES}
