@@ -3,6 +3,7 @@
 import subprocess
 import time
 from importlib.metadata import PackageNotFoundError
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import numpy as np
@@ -159,6 +160,19 @@ def test_seconds_of_vhacd_are_of_the_right_size():
         METHODS["vhacd"].cut(mesh, 8)
         factors.append((time.process_time() - start) / METHODS["vhacd"].seconds(mesh))
     assert max(factors) / min(factors) < 4.0
+
+
+@pytest.mark.parametrize(
+    ("cores", "seconds"), [(2, 9.0), (16, 8.0), (None, 18.0)], ids=["two cores", "a core for each", "cores not known"]
+)
+def test_cuts_share_the_cores_of_the_machine(monkeypatch, cores, seconds):
+    """Cuts of 8, 6 and 4 s, 18 s in all, are shared among the cores; none ends before the longest one.
+
+    A machine that does not report its cores counts as one core. Two bodies share the cut "b", which is made once.
+    """
+    monkeypatch.setattr(piece_store.os, "cpu_count", lambda: cores)
+    cuts = [SimpleNamespace(key=key, seconds=own) for key, own in (("a", 8.0), ("b", 6.0), ("b", 6.0), ("c", 4.0))]
+    assert piece_store.seconds_of_cuts(cuts) == seconds
 
 
 def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):

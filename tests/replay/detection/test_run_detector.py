@@ -86,6 +86,12 @@ def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, detecto
     assert in_blocks.detection.faces_digest == whole.detection.faces_digest
 
 
+def test_run_lists_faces_only_of_detectors_that_can():
+    """Faces that meet are requested of both: ``hybrid`` tests meshes and lists them, ``sphere`` knows none."""
+    assert run_over_cubes("hybrid", faces=True).faces
+    assert not run_over_cubes("sphere", faces=True).faces
+
+
 @pytest.mark.parametrize("count", [1, 2, 100, 1000, 54_000])
 def test_warm_up_frames_are_few_and_span_the_motion(count):
     """A detector warms up on two samples of at most WARM_UP_FRAMES of ``count`` frames: successive ones, and a spread.

@@ -131,11 +131,15 @@ def test_a_glitch_of_few_frames_pours_little(frames):
 
 
 def test_a_full_receiver_runs_over_its_brim():
-    """Both glasses are cylinders of 75.4 mL; b has 70 mL and gets more than fits; all 130 mL are there or spilled."""
+    """Both glasses are cylinders of 75.4 mL; b has 70 mL and gets more than fits; all 130 mL are there or run over.
+
+    All that leaves a enters b, so nothing is spilled: neither what a pours nor what runs over the brim of b.
+    """
     run = effects_of_tilt_degrees([0.0, 60.0, 60.0], (glass("a", volume_ml=60.0), glass("b", volume_ml=70.0)))["pour"]
     brim_ml = math.pi * RADIUS**2 * HEIGHT * 1e6
     assert run.series["b/volume"].values[-1] == pytest.approx(brim_ml)
     assert total_ml(run) == pytest.approx(60.0 + 70.0)
+    assert run.series["spilled/volume"].values.max() == 0.0
 
 
 SPILLING_DEGREES = [0.0, 0.0, 60.0, 60.0, 60.0, 0.0]

@@ -138,6 +138,16 @@ def test_reagent_that_never_came_is_named():
         assert texts == [f"{equation} does not proceed: {solute} never came to its other reagents"], equation
 
 
+def test_reagent_that_another_equation_makes_is_not_missing():
+    """Peroxide from the burette makes iodine of the iodide in the flask (mol/L), in acid; nobody brings iodine.
+
+    An equation that takes this iodine lacks only the hydroxide, as acid is all that came.
+    """
+    output = titrated({"KI": 0.05, "HCl": 0.2}, {"H2O2": 0.02}, PEROXIDE, IODATE).output
+    texts = [event.text for event in output.events_named("no-reaction")]
+    assert texts == [f"{IODATE} does not proceed: it needs hydroxide, and none came into flask"]
+
+
 METALS = [
     ("Cu", {"AgNO3": 0.1}, "Cu + 2 AgNO3 -> Cu(NO3)2 + 2 Ag", "by 0.1 mmol, until no Cu is left; 0.0216 g Ag come"),
     ("Ag", {"Cu(NO3)2": 0.1}, "2 Ag + Cu(NO3)2 -> 2 AgNO3 + Cu", "does not proceed: its free energy is +88 kJ/mol"),

@@ -453,6 +453,15 @@ def test_certainty_ends_with_the_correlation_that_students_show(
     assert answer_rows(class_tables, study)["Sure"].text.endswith(sentences)
 
 
+def test_associations_beyond_three_are_counted(class_tables, study_without_association):
+    """Five associations, the same by every detector: three are named, and the other two are counted."""
+    association = as_association(study_without_association.coefficients[0])
+    study = replace(with_equal_figures(study_without_association), coefficients=(association,) * 5)
+    text = whole_text(answer_rows(class_tables, study)["What"])
+    assert text.count(" is associated with ") == 3
+    assert " 2 more below." in text
+
+
 def test_certainty_of_an_association_is_its_p_and_interval(class_tables, study_without_association):
     """The first finding of 20 students is an association with p = 0.001 and an interval from 0.4 to 0.9."""
     sure = answer_rows(class_tables, with_association(study_without_association))["Sure"]

@@ -38,15 +38,16 @@ def test_regression_equals_stored_pingouin_and_statsmodels_values():
 
 
 def test_permuted_and_textbook_p_agree_where_errors_are_normal():
-    """60 students, two predictors, the first with a weak effect; expected is p of statsmodels with HC3 errors.
+    """60 students; the first predictor has a weak effect, the second a strong one, which must not hide the first.
 
+    Expected is p of statsmodels with HC3 errors.
     They may differ by four standard errors of 4,999 permutations (at most 0.5 / sqrt(4999) each), and by 0.01.
     """
     from statsmodels.regression.linear_model import OLS  # statsmodels.api takes 0.2 s more
 
     random = np.random.default_rng(3)
     x = random.normal(size=(60, 2))
-    y = 0.25 * x[:, 0] + random.normal(size=60)
+    y = 0.25 * x[:, 0] + 3.0 * x[:, 1] + random.normal(size=60)
     _constant, *textbook = OLS(y, np.column_stack([np.ones(60), x])).fit(cov_type="HC3", use_t=True).pvalues
     permuted = [permutation_p(y - y.mean(), x - x.mean(axis=0), column, random) for column in (0, 1)]
     assert permuted == pytest.approx(textbook, abs=4 * 0.5 / np.sqrt(regression.PERMUTATIONS) + 0.01)
