@@ -165,13 +165,16 @@ def test_seconds_of_vhacd_are_of_the_right_size():
 @pytest.mark.parametrize(
     ("cores", "seconds"), [(2, 9.0), (16, 8.0), (None, 18.0)], ids=["two cores", "a core for each", "cores not known"]
 )
-def test_cuts_share_the_cores_of_the_machine(monkeypatch, cores, seconds):
-    """Cuts of 8, 6 and 4 s, 18 s in all, are shared among the cores; none ends before the longest one.
+def test_cuts_are_divided_among_the_cores(monkeypatch, cores, seconds):
+    """Cuts of 8, 6 and 4 s, 18 s in all, are divided among the cores; the longest takes its 8 s.
 
     A machine that does not report its cores counts as one core. Two bodies share the cut "b", which is made once.
     """
     monkeypatch.setattr(piece_store.os, "cpu_count", lambda: cores)
-    cuts = [SimpleNamespace(key=key, seconds=own) for key, own in (("a", 8.0), ("b", 6.0), ("b", 6.0), ("c", 4.0))]
+    cuts = [
+        SimpleNamespace(key=key, seconds=cut_seconds)
+        for key, cut_seconds in (("a", 8.0), ("b", 6.0), ("b", 6.0), ("c", 4.0))
+    ]
     assert piece_store.seconds_of_cuts(cuts) == seconds
 
 
