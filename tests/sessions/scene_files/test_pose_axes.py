@@ -102,7 +102,11 @@ def test_forgetting_answers_covers_axes_of_meshes_and_poses(foxglove_recording):
 
 
 def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(foxglove_recording):
-    """All meshes are said to be in the axes of the poses ("body"): new axes of the poses rotate them, too."""
+    """The axes of the poses were guessed as ROS's; a user answers with each of the others.
+
+    All meshes are said to be in the axes of the poses ("body"), so their vertices are rotated by the same change: no
+    body comes nearer to another.
+    """
     recording = foxglove_recording(mesh_axes="body")
     for axes in OTHERS:
         assert follows_its_poses(recording, with_answer(recording, axes_of(recording), axes))
