@@ -27,8 +27,15 @@ ALL_LANES = 0b11111111
 """A bit for each of the eight frames."""
 
 
+@pytest.fixture(scope="module")
+def kernels_of_scenes():
+    """Kernels that the scenes call are compiled: later the names in their code are those of Python functions."""
+    scene = EightFrames(seed=0)
+    triangles_intersect(np.stack([scene.meshes[0][:1], scene.meshes[1][:1]], axis=1))
+
+
 @pytest.fixture(autouse=True)
-def without_the_compiler():
+def without_the_compiler(kernels_of_scenes):
     """Compiled for these tests alone, the functions would take three seconds."""
     with kernels_in_python():
         yield
